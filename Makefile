@@ -1,0 +1,94 @@
+# What people do with this workspace, by name; `make` alone lists it.
+# These targets stand on the ROS 2 wheels in .venv. With a ROS 2 installation use colcon and ros2 instead.
+
+PYTHON ?= python3
+LOCK_PYTHON ?= python3.11
+
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.ONESHELL:
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-print-directory --no-builtin-rules
+
+VENV := .venv
+BIN := $(VENV)/bin
+PACKAGES := $(addprefix src/fivebar_,description control sim bringup)
+
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# A sourced ROS installation must not mix with the wheels, nor must another environment of wheels; the last of these
+# says that the library path is already set, which holds for one environment only.
+unexport PYTHONPATH LD_LIBRARY_PATH AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH
+unexport ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+.PHONY: help
+help: ## list these targets
+	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 18
+
+.PHONY: setup
+setup: $(VENV)/packages.stamp ## make .venv with every locked package and the workspace in it
+
+.PHONY: crossing
+crossing: setup ## run the middle trajectory through the singularity; results under runs/
+	@$(BIN)/fivebar run middle
+
+.PHONY: test
+test: lint ## lint, then run all tests
+	@$(BIN)/python -m pytest tests -q --durations=10
+
+.PHONY: lint
+lint: setup ## check style and types
+	@$(BIN)/ruff check
+	$(BIN)/mypy
+
+.PHONY: bench
+bench: setup ## measure speed on this machine
+	@$(BIN)/python -m fivebar_bringup.bench
+
+.PHONY: build
+build: setup ## build the packages as colcon does, into build/ install/ log/
+	@$(BIN)/colcon build --base-paths src
+
+.PHONY: lock
+lock: ## resolve requirements.in again, with the newest versions, into requirements.lock
+	@tools=$$(mktemp -d)
+	trap 'rm -rf "$$tools"' EXIT
+	# The oldest supported Python decides: what it can install, the newer ones can too.
+	$(LOCK_PYTHON) -m venv "$$tools"
+	"$$tools/bin/pip" install --quiet pip-tools==7.6.2
+	CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --upgrade --strip-extras --allow-unsafe \
+	    --no-emit-index-url --no-emit-trusted-host --no-emit-find-links --no-emit-options \
+	    --output-file requirements.lock requirements.in
+
+.PHONY: clean
+clean: ## remove whatever can be made again; runs/ stays
+	@rm -rf $(VENV) build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
+
+# Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py
+# only reinstalls the workspace.
+$(VENV)/lock.stamp: requirements.lock
+	@refuse() { echo "setup: $$*" >&2; exit 1; }
+	command -v "$(PYTHON)" >/dev/null || refuse "$(PYTHON) not found; name a Python 3.11, 3.12 or 3.13 with PYTHON=..."
+	facts='import platform as p; print(*p.python_version_tuple()[:2], p.system(), p.machine(), sep="-")'
+	found=$$("$(PYTHON)" -c "$$facts" 2>/dev/null) \
+	    || refuse "$(PYTHON) does not run; name a Python 3.11, 3.12 or 3.13 with PYTHON=..."
+	case $$found in
+	    3-1[123]-Linux-x86_64) ;;
+	    *-Linux-x86_64) refuse "Python 3.11, 3.12 or 3.13 is needed, $(PYTHON) is not; name another with PYTHON=..." ;;
+	    *) refuse "ROS 2 wheels exist for x86-64 Linux only; here use a ROS 2 Jazzy installation and colcon (README)" ;;
+	esac
+	"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null \
+	    || refuse "$(PYTHON) lacks the venv module; on Debian and Ubuntu: apt install python3-venv"
+	echo "setup: making $(VENV) with $$("$(PYTHON)" --version)"
+	"$(PYTHON)" -m venv --clear $(VENV)
+	echo "setup: installing the locked packages, a minute or two"
+	$(BIN)/pip install --quiet -r requirements.lock
+	touch $@
+
+# `compat` puts the source folders on the path as they are, where type checkers and editors find them too.
+$(VENV)/packages.stamp: $(VENV)/lock.stamp $(PACKAGES:=/setup.py) $(PACKAGES:=/setup.cfg)
+	@echo "setup: installing the workspace"
+	$(BIN)/pip install --quiet --no-deps --no-build-isolation --use-pep517 --config-settings editable_mode=compat \
+	    $(addprefix --editable ,$(PACKAGES))
+	touch $@

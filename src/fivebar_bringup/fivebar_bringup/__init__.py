@@ -1,0 +1,1 @@
+"""What people run: the scenarios, the `fivebar` command, the bag recorder and the reports."""

@@ -1,0 +1,1 @@
+"""Recordings: rosbag2 directories (`metadata.yaml` + `.mcap`), written, built and read back without ROS."""

@@ -1,0 +1,1 @@
+"""The ROS node that records a run."""

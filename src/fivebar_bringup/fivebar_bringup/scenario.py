@@ -1,0 +1,160 @@
+"""Scenarios: what a run does, read from YAML and checked as a whole before anything starts."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import Field, field_validator
+
+from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_description.interface import NANOSECONDS
+from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
+from fivebar_description.share import share_file
+from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_sim.options import PlantOptions
+
+Sign = Literal[-1, 1]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+Gain = NotNegative
+
+
+class ControllerName(StrEnum):
+    """The controllers that a scenario can choose."""
+
+    CTC = "ctc"
+    MULTI_CARTESIAN = "multi_cartesian"
+
+
+class Zone(StrictModel):
+    """Section `zone`: how wide the blending zones are."""
+
+    rule: Literal["ballistic", "fixed"] = "ballistic"
+    duration_ms: Positive = 40.0
+    epsilon: Annotated[float, Field(gt=0, lt=0.5)] = 0.05
+
+    def as_rule(self) -> ZoneRule:
+        """Return the rule for the planner."""
+        return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == "fixed" else None)
+
+
+class GainsSection(StrictModel):
+    """Section `gains`: kp in 1/s^2, kd in 1/s."""
+
+    kp: Gain = 2500.0
+    kd: Gain = 100.0
+    kp_vhc: Gain = 2500.0
+    kd_vhc: Gain = 100.0
+
+
+class PlantSection(StrictModel):
+    """Section `plant`: how the simulated robot differs from its parameter file."""
+
+    mass_scale: Positive = 1.0
+    inertia_scale: Positive = 1.0
+    friction_scale: NotNegative = 1.0
+    torque_limit: Positive | None = 10.0
+    torque_quantum: NotNegative = 0.0
+    encoder_counts: Annotated[int, Field(gt=0)] | None = None
+    delay_samples: Annotated[int, Field(ge=0, le=100)] = 0
+    seed: Annotated[int, Field(ge=0)] = 0
+
+    def as_options(self) -> PlantOptions:
+        """Return the options for the plant."""
+        return PlantOptions(**self.model_dump())
+
+
+class Scenario(StrictModel):
+    """One run. Every field but the name, the waypoints and the controller has a default."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
+    controller: Annotated[ControllerName, Field(strict=False)] = ControllerName.MULTI_CARTESIAN
+    robot: str = "dextar"
+    working_mode: Annotated[tuple[Sign, Sign], Field(strict=False)] = (1, -1)
+    waypoints: Annotated[tuple[Pair, ...], Field(strict=False, min_length=2)]
+    segment_duration: Positive | Annotated[tuple[Positive, ...], Field(strict=False)] = 1.0
+    rate_hz: Annotated[int, Field(ge=50, le=10_000)] = 500
+    zone: Zone = Zone()
+    vhc_resolution: Literal["min_norm", "full_friction", "full_inverse"] = "full_friction"
+    gains: GainsSection = GainsSection()
+    plant: PlantSection = PlantSection()
+    estimator: Literal["none"] = "none"
+
+    @field_validator("rate_hz")
+    @classmethod
+    def _divides_a_second(cls, rate_hz: int) -> int:
+        if NANOSECONDS % rate_hz != 0:
+            raise ValueError("expected a rate that divides 1e9, so that stamps are whole nanoseconds")
+        return rate_hz
+
+    def durations(self) -> tuple[float, ...]:
+        """Return one duration (s) per segment.
+
+        Raises:
+            PlanRefused: a list was given whose length is not the number of segments.
+        """
+        segments = len(self.waypoints) - 1
+        if isinstance(self.segment_duration, float | int):
+            return (float(self.segment_duration),) * segments
+        if len(self.segment_duration) != segments:
+            raise PlanRefused(
+                f"segment_duration: {len(self.segment_duration)} given for {segments} segments:"
+                " expected one number or one per segment"
+            )
+        return self.segment_duration
+
+    def five_bar(self) -> FiveBar:
+        """Return the robot that the controllers believe in."""
+        return load_robot(self.robot)
+
+    def plan(self) -> Plan:
+        """Return the checked motion.
+
+        Raises:
+            PlanRefused: the motion cannot be made.
+        """
+        return plan_motion(
+            self.five_bar(),
+            self.working_mode,
+            self.waypoints,
+            self.durations(),
+            self.rate_hz,
+            self.zone.as_rule(),
+        )
+
+    def to_yaml(self) -> str:
+        """Return the scenario as run, with every default written out."""
+        return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+
+
+def scenario_directory() -> Path:
+    """Return the folder of the shipped scenarios."""
+    return share_file("fivebar_bringup", "config", "scenarios")
+
+
+def shipped_scenarios() -> list[str]:
+    """Return the names of the shipped scenarios."""
+    return sorted(path.stem for path in scenario_directory().glob("*.yaml"))
+
+
+def load_scenario(name_or_path: str) -> Scenario:
+    """Read a scenario by the name of a shipped one or by path, and check that its motion can be made.
+
+    Raises:
+        InputError: there is no such scenario, it is malformed, or its motion is refused.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        path = scenario_directory() / f"{name_or_path}.yaml"
+        if not path.is_file():
+            raise InputError(
+                f"scenario {name_or_path!r}: expected a path to a .yaml file or one of {', '.join(shipped_scenarios())}"
+            )
+    scenario = read_yaml(path, Scenario)
+    try:
+        scenario.plan()
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return scenario

@@ -1,0 +1,31 @@
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "fivebar_bringup"
+SHARE = f"share/{NAME}"
+DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="What people run: launch files, scenarios, the fivebar command, the bag recorder and the reports.",
+    license="Apache-2.0",
+    maintainer="fivebar maintainers",
+    maintainer_email="maintainers@example.com",
+    python_requires=">=3.11",
+    packages=find_packages(exclude=["tests", "tests.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (SHARE, ["package.xml"]),
+        # One entry per file keeps each in its own sub-folder.
+        *((f"{SHARE}/{path.parent}", [str(path)]) for pattern in DATA for path in sorted(Path().glob(pattern))),
+    ],
+    entry_points={
+        "console_scripts": [
+            "bag_recorder = fivebar_bringup.nodes.bag_recorder:main",
+            "fivebar = fivebar_bringup.cli:main",
+        ],
+    },
+)

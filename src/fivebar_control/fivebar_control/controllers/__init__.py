@@ -1,0 +1,1 @@
+"""The control laws as pure functions of state, reference and parameters; torques in Nm, NaN where undefined."""

@@ -1,0 +1,7 @@
+"""The five-bar's kinematics, singularities and dynamics in closed-form scalars, in the thesis' notation.
+
+Frames: base frame in the middle between the motor axes, x from motor 1 to motor 2, y towards the workspace.
+Units: m, rad, s, kg, N, Nm. Leg i: active angle q_i1, passive relative angle q_i2, theta_i = q_i1 + q_i2.
+The functions take and return floats and named tuples of floats only: no arrays, no linear algebra library, so that
+they are quick in a 500 Hz loop as they are, and can be compiled as they are.
+"""

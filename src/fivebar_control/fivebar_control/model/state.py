@@ -1,0 +1,65 @@
+"""One instant of the five-bar, as every controller needs it: both legs and the platform."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Leg(NamedTuple):
+    """Leg i with all that the equations need of it; each sine and cosine is taken once.
+
+    Attributes:
+        q1: active angle q_i1 (rad).
+        q2: passive relative angle q_i2 (rad).
+        dq1: rate of q_i1 (rad/s).
+        dtheta: rate of theta_i = q_i1 + q_i2 (rad/s).
+        r_x, r_y: unit vector along the proximal link.
+        u_x, u_y: unit vector along the distal link; row i of A.
+        cos_q2, sin_q2: of the passive relative angle.
+        b: l_i1 sin q_i2 (m), entry i of the diagonal matrix B.
+        c: l_i2 dtheta^2 + l_i1 cos(q_i2) dq1^2 (m/s^2), entry i of c in A xddot + c = B qddot.
+    """
+
+    q1: float
+    q2: float
+    dq1: float
+    dtheta: float
+    r_x: float
+    r_y: float
+    u_x: float
+    u_y: float
+    cos_q2: float
+    sin_q2: float
+    b: float
+    c: float
+
+
+class State(NamedTuple):
+    """Both legs and the platform at one instant; x, y in m, vx, vy in m/s, in the base frame."""
+
+    leg1: Leg
+    leg2: Leg
+    x: float
+    y: float
+    vx: float
+    vy: float
+
+
+class JointAngles(NamedTuple):
+    """The four joint angles (rad), in the order of :data:`fivebar_description.interface.JOINTS`."""
+
+    q11: float
+    q12: float
+    q21: float
+    q22: float
+
+
+class Platform(NamedTuple):
+    """Position (m), velocity (m/s) and acceleration (m/s^2) of the platform: a measurement or a reference."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float

@@ -1,0 +1,61 @@
+"""Publishes sigma and 1/cond(A) for every sample (4.1.2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from std_msgs.msg import Float64
+
+from fivebar_control.controllers.laws import Supervisor, SupervisorState
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.nodes.motion_parameters import declare_motion
+from fivebar_description.interface import (
+    JOINT_STATES,
+    JOINTS,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_SIGMA,
+    SUPERVISOR_STATE,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.run import run_node
+from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+
+
+class SupervisorNode(SamplingNode):
+    """The performance-based supervisor."""
+
+    def __init__(self) -> None:
+        """Make the node."""
+        super().__init__("supervisor")
+        self._motion = declare_motion(self)
+        self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz)
+        self._reply: SupervisorState | None = None
+        self._state = self.advertise(SUPERVISOR_STATE)
+        self._sigma = self.advertise(SUPERVISOR_SIGMA)
+        self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),))
+
+    def answer(self, sample: int, *values: Any) -> None:
+        """Publish sigma and 1/cond(A)."""
+        ((position, velocity),) = values
+        self._reply = self._supervise(sample, state_from_joints(self._motion.robot, *position, *velocity))
+        self._publish(sample, self._reply)
+
+    def repeat(self) -> None:
+        """Publish the same figures again."""
+        if self._reply is not None:
+            self._publish(self.last_sample, self._reply)
+
+    def _publish(self, sample: int, reply: SupervisorState) -> None:
+        stamp = sample_stamp_ns(sample, self.rate_hz)
+        self._state.publish(joint_state(stamp, SUPERVISOR_NAMES, position=reply))
+        self._sigma.publish(Float64(data=reply.sigma))
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(SupervisorNode)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""A path of straight segments through waypoints, at rest in each of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from fivebar_control.controllers.vhc_cartesian import Line
+from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.polynomial import rest_to_rest
+
+
+class Segment(NamedTuple):
+    """One straight motion from rest to rest: start and end (m), start time and duration (s)."""
+
+    start_x: float
+    start_y: float
+    end_x: float
+    end_y: float
+    start_time: float
+    duration: float
+
+    def at(self, t: float) -> Platform:
+        """Return the reference at time t (s); before and after the segment the platform rests at its ends."""
+        s, ds, dds = rest_to_rest((t - self.start_time) / self.duration)
+        dx, dy = self.end_x - self.start_x, self.end_y - self.start_y
+        rate = ds / self.duration
+        bend = dds / (self.duration * self.duration)
+        return Platform(self.start_x + dx * s, self.start_y + dy * s, dx * rate, dy * rate, dx * bend, dy * bend)
+
+    def line(self) -> Line:
+        """Return the segment as a line."""
+        dx, dy = self.end_x - self.start_x, self.end_y - self.start_y
+        length = math.hypot(dx, dy)
+        return Line(self.start_x, self.start_y, dx / length, dy / length)
+
+
+class Path:
+    """The whole reference motion, as a function of the time since sample 0."""
+
+    def __init__(self, waypoints: Sequence[tuple[float, float]], durations: Sequence[float]) -> None:
+        """Join waypoints (m) with one duration (s) per segment; consecutive waypoints differ."""
+        segments = []
+        start_time = 0.0
+        for ((start_x, start_y), (end_x, end_y)), duration in zip(pairwise(waypoints), durations, strict=True):
+            segments.append(Segment(start_x, start_y, end_x, end_y, start_time, duration))
+            start_time += duration
+        self.segments = tuple(segments)
+        self.duration = start_time
+        self._lines = tuple(segment.line() for segment in segments)
+
+    def segment_index(self, t: float) -> int:
+        """Return the number of the segment at time t; the instant between two belongs to the later one."""
+        index = len(self.segments) - 1
+        while index > 0 and t < self.segments[index].start_time:
+            index -= 1
+        return index
+
+    def at(self, t: float) -> Platform:
+        """Return the reference at time t (s); after the end the platform rests at the last waypoint."""
+        return self.segments[self.segment_index(t)].at(t)
+
+    def line_at(self, t: float) -> Line:
+        """Return the line of the segment at time t (s)."""
+        return self._lines[self.segment_index(t)]
+
+    def samples(self, rate_hz: int) -> int:
+        """Return N, the number of the last sample: samples 0 to N cover the whole motion."""
+        # a whole number of periods may come out a rounding error above itself
+        return math.ceil(self.duration * rate_hz - 1e-6)

@@ -1,0 +1,35 @@
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "fivebar_control"
+SHARE = f"share/{NAME}"
+DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="What decides: model, controllers, trajectories, estimation and drive bridge of the five-bar robot.",
+    license="Apache-2.0",
+    maintainer="fivebar maintainers",
+    maintainer_email="maintainers@example.com",
+    python_requires=">=3.11",
+    packages=find_packages(exclude=["tests", "tests.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (SHARE, ["package.xml"]),
+        # One entry per file keeps each in its own sub-folder.
+        *((f"{SHARE}/{path.parent}", [str(path)]) for pattern in DATA for path in sorted(Path().glob(pattern))),
+    ],
+    entry_points={
+        "console_scripts": [
+            "trajectory_generator = fivebar_control.nodes.trajectory_generator:main",
+            "supervisor = fivebar_control.nodes.supervisor:main",
+            "ctc_controller = fivebar_control.nodes.ctc_controller:main",
+            "vhc_controller = fivebar_control.nodes.vhc_controller:main",
+            "blender = fivebar_control.nodes.blender:main",
+            "imu_listener = fivebar_control.nodes.imu_listener:main",
+        ],
+    },
+)

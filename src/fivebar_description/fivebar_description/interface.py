@@ -1,0 +1,90 @@
+"""The robot's ROS interface as plain facts: topic names, message types, quality of service, joint names, stamps.
+
+Every node, the recorder, the launch file, the reports and the offline runner read these facts from here. Nothing in
+this module imports ROS; :mod:`fivebar_description.ros` turns the facts into rclpy objects.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+ACTIVE_JOINTS = ("q11", "q21")
+"""Motor joints, in the order of every torque message."""
+
+JOINTS = ("q11", "q12", "q21", "q22")
+"""All joints of the two legs: active and passive angle of leg 1, then of leg 2 (thesis, figure 1.7)."""
+
+REFERENCE_NAMES = ("x", "y", "vx", "vy")
+"""Fields of `reference`: position holds (x, y, vx, vy), velocity their rates (vx, vy, ax, ay)."""
+
+SUPERVISOR_NAMES = ("sigma", "inverse_condition")
+"""Fields of `supervisor/state`: the blending weight and kappa = 1/cond(A)."""
+
+START_STAMP_NS = 1_000_000_000
+"""Stamp of sample 0. It is not zero because a zero stamp reads as "not set" in ROS."""
+
+NANOSECONDS = 1_000_000_000
+"""Nanoseconds in a second."""
+
+
+class Qos(NamedTuple):
+    """Quality of service of a topic; all topics are reliable and keep the last `depth` messages."""
+
+    depth: int
+    transient_local: bool = False
+
+
+CONTROL_QOS = Qos(depth=8)
+"""Control path. At depth 1 the reference of sample k+1 could overwrite that of k and lockstep would stall."""
+
+LATCHED_QOS = Qos(depth=32, transient_local=True)
+"""Rare messages that a late subscriber must still see."""
+
+
+class Topic(NamedTuple):
+    """One topic of the graph: its name relative to the node's namespace, its message type and its QoS."""
+
+    name: str
+    type: str
+    qos: Qos = CONTROL_QOS
+
+
+JOINT_STATES = Topic("joint_states", "sensor_msgs/msg/JointState")
+REFERENCE = Topic("reference", "sensor_msgs/msg/JointState")
+CTC_TORQUE = Topic("ctc/torque", "sensor_msgs/msg/JointState")
+VHC_TORQUE = Topic("vhc/torque", "sensor_msgs/msg/JointState")
+SUPERVISOR_STATE = Topic("supervisor/state", "sensor_msgs/msg/JointState")
+SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
+TORQUE_COMMAND = Topic("torque_command", "sensor_msgs/msg/JointState")
+IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu")
+IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
+FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
+RUN_STATUS = Topic("run/status", "std_msgs/msg/String", LATCHED_QOS)
+RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
+
+TOPICS = (
+    JOINT_STATES,
+    REFERENCE,
+    CTC_TORQUE,
+    VHC_TORQUE,
+    SUPERVISOR_STATE,
+    SUPERVISOR_SIGMA,
+    TORQUE_COMMAND,
+    IMU_DATA,
+    IMU_ERROR,
+    FAULTS,
+    RUN_STATUS,
+    RUN_READY,
+)
+"""All topics of the graph, in the order in which pages and bags list them."""
+
+
+def sample_stamp_ns(sample: int, rate_hz: int) -> int:
+    """Return the nominal stamp of sample k in integer nanoseconds; `rate_hz` must divide 1e9."""
+    return START_STAMP_NS + sample * (NANOSECONDS // rate_hz)
+
+
+def sample_of_stamp(stamp_ns: int, rate_hz: int) -> int | None:
+    """Return the sample number that a stamp names, or None where it is not on the grid of `rate_hz`."""
+    sample, rest = divmod(stamp_ns - START_STAMP_NS, NANOSECONDS // rate_hz)
+    return sample if rest == 0 and sample >= 0 else None

@@ -1,0 +1,128 @@
+"""The base of every node of the graph: checked input, counted drops, readiness, diagnostics and an orderly stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
+from rclpy.timer import Timer
+from std_msgs.msg import String
+
+from fivebar_description.interface import RUN_READY, Topic
+from fivebar_description.ros.messages import message_class
+from fivebar_description.ros.parameters import Spec, check_changes, declare
+from fivebar_description.ros.qos import qos_profile
+
+READY_PERIOD = 0.1
+"""Time (s) between two looks at whether all topics of the node are joined to their other ends."""
+
+DIAGNOSTICS_PERIOD = 1.0
+WARNING_PERIOD = 5.0
+
+
+class GraphNode(Node):
+    """A node whose topics, messages and parameters are those of the graph."""
+
+    def __init__(self, name: str) -> None:
+        """Make the node; parameters and topics are added by its class."""
+        super().__init__(name)
+        self._specs: list[Spec] = []
+        self._inputs: list[Subscription[Any]] = []
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._complete_looks = 0
+        self._drops = 0
+        self._last_drop = ""
+        self.answered = 0
+        """Samples answered so far."""
+        self.exit_status: int | None = None
+        """Set by a node that has done its work: the process then ends with this status."""
+        self._ready = self.advertise(RUN_READY)
+        self._ready_timer = self.every(READY_PERIOD, self._look_ready)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
+        self.add_on_set_parameters_callback(lambda changes: check_changes(self._specs, changes))
+
+    def stop(self) -> None:
+        """Do what must be done last; called once, before the node ends, while it can still publish."""
+
+    def parameters(self, specs: Sequence[Spec]) -> dict[str, Any]:
+        """Declare parameters and return their values.
+
+        Raises:
+            InputError: a value given from outside is not allowed.
+        """
+        self._specs.extend(specs)
+        return declare(self, specs)
+
+    def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
+        """Call back with the new values after parameters were changed while the node runs."""
+
+        def changed(changes: list[Parameter[Any]]) -> None:
+            callback({change.name: change.value for change in changes})
+
+        self.add_post_set_parameters_callback(changed)
+
+    def advertise(self, topic: Topic) -> Publisher[Any]:
+        """Return a publisher of a topic of the graph."""
+        return self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos))
+
+    def listen(self, topic: Topic, callback: Callable[[Any], None], depth: int | None = None, **options: Any) -> None:
+        """Subscribe to a topic of the graph."""
+        subscription = self.create_subscription(
+            message_class(topic), topic.name, callback, qos_profile(topic.qos, depth), **options
+        )
+        self._inputs.append(subscription)
+
+    def every(self, period: float, callback: Callable[[], None]) -> Timer:
+        """Call back every `period` seconds of the steady clock."""
+        return self.create_timer(period, callback, clock=self._steady)
+
+    def drop(self, topic: Topic, reason: str) -> None:
+        """Count a message that is not used, and say so, at most every few seconds."""
+        self._drops += 1
+        self._last_drop = f"{topic.name}: {reason}"
+        self.get_logger().warning(
+            f"dropped a message on {self._last_drop} ({self._drops} so far)",
+            throttle_duration_sec=WARNING_PERIOD,
+        )
+
+    @property
+    def dropped(self) -> int:
+        """Messages dropped so far."""
+        return self._drops
+
+    def _look_ready(self) -> None:
+        """Announce the node once all its inputs have a publisher, seen twice in a row so that both ends know."""
+        complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
+        self._complete_looks = self._complete_looks + 1 if complete else 0
+        if self._complete_looks == 2:
+            self._ready.publish(String(data=self.get_name()))
+            self._ready_timer.cancel()
+
+    def health(self) -> tuple[bytes, str]:
+        """Return the diagnostic level and message of the node; classes with faults override it."""
+        if self._drops:
+            return DiagnosticStatus.WARN, f"messages dropped, last: {self._last_drop}"
+        return DiagnosticStatus.OK, "ok"
+
+    def _publish_diagnostics(self) -> None:
+        level, message = self.health()
+        status = DiagnosticStatus(
+            level=level,
+            name=self.get_fully_qualified_name(),
+            message=message,
+            hardware_id="fivebar",
+            values=[
+                KeyValue(key="answered", value=str(self.answered)),
+                KeyValue(key="dropped", value=str(self._drops)),
+            ],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)

@@ -1,0 +1,108 @@
+"""Declaration of node parameters with description, unit and range, and their checks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from fivebar_description.strict_yaml import InputError
+
+
+class Spec(NamedTuple):
+    """One parameter of a node.
+
+    Attributes:
+        name: its name.
+        default: its default, which also fixes its type.
+        description: one sentence on what it does.
+        unit: its unit, "" for none.
+        minimum, maximum: its range, for numbers.
+        choices: the allowed words, for strings.
+        tunable: whether it may be changed while the node runs.
+    """
+
+    name: str
+    default: Any
+    description: str
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[str, ...] = ()
+    tunable: bool = False
+
+    def descriptor(self) -> ParameterDescriptor:
+        """Return the descriptor that `ros2 param describe` shows."""
+        constraints = []
+        if self.unit:
+            constraints.append(f"unit: {self.unit}")
+        if self.choices:
+            constraints.append(f"one of: {', '.join(self.choices)}")
+        descriptor = ParameterDescriptor(
+            name=self.name,
+            description=self.description,
+            additional_constraints="; ".join(constraints),
+            read_only=not self.tunable,
+        )
+        if self.minimum is not None and self.maximum is not None:
+            if isinstance(self.default, float):
+                descriptor.floating_point_range = [
+                    FloatingPointRange(from_value=float(self.minimum), to_value=float(self.maximum))
+                ]
+            elif isinstance(self.default, int):
+                descriptor.integer_range = [IntegerRange(from_value=int(self.minimum), to_value=int(self.maximum))]
+        return descriptor
+
+    def problem(self, value: Any) -> str | None:
+        """Return what is wrong with a value beyond its type and range, None if nothing."""
+        numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+        if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
+            return "expected finite numbers"
+        if self.choices and value not in self.choices:
+            return f"expected one of {', '.join(self.choices)}"
+        return None
+
+
+def declare(node: Node, specs: Sequence[Spec]) -> dict[str, Any]:
+    """Declare parameters and return their values, arrays as tuples.
+
+    Raises:
+        InputError: a value given from outside has another type, is out of range or is not allowed.
+    """
+    return {spec.name: _declare_one(node, spec) for spec in specs}
+
+
+def _declare_one(node: Node, spec: Spec) -> Any:
+    try:
+        value = node.declare_parameter(spec.name, spec.default, spec.descriptor()).value
+    except InvalidParameterTypeException as error:
+        raise InputError(f"{node.get_name()}: parameter {spec.name}: {_one_line(error)}") from error
+    except InvalidParameterValueException as error:
+        raise InputError(
+            f"{node.get_name()}: parameter {spec.name}: expected {spec.minimum} to {spec.maximum}"
+            f" {spec.unit}: {_one_line(error)}"
+        ) from error
+    problem = spec.problem(value)
+    if problem is not None:
+        raise InputError(f"{node.get_name()}: parameter {spec.name}: {value!r}: {problem}")
+    return tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def check_changes(specs: Sequence[Spec], parameters: Sequence[Parameter]) -> SetParametersResult:
+    """Return whether a change of parameters may be made; types and ranges are checked by rclpy itself."""
+    by_name = {spec.name: spec for spec in specs}
+    for parameter in parameters:
+        spec = by_name.get(parameter.name)
+        problem = spec.problem(parameter.value) if spec is not None else None
+        if problem is not None:
+            return SetParametersResult(successful=False, reason=f"{parameter.name}: {problem}")
+    return SetParametersResult(successful=True)

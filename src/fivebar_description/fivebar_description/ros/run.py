@@ -1,0 +1,73 @@
+"""The one way to run a node: safe defaults for DDS, one executor, clear errors, and exit status 0 on SIGINT and SIGTERM."""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import sys
+from collections.abc import Callable
+from types import FrameType
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.experimental import EventsExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.share import share_file
+from fivebar_description.strict_yaml import InputError
+
+WAKE_PERIOD = 0.1
+"""Longest time (s) the executor sleeps before a signal is noticed."""
+
+BAD_INPUT = 2
+
+
+def use_local_network_only(environment: dict[str, str] | os._Environ[str] = os.environ) -> None:
+    """Keep DDS on this machine unless the environment says otherwise: discovery, data and sockets on loopback."""
+    environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    profile = share_file("fivebar_description", "config", "fastdds_loopback.xml")
+    for variable in ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"):
+        environment.setdefault(variable, str(profile))
+
+
+def run_node(make: Callable[[], GraphNode]) -> None:
+    """Run a node until it is finished or told to stop, then exit the process.
+
+    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input.
+    """
+    use_local_network_only()
+    stopping = False
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        nonlocal stopping
+        stopping = True
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    # the node publishes its last word on a signal, so the context must outlive it: no handlers of rclpy's own
+    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = make()
+    except InputError as error:
+        print(error, file=sys.stderr)
+        rclpy.try_shutdown()
+        sys.exit(BAD_INPUT)
+    executor = EventsExecutor()
+    executor.add_node(node)
+    # what start-up has made stays; the collector need never walk it again
+    gc.collect()
+    gc.freeze()
+    try:
+        while rclpy.ok() and not stopping and node.exit_status is None:
+            executor.spin_once(timeout_sec=WAKE_PERIOD)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        if rclpy.ok():
+            node.stop()
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown()
+    sys.exit(node.exit_status or 0)

@@ -1,0 +1,102 @@
+"""A node that is driven by samples: it joins its inputs by exact stamp and answers each sample once."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from sensor_msgs.msg import JointState
+
+from fivebar_description.interface import Topic, sample_of_stamp
+from fivebar_description.ros.messages import MessageError, read_fields, stamp_of
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.stamp_join import Arrival, StampJoin
+
+
+class Input(NamedTuple):
+    """One input: its topic and how to read a message's values, raising MessageError for a bad one."""
+
+    topic: Topic
+    read: Callable[[Any], Any]
+
+
+def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> Callable[[JointState], Any]:
+    """Return a reader of a JointState's fields, in the order of `names`."""
+    return lambda message: read_fields(message, names, fields, allow_nan)
+
+
+class SamplingNode(GraphNode):
+    """Joins inputs by stamp. The first input drives: its repeats are answered again, its sample 0 starts anew."""
+
+    def join(self, rate_hz: int, inputs: Sequence[Input]) -> None:
+        """Subscribe to the inputs, the driving one first; call once, after everything that answers is in place."""
+        self.rate_hz = rate_hz
+        self._join = StampJoin([one.topic.name for one in inputs])
+        self._driver = inputs[0].topic
+        # the driver last: when its message arrives, those of the same sample are the likelier to be there
+        for one in (*inputs[1:], inputs[0]):
+            self.listen(one.topic, self._receiver(one))
+
+    @abstractmethod
+    def answer(self, sample: int, *values: Any) -> None:
+        """Answer a sample whose inputs are complete, in the order in which they were declared."""
+
+    def repeat(self) -> None:
+        """Answer the last sample again: its driving message was repeated, so an answer may have been lost."""
+
+    def restart(self) -> None:
+        """Forget the past: the driver begins a new run at sample 0."""
+
+    def admit(self, sample: int, driving: bool) -> bool:
+        """Look at a new sample's input before it is joined; False leaves it out."""
+        return True
+
+    @property
+    def last_sample(self) -> int:
+        """The sample that was answered last, -1 before the first."""
+        return self._join.last
+
+    def close_sample(self, sample: int) -> None:
+        """Count a sample as answered without its inputs being complete."""
+        self._join.close(sample)
+
+    def missing_inputs(self, sample: int) -> list[str]:
+        """Return the topics that an open sample still lacks."""
+        return self._join.missing(sample)
+
+    def _receiver(self, one: Input) -> Callable[[Any], None]:
+        driving = one.topic is self._driver
+
+        def receive(message: Any) -> None:
+            sample = sample_of_stamp(stamp_of(message), self.rate_hz)
+            if sample is None:
+                self.drop(one.topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
+                return
+            arrival = self._join.arrival(sample)
+            if arrival is Arrival.OLD and not (driving and sample == 0):
+                self.drop(one.topic, f"old stamp of sample {sample}, expected one after {self._join.last}")
+                return
+            try:
+                values = one.read(message)
+            except MessageError as error:
+                self.drop(one.topic, str(error))
+                return
+            if arrival is Arrival.REPEATED:
+                if driving:
+                    self.repeat()
+                return
+            if arrival is Arrival.OLD:
+                self._join.restart()
+                self.restart()
+            self._take(one.topic, sample, values, driving)
+
+        return receive
+
+    def _take(self, topic: Topic, sample: int, values: Any, driving: bool) -> None:
+        if not self.admit(sample, driving):
+            return
+        complete = self._join.put(topic.name, sample, values)
+        if complete is not None:
+            self.answer(sample, *complete)
+            self.answered += 1

@@ -1,0 +1,62 @@
+"""Joining of messages that answer the same sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import Any
+
+CAPACITY = 16
+"""Samples that may wait for their other inputs; the oldest is given up when more arrive."""
+
+
+class Arrival(Enum):
+    """What a message turned out to be: of a sample still open, of the one answered last, or of an older one."""
+
+    NEW = 0
+    REPEATED = 1
+    OLD = 2
+
+
+class StampJoin:
+    """Collects one value of every input for each sample number, and hands them out once they are complete."""
+
+    def __init__(self, inputs: Sequence[str]) -> None:
+        """Make a join of named inputs."""
+        self._inputs = tuple(inputs)
+        self._open: dict[int, dict[str, Any]] = {}
+        self.last = -1
+        """The sample that was completed last, -1 before the first."""
+
+    def arrival(self, sample: int) -> Arrival:
+        """Return what a message of this sample is."""
+        if sample > self.last:
+            return Arrival.NEW
+        return Arrival.REPEATED if sample == self.last else Arrival.OLD
+
+    def put(self, name: str, sample: int, value: Any) -> tuple[Any, ...] | None:
+        """Take a value of a new sample; return all inputs in order when the sample is complete, else None."""
+        waiting = self._open.setdefault(sample, {})
+        waiting[name] = value
+        if len(waiting) < len(self._inputs):
+            if len(self._open) > CAPACITY:
+                del self._open[min(self._open)]
+            return None
+        self.close(sample)
+        return tuple(waiting[name] for name in self._inputs)
+
+    def missing(self, sample: int) -> list[str]:
+        """Return the inputs that an open sample still lacks."""
+        waiting = self._open.get(sample, {})
+        return [name for name in self._inputs if name not in waiting]
+
+    def close(self, sample: int) -> None:
+        """Count a sample as answered, and forget it and all older ones."""
+        self.last = sample
+        for old in [number for number in self._open if number <= sample]:
+            del self._open[old]
+
+    def restart(self) -> None:
+        """Forget everything: a new run begins at sample 0."""
+        self._open.clear()
+        self.last = -1

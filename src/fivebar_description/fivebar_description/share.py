@@ -1,0 +1,29 @@
+"""Where a package's data files are: in the source tree, in a colcon or ROS installation, or in a plain pip one."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+
+def share_file(package: str, *parts: str) -> Path:
+    """Return the path of a data file of `package`, such as ("fivebar_description", "config", "dextar.yaml").
+
+    The source tree comes first, so that an editable or symlinked installation shows edits at once; then the
+    installation prefix that holds the package. The file itself need not exist.
+
+    Raises:
+        ModuleNotFoundError: the package is not installed.
+    """
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError(f"package {package} is not installed")
+    module = Path(spec.origin).resolve()
+    source = module.parents[1]
+    if (source / "package.xml").is_file():
+        return source.joinpath(*parts)
+    for prefix in (*module.parents, Path(sys.prefix)):
+        if (prefix / "share" / package / "package.xml").is_file():
+            return (prefix / "share" / package).joinpath(*parts)
+    return Path(sys.prefix, "share", package).joinpath(*parts)

@@ -1,0 +1,1 @@
+"""The ROS node of the simulated robot: a thin adapter around the plant."""

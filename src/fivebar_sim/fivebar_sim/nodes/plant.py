@@ -1,0 +1,215 @@
+"""The simulated robot as a node: publishes a sample, takes the torque that answers it, and moves on."""
+
+from __future__ import annotations
+
+import json
+import time
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    FAULTS,
+    IMU_DATA,
+    JOINT_STATES,
+    JOINTS,
+    RUN_READY,
+    RUN_STATUS,
+    TORQUE_COMMAND,
+    sample_of_stamp,
+    sample_stamp_ns,
+)
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.run import run_node
+from fivebar_sim.nodes.plant_parameters import IMU_FRAME, LOCKSTEP, SPECS
+from fivebar_sim.options import ImuOptions, PlantOptions
+from fivebar_sim.plant import Plant, PlantDiverged
+
+REPEAT_PERIOD = 0.1
+STATUS_PERIOD = 0.2
+ZERO = (0.0, 0.0)
+
+
+class PlantNode(GraphNode):
+    """The simulated five-bar, in lockstep with the controllers or in real time.
+
+    In lockstep, sample k is followed by sample k + 1 as soon as the command that carries stamp k has come. In real time,
+    samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on.
+    """
+
+    def __init__(self) -> None:
+        """Make the node."""
+        super().__init__("plant")
+        values = self.parameters(SPECS)
+        self._rate_hz: int = values["rate_hz"]
+        self._samples: int = values["samples"]
+        self._lockstep = values["mode"] == LOCKSTEP
+        self._command_timeout: float = values["command_timeout_s"]
+        self._freshness: int = values["freshness_samples"]
+        self._missing_nodes = {name for name in values["wait_for_nodes"] if name}
+        self._ready_timeout: float = values["ready_timeout_s"]
+        self._plant = Plant(
+            load_robot(values["robot"]),
+            values["initial_joints"],
+            self._rate_hz,
+            PlantOptions(
+                mass_scale=values["mass_scale"],
+                inertia_scale=values["inertia_scale"],
+                friction_scale=values["friction_scale"],
+                torque_limit=values["torque_limit"] or None,
+                torque_quantum=values["torque_quantum"],
+                encoder_counts=values["encoder_counts"] or None,
+                delay_samples=values["delay_samples"],
+                seed=values["seed"],
+            ),
+            ImuOptions(gravity=values["imu_gravity"], noise=values["imu_noise"]),
+        )
+        self._sample = 0
+        self._fault = ""
+        self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
+        self._overruns = 0
+        self._began = self._heard = time.monotonic()
+        self._joint_states = self.advertise(JOINT_STATES)
+        self._imu = self.advertise(IMU_DATA)
+        self._faults = self.advertise(FAULTS)
+        self._status = self.advertise(RUN_STATUS)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.listen(TORQUE_COMMAND, self._on_command)
+        self.listen(RUN_READY, self._on_ready)
+        self.every(STATUS_PERIOD, lambda: self._publish_status("running"))
+        self._start_timer = self.every(REPEAT_PERIOD, self._start)
+        self._running = False
+
+    def health(self) -> tuple[bytes, str]:
+        """Return an error while a fault is latched."""
+        return (DiagnosticStatus.ERROR, self._fault) if self._fault else super().health()
+
+    def _on_ready(self, message: String) -> None:
+        self._missing_nodes.discard(message.data)
+
+    def _start(self) -> None:
+        """Publish sample 0 once every awaited node is ready; in lockstep, again until it is answered."""
+        if self._missing_nodes:
+            if time.monotonic() - self._began > self._ready_timeout:
+                missing = ", ".join(sorted(self._missing_nodes))
+                self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {missing}")
+            return
+        if not self._running:
+            self._running = True
+            self._heard = time.monotonic()
+            self._measure()
+            if not self._lockstep:
+                self._start_timer.cancel()
+                self.every(1.0 / self._rate_hz, self._tick)
+                self._publish_sample()
+                return
+        if self._sample == 0:
+            self._publish_sample()
+        if time.monotonic() - self._heard > self._command_timeout:
+            self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
+
+    def _measure(self) -> None:
+        stamp = sample_stamp_ns(self._sample, self._rate_hz)
+        measured = self._plant.measure()
+        reading = self._plant.measure_imu()
+        self._joint_message = joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
+        self._imu_message = Imu()
+        self._imu_message.header.stamp = to_stamp(stamp)
+        self._imu_message.header.frame_id = IMU_FRAME
+        # -1 says that there is no orientation (sensor_msgs/Imu)
+        self._imu_message.orientation_covariance[0] = -1.0
+        vector = self._imu_message.linear_acceleration
+        vector.x, vector.y, vector.z = reading.acceleration
+        vector = self._imu_message.angular_velocity
+        vector.x, vector.y, vector.z = reading.angular_velocity
+
+    def _publish_sample(self) -> None:
+        self._imu.publish(self._imu_message)
+        self._joint_states.publish(self._joint_message)
+
+    def _on_command(self, message: JointState) -> None:
+        sample = sample_of_stamp(stamp_of(message), self._rate_hz)
+        try:
+            ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
+        except MessageError as error:
+            self.drop(TORQUE_COMMAND, str(error))
+            return
+        if sample is None or sample > self._sample or sample < self._latest[0]:
+            self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._sample}")
+            return
+        if not self._lockstep:
+            self._latest = (sample, (tau1, tau2))
+        elif self._running and sample == self._sample:
+            self._heard = time.monotonic()
+            self._latest = (sample, (tau1, tau2))
+            self._advance((tau1, tau2))
+
+    def _tick(self) -> None:
+        """Real time: apply the latest command and go on to the next sample, whatever the controllers do."""
+        answered, command = self._latest
+        if answered < self._sample:
+            self._overruns += 1
+        if self._sample - answered > self._freshness and not self._fault:
+            self._latch(
+                f"command_stale: sample {self._sample} still waits for the torque of sample {answered + 1},"
+                f" limit {self._freshness} samples"
+            )
+        self._advance(ZERO if self._fault else command)
+
+    def _advance(self, command: tuple[float, float]) -> None:
+        self.answered += 1
+        if self._sample == self._samples:
+            self._end()
+            return
+        try:
+            self._plant.advance(command)
+        except PlantDiverged as error:
+            self._fail(f"plant_diverged: after sample {self._sample}: {error}")
+            return
+        self._sample += 1
+        self._measure()
+        self._publish_sample()
+
+    def _end(self) -> None:
+        self._publish_status("failed" if self._fault else "completed")
+        self.exit_status = 0
+
+    def _latch(self, fault: str) -> None:
+        self._fault = fault
+        self._faults.publish(String(data=fault))
+        self.get_logger().error(fault)
+
+    def _fail(self, fault: str) -> None:
+        self._latch(fault)
+        self._publish_status("failed")
+        self.exit_status = 1
+
+    def _publish_status(self, state: str) -> None:
+        if self.exit_status is None:
+            status = {
+                "state": state,
+                "sample": self._sample,
+                "samples": self._samples,
+                "overruns": self._overruns,
+            }
+            self._status.publish(String(data=json.dumps(status)))
+
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        response.message = f"cleared {self._fault}" if self._fault else "no fault was latched"
+        self._fault = ""
+        return response
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(PlantNode)
+
+
+if __name__ == "__main__":
+    main()

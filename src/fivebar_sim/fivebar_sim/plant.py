@@ -1,0 +1,172 @@
+"""The simulated five-bar: Pinocchio's closed loop with friction, integrated from sample to sample."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from fivebar_description.closed_loop import ClosedLoop, Vector
+from fivebar_description.interface import JOINTS
+from fivebar_description.parameters import FiveBar, LegParameters, scaled
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.options import ImuOptions, PlantOptions
+from fivebar_sim.sensors import Drives, Encoder, Imu, ImuReading
+
+MAX_STEP = 1e-3
+"""Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
+
+CLOSURE_TOLERANCE = 1e-9
+"""Largest gap (m) that one integration step may open; a step that opens more is taken again in halves."""
+
+MAX_HALVINGS = 6
+
+POSTURE_TOLERANCE = 1e-6
+"""Largest gap (m) between the tips of a posture that is taken for closed."""
+
+
+class PlantDiverged(ArithmeticError):
+    """The motion has become too fast to be simulated faithfully."""
+
+
+class Measurement(NamedTuple):
+    """What the plant publishes for one sample, in the order of the joints: rad, rad/s, and applied torque in Nm."""
+
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+    effort: tuple[float, ...]
+
+
+class Plant:
+    """The robot as a sampled system: measure sample k, then take the command that answers it, and so on.
+
+    Integration is classical Runge-Kutta of fourth order in steps of at most `MAX_STEP`, shorter where a step would open
+    the loop, each followed by a projection onto the closed loop. The torque is held over the period, friction acts
+    within it.
+    """
+
+    def __init__(
+        self,
+        robot: FiveBar,
+        joints: Sequence[float],
+        rate_hz: int,
+        options: PlantOptions | None = None,
+        imu: ImuOptions | None = None,
+    ) -> None:
+        """Put the robot at rest into a posture (q11, q12, q21, q22) in rad.
+
+        Raises:
+            InputError: the posture is malformed or its loop is open.
+        """
+        options = options if options is not None else PlantOptions()
+        self._robot = scaled(robot, options.mass_scale, options.inertia_scale, options.friction_scale)
+        self._loop = ClosedLoop(self._robot)
+        self._q, self._v = self._closed_posture(joints)
+        period = 1.0 / rate_hz
+        self._steps = math.ceil(period / MAX_STEP - 1e-9)
+        self._step = period / self._steps
+        self._drives = Drives(options)
+        self._imu = Imu(imu if imu is not None else ImuOptions(), options.seed)
+        self._encoders = (
+            None if options.encoder_counts is None else [Encoder(options.encoder_counts, period) for _ in JOINTS]
+        )
+        self._applied = (0.0, 0.0)
+        self._tau = np.zeros(4)
+        self.closure_error = 0.0
+        """Largest gap (m) between the tips seen so far, before it was closed."""
+
+    def _closed_posture(self, joints: Sequence[float]) -> tuple[Vector, Vector]:
+        q = np.array(joints, dtype=np.float64)
+        if q.shape != (4,) or not np.all(np.isfinite(q)):
+            raise InputError(f"initial_joints: {list(joints)}: expected four finite angles in rad")
+        q, v, gap = self._loop.close(q, np.zeros(4))
+        if gap > POSTURE_TOLERANCE:
+            raise InputError(
+                f"initial_joints: {list(joints)}: the legs end {gap * 1e3:.3f} mm apart, expected a closed loop"
+            )
+        return q, v
+
+    def measure(self) -> Measurement:
+        """Return the joint readings of the present sample; call it once per sample."""
+        effort = (self._applied[0], 0.0, self._applied[1], 0.0)
+        if self._encoders is None:
+            return Measurement(tuple(self._q.tolist()), tuple(self._v.tolist()), effort)
+        readings = [encoder.read(angle) for encoder, angle in zip(self._encoders, self._q.tolist(), strict=True)]
+        return Measurement(
+            tuple(position for position, _ in readings), tuple(velocity for _, velocity in readings), effort
+        )
+
+    def measure_imu(self) -> ImuReading:
+        """Return the IMU's reading of the present sample, under the torque applied up to it."""
+        acceleration = self._acceleration(self._q, self._v)
+        model, data = self._loop.model, self._loop.data
+        pin.forwardKinematics(model, data, self._q, self._v, acceleration)
+        tip = model.getFrameId("tip_2")
+        frame = pin.ReferenceFrame.LOCAL
+        linear = pin.getFrameClassicalAcceleration(model, data, tip, frame).linear
+        return self._imu.read((float(linear[0]), float(linear[1])), float(self._v[2] + self._v[3]))
+
+    def advance(self, command: tuple[float, float]) -> None:
+        """Hold the torque that follows from a command (Nm) and integrate to the next sample.
+
+        Raises:
+            PlantDiverged: the motion is too fast to be simulated faithfully.
+        """
+        self._applied = self._drives.apply(command)
+        for _ in range(self._steps):
+            self._integrate(self._step, MAX_HALVINGS)
+
+    def _integrate(self, h: float, halvings: int) -> None:
+        q, v, gap = self._runge_kutta_step(h)
+        if gap <= CLOSURE_TOLERANCE:
+            self._q, self._v = q, v
+            self.closure_error = max(self.closure_error, gap)
+        elif halvings > 0:
+            self._integrate(0.5 * h, halvings - 1)
+            self._integrate(0.5 * h, halvings - 1)
+        else:
+            raise PlantDiverged(
+                f"motor speeds {self._v[0]:.3g} and {self._v[2]:.3g} rad/s under {self._applied[0]:.3g} and"
+                f" {self._applied[1]:.3g} Nm open the loop by {gap:.3g} m in {h:.3g} s"
+            )
+
+    def _runge_kutta_step(self, h: float) -> tuple[Vector, Vector, float]:
+        q, v = self._q, self._v
+        half = 0.5 * h
+        a1 = self._acceleration(q, v)
+        v2 = v + half * a1
+        a2 = self._acceleration(q + half * v, v2)
+        v3 = v + half * a2
+        a3 = self._acceleration(q + half * v2, v3)
+        v4 = v + h * a3
+        a4 = self._acceleration(q + h * v3, v4)
+        sixth = h / 6.0
+        q = q + sixth * (v + 2.0 * (v2 + v3) + v4)
+        v = v + sixth * (a1 + 2.0 * (a2 + a3) + a4)
+        return self._loop.close(q, v)
+
+    def _acceleration(self, q: Vector, v: Vector) -> Vector:
+        self._tau[0] = self._applied[0] - _friction(self._robot.leg1, float(v[0]))
+        self._tau[2] = self._applied[1] - _friction(self._robot.leg2, float(v[2]))
+        return self._loop.acceleration(q, v, self._tau)
+
+    @property
+    def joints(self) -> Vector:
+        """The exact joint angles (rad), shape (4,)."""
+        return self._q.copy()
+
+    @property
+    def joint_velocities(self) -> Vector:
+        """The exact joint velocities (rad/s), shape (4,)."""
+        return self._v.copy()
+
+    def kinetic_energy(self) -> float:
+        """Return the kinetic energy (J)."""
+        return self._loop.kinetic_energy(self._q, self._v)
+
+
+def _friction(leg: LegParameters, speed: float) -> float:
+    return leg.coulomb * math.tanh(speed / leg.width) + leg.offset

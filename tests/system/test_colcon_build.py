@@ -1,0 +1,57 @@
+"""A ROS user's way in: colcon builds the workspace, and puts things where `ros2 run` and `ros2 launch` look."""
+
+import os
+import subprocess
+import sys
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+
+SRC = Path(__file__).parents[2] / "src"
+PACKAGES = sorted(manifest.parent.name for manifest in SRC.glob("*/package.xml"))
+
+
+def tree(folder: Path) -> set[Path]:
+    return {path for path in folder.rglob("*") if "__pycache__" not in path.parts}
+
+
+@pytest.fixture(scope="module")
+def install(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    base = tmp_path_factory.mktemp("colcon")
+    before = tree(SRC)
+    built = subprocess.run(
+        [sys.executable, "-m", "colcon", "--log-base", base / "log", "build", "--base-paths", SRC,
+         "--build-base", base / "build", "--install-base", base / "install"],
+        cwd=base, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert tree(SRC) == before, "the build wrote into the source tree"
+    return base / "install"
+
+
+def test_there_are_packages() -> None:
+    assert PACKAGES == ["fivebar_bringup", "fivebar_control", "fivebar_description", "fivebar_sim"]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_command_is_an_executable_of_its_package(install: Path, package: str) -> None:
+    commands = {entry.name for entry in distribution(package).entry_points.select(group="console_scripts")}
+    folder = install / package / "lib" / package
+    installed = {path.name for path in folder.iterdir() if os.access(path, os.X_OK)} if folder.exists() else set()
+    assert installed == commands
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_ros_finds_the_package(install: Path, package: str) -> None:
+    share = install / package / "share"
+    assert (share / "ament_index/resource_index/packages" / package).is_file()
+    assert (share / package / "package.xml").is_file()
+    assert "AMENT_PREFIX_PATH" in (share / package / "hook/ament_prefix_path.sh").read_text()
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_data_file_is_installed(install: Path, package: str) -> None:
+    source, share = SRC / package, install / package / "share" / package
+    paths = {path for folder in ("config", "launch", "urdf") for path in tree(source / folder) if path.is_file()}
+    assert not {path for path in paths if not (share / path.relative_to(source)).is_file()}
