@@ -39,6 +39,7 @@ test: lint ## lint, then run all tests
 .PHONY: lint
 lint: setup ## check style and types
 	@$(BIN)/ruff check
+	$(BIN)/ruff format --check --quiet
 	$(BIN)/mypy
 
 .PHONY: bench

@@ -81,6 +81,7 @@ class Scenario(StrictModel):
     gains: GainsSection = GainsSection()
     plant: PlantSection = PlantSection()
     estimator: Literal["none"] = "none"
+    tracking_error_limit: Positive = 0.05
 
     @field_validator("rate_hz")
     @classmethod

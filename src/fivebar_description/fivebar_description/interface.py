@@ -20,6 +20,9 @@ REFERENCE_NAMES = ("x", "y", "vx", "vy")
 SUPERVISOR_NAMES = ("sigma", "inverse_condition")
 """Fields of `supervisor/state`: the blending weight and kappa = 1/cond(A)."""
 
+IMU_FRAME = "imu"
+"""Frame of `imu/data`, fixed to the distal link of leg 2 at the platform."""
+
 START_STAMP_NS = 1_000_000_000
 """Stamp of sample 0. It is not zero because a zero stamp reads as "not set" in ROS."""
 

@@ -1,4 +1,4 @@
-"""The last decision before the drives: blend the candidates, and command zero torque for good once something is wrong."""
+"""The last decision before the drives: blend the candidates, and command zero torque once something is wrong."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def vhc_cartesian_torque(
 ) -> Torque:
     """Return u3; kp in 1/s^2, kd in 1/s. Undefined (NaN) where the path runs along t_s or a leg is at Type 1.
 
-    xddot = alpha v1 with n . xddot = -(Kp h + Kd hdot) (3.36), qddot = B^-1 (A xddot + c), then the torque by `resolve`.
+    xddot = alpha v1 with n . xddot = -(Kp h + Kd hdot) (3.36), qddot = B^-1 (A xddot + c), the torque by `resolve`.
     """
     svd = parallel_svd(state)
     constraint = line_constraint(line, state.x, state.y, state.vx, state.vy)

@@ -1,1 +1,1 @@
-"""Reference motions: rest-to-rest polynomials through waypoints, and the planner that checks them before the robot moves."""
+"""Reference motions: rest-to-rest polynomials through waypoints, and the planner that checks them beforehand."""

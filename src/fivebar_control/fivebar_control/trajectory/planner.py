@@ -42,8 +42,8 @@ class PlanRefused(InputError):
 class ZoneRule(NamedTuple):
     """How wide a blending zone is.
 
-    With `epsilon` None (ballistic) each crossing gets eps = T_b |dkappa/dt| / 2 from the reference's speed there, so that
-    sigma = 1 lasts about `duration` T_b (s). A number is a fixed epsilon for all crossings, as in the thesis.
+    With `epsilon` None (ballistic) each crossing gets eps = T_b |dkappa/dt| / 2 from the reference's speed there, so
+    that sigma = 1 lasts about `duration` T_b (s). A number is a fixed epsilon for all crossings, as in the thesis.
     """
 
     duration: float = 0.040
@@ -212,8 +212,8 @@ def _crossing(
     authority = abs(line.direction_y * svd.v_x - line.direction_x * svd.v_y)
     if authority < MIN_AUTHORITY:
         raise PlanRefused(
-            f"segment {index + 1}: where it crosses the Type 2 locus, at {_place(reference.x, reference.y)}, the direction"
-            f" across the path is uncontrollable: |n.v1| = {authority:.2f}, expected at least {MIN_AUTHORITY}"
+            f"segment {index + 1}: where it crosses the Type 2 locus, at {_place(reference.x, reference.y)}, the"
+            f" direction across the path is uncontrollable: |n.v1| = {authority:.2f}, expected at least {MIN_AUTHORITY}"
         )
     kappa_rate = inverse_condition_rate(state)
     epsilon = fixed_epsilon if fixed_epsilon is not None else 0.5 * zone_time * kappa_rate

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 
 def rest_to_rest(u: float) -> tuple[float, float, float]:
-    """Return s, ds/du, d2s/du2 of s = 10 u^3 - 15 u^4 + 6 u^5: from 0 to 1 with zero speed and acceleration at both ends.
+    """Return s, ds/du, d2s/du2 of s = 10 u^3 - 15 u^4 + 6 u^5.
 
-    Outside [0, 1] the motion rests.
+    It goes from 0 to 1 with zero speed and acceleration at both ends; outside [0, 1] the motion rests.
     """
     if u <= 0.0:
         return 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""The one way to run a node: safe defaults for DDS, one executor, clear errors, and exit status 0 on SIGINT and SIGTERM."""
+"""The one way to run a node: safe defaults for DDS, one executor, clear errors, exit status 0 on a signal."""
 
 from __future__ import annotations
 

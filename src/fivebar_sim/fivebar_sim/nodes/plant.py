@@ -14,6 +14,7 @@ from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,
     IMU_DATA,
+    IMU_FRAME,
     JOINT_STATES,
     JOINTS,
     RUN_READY,
@@ -26,7 +27,7 @@ from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
-from fivebar_sim.nodes.plant_parameters import IMU_FRAME, LOCKSTEP, SPECS
+from fivebar_sim.nodes.plant_parameters import LOCKSTEP, SPECS
 from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.plant import Plant, PlantDiverged
 
@@ -38,8 +39,8 @@ ZERO = (0.0, 0.0)
 class PlantNode(GraphNode):
     """The simulated five-bar, in lockstep with the controllers or in real time.
 
-    In lockstep, sample k is followed by sample k + 1 as soon as the command that carries stamp k has come. In real time,
-    samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on.
+    In lockstep, sample k is followed by sample k + 1 as soon as the command that carries stamp k has come. In real
+    time, samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on.
     """
 
     def __init__(self) -> None:

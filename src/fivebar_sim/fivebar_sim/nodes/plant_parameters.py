@@ -6,8 +6,6 @@ from fivebar_description.ros.parameters import Spec
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 
-IMU_FRAME = "imu"
-
 START_JOINTS = [1.6573402912344397, -0.9225800732005386, 1.4842523623553534, 0.9225800732005386]
 """At rest at (0, 0.15) m with the elbows outwards, where the middle crossing starts."""
 

@@ -1,0 +1,159 @@
+"""A run without ROS: the same plant and control laws in one process, leaving the same bag as the node graph."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
+from fivebar_bringup.scenario import ControllerName, Scenario
+from fivebar_control.controllers.guard import Guard
+from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, VhcCartesianLaw
+from fivebar_control.controllers.reference import reference_from_platform
+from fivebar_control.controllers.torque import Torque
+from fivebar_control.estimation.imu_check import acceleration_error
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.model.state import JointAngles, Platform
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    CTC_TORQUE,
+    FAULTS,
+    IMU_DATA,
+    IMU_ERROR,
+    IMU_FRAME,
+    JOINT_STATES,
+    JOINTS,
+    NANOSECONDS,
+    REFERENCE,
+    REFERENCE_NAMES,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_SIGMA,
+    SUPERVISOR_STATE,
+    TORQUE_COMMAND,
+    VHC_TORQUE,
+    Topic,
+    sample_stamp_ns,
+)
+from fivebar_sim.plant import Measurement, Plant, PlantDiverged
+from fivebar_sim.sensors import ImuReading
+
+
+class Sample(NamedTuple):
+    """All that one sample of the closed loop holds; `vhc` is None where the controller has no such law."""
+
+    number: int
+    measured: Measurement
+    imu: ImuReading
+    reference: Platform
+    supervisor: SupervisorState
+    ctc: Torque
+    vhc: Torque | None
+    command: Torque
+
+
+class OfflineRun(NamedTuple):
+    """A finished run: its samples, and the faults as they would be published."""
+
+    samples: list[Sample]
+    faults: list[str]
+
+
+def initial_joints(scenario: Scenario) -> JointAngles:
+    """Return the posture in which a scenario starts."""
+    (x, y), (mode1, mode2) = scenario.waypoints[0], scenario.working_mode
+    return inverse_geometry(scenario.five_bar(), mode1, mode2, x, y)
+
+
+def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample: None) -> OfflineRun:
+    """Run a scenario in this process; `progress` is called with each finished sample's number."""
+    robot, plan, gains = scenario.five_bar(), scenario.plan(), scenario.gains
+    rate_hz = scenario.rate_hz
+    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant.as_options())
+    supervise = Supervisor(plan, rate_hz)
+    ctc_law = CtcLaw(robot, Gains(gains.kp, gains.kd))
+    vhc_law = (
+        VhcCartesianLaw(robot, plan, rate_hz, Gains(gains.kp_vhc, gains.kd_vhc), scenario.vhc_resolution)
+        if scenario.controller is ControllerName.MULTI_CARTESIAN
+        else None
+    )
+    guard = Guard(scenario.tracking_error_limit)
+    samples: list[Sample] = []
+    faults: list[str] = []
+    last = plan.path.samples(rate_hz)
+    for number in range(last + 1):
+        measured, imu = plant.measure(), plant.measure_imu()
+        state = state_from_joints(robot, *measured.position, *measured.velocity)
+        platform = plan.path.at(number / rate_hz)
+        reference = reference_from_platform(robot, plan.mode1, plan.mode2, platform)
+        supervisor = supervise(number, state)
+        ctc = ctc_law(number, state, reference)
+        vhc = vhc_law(number, state, reference) if vhc_law is not None else None
+        error = math.hypot(state.x - platform.x, state.y - platform.y)
+        tripped = guard.fault is not None
+        if vhc is None:
+            command = guard.command(number, error, 0.0, ctc, ctc)
+        else:
+            command = guard.command(number, error, supervisor.sigma, ctc, vhc)
+        if guard.fault is not None and not tripped:
+            faults.append(str(guard.fault))
+        samples.append(Sample(number, measured, imu, platform, supervisor, ctc, vhc, command))
+        progress(number)
+        if number < last:
+            try:
+                plant.advance(command)
+            except PlantDiverged as failure:
+                faults.append(f"plant_diverged: after sample {number}: {failure}")
+                break
+    return OfflineRun(samples, faults)
+
+
+def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
+    """Write a run as the bag that the node graph would have left; log times are the stamps."""
+    topics = [JOINT_STATES, IMU_DATA, REFERENCE, CTC_TORQUE, SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
+    topics += [IMU_ERROR, FAULTS]
+    if run.samples[0].vhc is not None:
+        topics.append(VHC_TORQUE)
+    rate_hz = scenario.rate_hz
+    path = scenario.plan().path
+    with BagWriter(directory, topics) as bag:
+        for sample in run.samples:
+            stamp = sample_stamp_ns(sample.number, rate_hz)
+            for topic, data in _messages(sample, stamp):
+                bag.write(topic, stamp, data)
+        # the trajectory generator is one sample ahead
+        after = run.samples[-1].number + 1
+        data = _reference(path.at(after / rate_hz), sample_stamp_ns(after, rate_hz))
+        bag.write(REFERENCE, sample_stamp_ns(after, rate_hz) - NANOSECONDS // rate_hz, data)
+        for fault in run.faults:
+            bag.write(FAULTS, sample_stamp_ns(run.samples[-1].number, rate_hz), serialize.string(fault))
+        bag.close({"dropped": "0"})
+
+
+def _messages(sample: Sample, stamp: int) -> list[tuple[Topic, bytes]]:
+    measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
+    error = acceleration_error(sample.imu.acceleration[:2], (desired.ax, desired.ay))
+    messages = [
+        (
+            JOINT_STATES,
+            serialize.joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort),
+        ),
+        (IMU_DATA, serialize.imu(stamp, IMU_FRAME, sample.imu.angular_velocity, sample.imu.acceleration)),
+        (REFERENCE, _reference(desired, stamp)),
+        (CTC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.ctc)),
+        (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
+        (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
+        (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),
+        (IMU_ERROR, serialize.float64(error)),
+    ]
+    if sample.vhc is not None:
+        messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.vhc)))
+    return messages
+
+
+def _reference(platform: Platform, stamp: int) -> bytes:
+    x, y, vx, vy, ax, ay = platform
+    return serialize.joint_state(stamp, REFERENCE_NAMES, (x, y, vx, vy), (vx, vy, ax, ay))

@@ -1,0 +1,84 @@
+"""What a run leaves behind, and where."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_description.strict_yaml import InputError
+
+
+class RunDirectory(NamedTuple):
+    """The directory of one run; every file in it has its place here."""
+
+    path: Path
+
+    @property
+    def bag(self) -> Path:
+        """The rosbag2 directory."""
+        return self.path / "bag"
+
+    @property
+    def scenario(self) -> Path:
+        """The scenario as run, every default written out."""
+        return self.path / "scenario.yaml"
+
+    @property
+    def timing(self) -> Path:
+        """What only the process that ran it knows: how, and for how long."""
+        return self.path / "timing.json"
+
+    @property
+    def summary(self) -> Path:
+        """The figures of the run."""
+        return self.path / "summary.json"
+
+    @property
+    def figures(self) -> Path:
+        """The folder of the PNG figures."""
+        return self.path / "figures"
+
+    @property
+    def page(self) -> Path:
+        """The page to look at."""
+        return self.path / "report.html"
+
+    @property
+    def parameters(self) -> Path:
+        """The folder of the parameter files that the nodes were started with."""
+        return self.path / "parameters"
+
+    @property
+    def logs(self) -> Path:
+        """The folder of what each node printed."""
+        return self.path / "logs"
+
+    def read_scenario(self) -> Scenario:
+        """Return the scenario of a run made earlier.
+
+        Raises:
+            InputError: the directory does not hold a run.
+        """
+        if not self.scenario.is_file():
+            raise InputError(f"{self.path}: is not a run directory: it has no {self.scenario.name}")
+        return load_scenario(str(self.scenario))
+
+
+def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
+    """Make the directory of a new run, by default runs/<scenario>-<date>-<time>, and put the scenario into it.
+
+    Raises:
+        InputError: the directory holds something already or cannot be made.
+    """
+    path = out if out is not None else Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        if any(path.iterdir()):
+            raise InputError(f"{path}: is not empty: expected a new or empty directory for the results")
+        run = RunDirectory(path)
+        run.scenario.write_text(scenario.to_yaml(), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be used for the results: {error.strerror}") from error
+    return run
