@@ -13,7 +13,7 @@ from fivebar_bringup.scenario import ControllerName, Scenario
 from fivebar_control.controllers.guard import Guard
 from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, VhcCartesianLaw
 from fivebar_control.controllers.reference import reference_from_platform
-from fivebar_control.controllers.torque import Torque
+from fivebar_control.controllers.torque import ZERO, Torque
 from fivebar_control.estimation.imu_check import acceleration_error
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints
@@ -128,8 +128,11 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         after = run.samples[-1].number + 1
         data = _reference(path.at(after / rate_hz), sample_stamp_ns(after, rate_hz))
         bag.write(REFERENCE, sample_stamp_ns(after, rate_hz) - NANOSECONDS // rate_hz, data)
+        # a stopping blender's last word is zero torque
+        stamp = sample_stamp_ns(run.samples[-1].number, rate_hz)
+        bag.write(TORQUE_COMMAND, stamp, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=ZERO))
         for fault in run.faults:
-            bag.write(FAULTS, sample_stamp_ns(run.samples[-1].number, rate_hz), serialize.string(fault))
+            bag.write(FAULTS, stamp, serialize.string(fault))
         bag.close({"dropped": "0"})
 
 

@@ -55,16 +55,19 @@ class Plant:
         rate_hz: int,
         options: PlantOptions | None = None,
         imu: ImuOptions | None = None,
+        velocities: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
     ) -> None:
-        """Put the robot at rest into a posture (q11, q12, q21, q22) in rad.
+        """Put the robot into a posture (q11, q12, q21, q22) in rad, at rest or with joint velocities (rad/s).
+
+        The velocities are projected onto the closed loop.
 
         Raises:
-            InputError: the posture is malformed or its loop is open.
+            InputError: the posture or the velocities are malformed, or the loop is open.
         """
         options = options if options is not None else PlantOptions()
         self._robot = scaled(robot, options.mass_scale, options.inertia_scale, options.friction_scale)
         self._loop = ClosedLoop(self._robot)
-        self._q, self._v = self._closed_posture(joints)
+        self._q, self._v = self._closed_posture(joints, velocities)
         period = 1.0 / rate_hz
         self._steps = math.ceil(period / MAX_STEP - 1e-9)
         self._step = period / self._steps
@@ -78,11 +81,13 @@ class Plant:
         self.closure_error = 0.0
         """Largest gap (m) between the tips seen so far, before it was closed."""
 
-    def _closed_posture(self, joints: Sequence[float]) -> tuple[Vector, Vector]:
-        q = np.array(joints, dtype=np.float64)
+    def _closed_posture(self, joints: Sequence[float], velocities: Sequence[float]) -> tuple[Vector, Vector]:
+        q, v = np.array(joints, dtype=np.float64), np.array(velocities, dtype=np.float64)
         if q.shape != (4,) or not np.all(np.isfinite(q)):
             raise InputError(f"initial_joints: {list(joints)}: expected four finite angles in rad")
-        q, v, gap = self._loop.close(q, np.zeros(4))
+        if v.shape != (4,) or not np.all(np.isfinite(v)):
+            raise InputError(f"initial velocities: {list(velocities)}: expected four finite speeds in rad/s")
+        q, v, gap = self._loop.close(q, v)
         if gap > POSTURE_TOLERANCE:
             raise InputError(
                 f"initial_joints: {list(joints)}: the legs end {gap * 1e3:.3f} mm apart, expected a closed loop"

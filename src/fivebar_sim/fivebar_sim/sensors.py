@@ -37,7 +37,13 @@ class Drives:
         self._waiting = deque([(0.0, 0.0)] * options.delay_samples)
 
     def apply(self, command: tuple[float, float]) -> tuple[float, float]:
-        """Take a new torque command (Nm) and return the torques (Nm) that act now."""
+        """Take a new torque command (Nm) and return the torques (Nm) that act now.
+
+        Raises:
+            ValueError: a torque is not a number; limiting it would turn it into the limit.
+        """
+        if math.isnan(command[0]) or math.isnan(command[1]):
+            raise ValueError(f"torque command {command} Nm is not a number")
         self._waiting.append(command)
         tau1, tau2 = self._waiting.popleft()
         return self._shape(tau1), self._shape(tau2)

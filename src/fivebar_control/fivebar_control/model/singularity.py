@@ -1,9 +1,9 @@
 """Where the robot stands to its singularities: the singular values of A in closed form, margins and classes.
 
 The rows of A are unit vectors, so with g = u_1 . u_2 and e = sign(g) the singular value decomposition A = U S V^T is
-s1 = sqrt(1 + |g|), s2 = |det A| / s1, U_1 = (1, e) / sqrt(2), v1 = (u_1 + e u_2) / |u_1 + e u_2|. On the locus the
-thesis' A_s (3.27) is s1 U_1^T, sign included: e = -1 for stretched distal links, +1 for folded ones. The rotation of 3.42 is not
-needed: v1 is the controllable direction anywhere.
+s1 = sqrt(1 + |g|), s2 = |det A| / s1, U_1 = (1, e) / sqrt(2), v1 = (u_1 + e u_2) / |u_1 + e u_2|. On the locus A_s of
+the thesis (3.27) is s1 U_1^T, sign included: e = -1 for stretched distal links, +1 for folded ones. The rotation of
+3.42 is not needed: v1 is the controllable direction anywhere.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.nodes.motion_parameters import RATE, ROBOT
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    CONTROL_QOS,
     CTC_TORQUE,
     FAULTS,
     JOINT_STATES,
@@ -92,6 +93,8 @@ class Blender(SamplingNode):
         if values["candidates"] == BLENDED:
             inputs += [Input(VHC_TORQUE, torque), Input(SUPERVISOR_STATE, fields_of(SUPERVISOR_NAMES, "position"))]
         self.join(values["rate_hz"], inputs)
+        # volatile on this side: faults of the past are the business of whoever reset them
+        self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         self.every(self._deadline / DEADLINE_LOOKS, self._look_for_missing)
 
     def stop(self) -> None:
@@ -138,6 +141,11 @@ class Blender(SamplingNode):
         """Publish the same command again."""
         if self._reply is not None:
             self._command.publish(self._reply)
+
+    def _on_fault(self, message: String) -> None:
+        """Stop the robot when another node reports a fault; one's own comes back too and changes nothing."""
+        name, _, detail = message.data.partition(": ")
+        self._guard.trip(name, detail)
 
     def _look_for_missing(self) -> None:
         """Give up on a sample whose candidates are overdue."""

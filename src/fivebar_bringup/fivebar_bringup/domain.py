@@ -1,0 +1,35 @@
+"""A DDS domain of its own for each run, so that runs and tests at the same time do not hear each other."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fivebar_description.strict_yaml import InputError
+
+PRIVATE_DOMAINS = range(20, 100)
+"""Domains to choose from: above the ones that people pick by hand, below those whose ports Linux gives away."""
+
+
+@contextmanager
+def private_domain() -> Iterator[int]:
+    """Hold a domain that no other run of this user holds; a lock file keeps it, also against killed holders.
+
+    Raises:
+        InputError: all domains are held.
+    """
+    folder = Path(tempfile.gettempdir()) / f"fivebar-domains-{os.getuid()}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    for domain in PRIVATE_DOMAINS:
+        with (folder / str(domain)).open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield domain
+            return
+    raise InputError(f"no free DDS domain between {PRIVATE_DOMAINS.start} and {PRIVATE_DOMAINS.stop - 1}")

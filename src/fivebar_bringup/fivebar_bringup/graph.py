@@ -1,0 +1,173 @@
+"""The node graph of a run: which nodes, with which parameters, joined by which topics.
+
+The `fivebar` command, the launch file and the page of nodes all start from this one description.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from fivebar_bringup.offline import initial_joints
+from fivebar_bringup.scenario import ControllerName, Scenario
+from fivebar_description.interface import (
+    CTC_TORQUE,
+    FAULTS,
+    IMU_DATA,
+    IMU_ERROR,
+    JOINT_STATES,
+    REFERENCE,
+    RUN_READY,
+    RUN_STATUS,
+    SUPERVISOR_SIGMA,
+    SUPERVISOR_STATE,
+    TOPICS,
+    TORQUE_COMMAND,
+    VHC_TORQUE,
+    Topic,
+)
+
+
+class Mode(StrEnum):
+    """How time passes: with the commands, or with the clock."""
+
+    LOCKSTEP = "lockstep"
+    REALTIME = "realtime"
+
+
+class NodeSpec(NamedTuple):
+    """One node of the graph; its name is that of its executable."""
+
+    package: str
+    executable: str
+    parameters: dict[str, Any]
+    subscribes: tuple[Topic, ...]
+    publishes: tuple[Topic, ...]
+
+    @property
+    def module(self) -> str:
+        """The Python module that runs the node."""
+        return f"{self.package}.nodes.{self.executable}"
+
+    def parameter_file(self) -> str:
+        """Return the node's parameters in the format of `--params-file`, for any namespace."""
+        return yaml.safe_dump({"/**": {"ros__parameters": self.parameters}}, sort_keys=False)
+
+
+PLANT = "plant"
+RECORDER = "bag_recorder"
+
+REALTIME_DEADLINE_CYCLES = 10
+"""Cycles after which the blender misses a candidate in real time."""
+
+LOCKSTEP_DEADLINE_MS = 2000.0
+
+
+def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec, ...]:
+    """Return the nodes that run a scenario and record it into the directory `bag`, in the order of the data's flow.
+
+    Raises:
+        InputError: the scenario's motion is refused.
+    """
+    blended = scenario.controller is not ControllerName.CTC
+    motion = _motion_parameters(scenario)
+    nodes = [
+        NodeSpec("fivebar_control", "trajectory_generator", motion, (JOINT_STATES,), (REFERENCE,)),
+        NodeSpec("fivebar_control", "supervisor", motion, (JOINT_STATES,), (SUPERVISOR_STATE, SUPERVISOR_SIGMA)),
+        NodeSpec(
+            "fivebar_control",
+            "ctc_controller",
+            {**motion, "kp": scenario.gains.kp, "kd": scenario.gains.kd},
+            (JOINT_STATES, REFERENCE),
+            (CTC_TORQUE,),
+        ),
+    ]
+    if blended:
+        nodes.append(
+            NodeSpec(
+                "fivebar_control",
+                "vhc_controller",
+                {
+                    **motion,
+                    "kp": scenario.gains.kp_vhc,
+                    "kd": scenario.gains.kd_vhc,
+                    "resolution": scenario.vhc_resolution,
+                },
+                (JOINT_STATES, REFERENCE),
+                (VHC_TORQUE,),
+            )
+        )
+    nodes += [
+        _blender(scenario, mode, blended),
+        NodeSpec("fivebar_control", "imu_listener", {"rate_hz": scenario.rate_hz}, (IMU_DATA, REFERENCE), (IMU_ERROR,)),
+    ]
+    recorded = [topic for topic in TOPICS if blended or topic is not VHC_TORQUE]
+    recorder = NodeSpec(
+        "fivebar_bringup",
+        RECORDER,
+        {"directory": str(bag.absolute()), "topics": [topic.name for topic in recorded]},
+        tuple(recorded),
+        (FAULTS,),
+    )
+    awaited = [node.executable for node in (*nodes, recorder)]
+    return (*nodes, _plant(scenario, mode, awaited), recorder)
+
+
+def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
+    return {
+        "robot": scenario.robot,
+        "rate_hz": scenario.rate_hz,
+        "working_mode": list(scenario.working_mode),
+        "waypoints": [coordinate for waypoint in scenario.waypoints for coordinate in waypoint],
+        "segment_durations": list(scenario.durations()),
+        "zone_rule": scenario.zone.rule,
+        "zone_duration_ms": scenario.zone.duration_ms,
+        "zone_epsilon": scenario.zone.epsilon,
+    }
+
+
+def _blender(scenario: Scenario, mode: Mode, blended: bool) -> NodeSpec:
+    deadline_ms = LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else REALTIME_DEADLINE_CYCLES * 1e3 / scenario.rate_hz
+    candidates = (CTC_TORQUE, VHC_TORQUE, SUPERVISOR_STATE) if blended else (CTC_TORQUE,)
+    return NodeSpec(
+        "fivebar_control",
+        "blender",
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "candidates": "blended" if blended else "ctc",
+            "candidate_deadline_ms": deadline_ms,
+            "tracking_error_limit": scenario.tracking_error_limit,
+        },
+        (JOINT_STATES, REFERENCE, *candidates, FAULTS),
+        (TORQUE_COMMAND, FAULTS),
+    )
+
+
+def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
+    options = scenario.plant
+    return NodeSpec(
+        "fivebar_sim",
+        PLANT,
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "samples": scenario.plan().path.samples(scenario.rate_hz),
+            "mode": mode.value,
+            "initial_joints": list(initial_joints(scenario)),
+            "wait_for_nodes": awaited,
+            "mass_scale": options.mass_scale,
+            "inertia_scale": options.inertia_scale,
+            "friction_scale": options.friction_scale,
+            "torque_limit": options.torque_limit or 0.0,
+            "torque_quantum": options.torque_quantum,
+            "encoder_counts": options.encoder_counts or 0,
+            "delay_samples": options.delay_samples,
+            "seed": options.seed,
+        },
+        (TORQUE_COMMAND, RUN_READY),
+        (JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS),
+    )

@@ -1,0 +1,107 @@
+"""Records the graph's topics into an MCAP bag, as raw serialized messages."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from std_msgs.msg import String
+
+from fivebar_bringup.bag.writer import BagWriter
+from fivebar_description.interface import FAULTS, TOPICS, Topic
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.run import run_node
+from fivebar_description.strict_yaml import InputError
+
+CHECKPOINT_PERIOD = 0.5
+"""Time (s) between two checkpoints: what a killed recorder loses at most, and a margin under one second."""
+
+QUEUE_DEPTH = 20_000
+"""Messages per topic that may wait for the recorder: many seconds, so that a slow disk costs no message."""
+
+SPECS = (
+    Spec("directory", "bag", "Directory of the bag; it must not exist yet."),
+    Spec("topics", [topic.name for topic in TOPICS], "Topics of the graph that are recorded."),
+)
+
+
+class BagRecorder(GraphNode):
+    """Writes every message of an explicit list of topics; a message that is lost on the way is counted."""
+
+    def __init__(self) -> None:
+        """Make the node and the bag."""
+        super().__init__("bag_recorder")
+        values = self.parameters(SPECS)
+        by_name = {topic.name: topic for topic in TOPICS}
+        unknown = [name for name in values["topics"] if name not in by_name]
+        if unknown:
+            raise InputError(f"bag_recorder: topics: {unknown[0]!r}: expected some of {', '.join(by_name)}")
+        topics = [by_name[name] for name in values["topics"]]
+        directory = Path(values["directory"])
+        try:
+            self._bag = BagWriter(directory, topics, self.get_namespace())
+        except FileExistsError as error:
+            raise InputError(f"bag_recorder: directory: {directory}: exists already, expected a new one") from error
+        except OSError as error:
+            raise InputError(f"bag_recorder: directory: {directory}: cannot be made: {error.strerror}") from error
+        self._lost: dict[str, int] = {}
+        self._failed = False
+        self._faults = self.advertise(FAULTS)
+        for topic in topics:
+            self._record(topic)
+        self.every(CHECKPOINT_PERIOD, self._checkpoint)
+
+    def stop(self) -> None:
+        """Close the bag with what was lost."""
+        lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
+        try:
+            self._bag.close({"dropped": str(sum(self._lost.values())), **lost})
+        except OSError as error:
+            self._fail(error)
+
+    def _record(self, topic: Topic) -> None:
+        def count_lost(information: Any) -> None:
+            self._lost[topic.name] = information.total_count
+
+        self.listen(
+            topic,
+            self._receiver(topic),
+            QUEUE_DEPTH,
+            raw=True,
+            event_callbacks=SubscriptionEventCallbacks(message_lost=count_lost),
+        )
+
+    def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
+        def receive(data: bytes) -> None:
+            self._bag.write(topic, time.time_ns(), data)
+            self.answered += 1
+
+        return receive
+
+    def _checkpoint(self) -> None:
+        try:
+            self._bag.checkpoint()
+        except OSError as error:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        """Stop the robot: a run that cannot be recorded is not worth its risk. The bag keeps its last checkpoint."""
+        if not self._failed:
+            self._failed = True
+            text = f"recording_failed: {error.strerror}; the bag ends at its last checkpoint"
+            self._faults.publish(String(data=text))
+            self.get_logger().error(text)
+        self.exit_status = 1
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(BagRecorder)
+
+
+if __name__ == "__main__":
+    main()

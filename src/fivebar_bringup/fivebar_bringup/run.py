@@ -1,0 +1,65 @@
+"""One run from scenario to report, with the node graph or without ROS."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+from fivebar_bringup.domain import private_domain
+from fivebar_bringup.graph import Mode, crossing_graph
+from fivebar_bringup.launcher import Progress, run_graph
+from fivebar_bringup.offline import simulate, write_bag
+from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.scenario import Scenario
+
+
+def run_with_ros(
+    scenario: Scenario, mode: Mode, out: Path | None, domain: int | None, progress: Progress
+) -> tuple[RunDirectory, Summary]:
+    """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
+
+    Raises:
+        InputError: the motion is refused or the output directory cannot be used.
+    """
+    run = new_run_directory(out, scenario)
+    nodes = crossing_graph(scenario, mode, run.bag)
+    if domain is None:
+        with private_domain() as free:
+            outcome = run_graph(nodes, run, free, progress)
+    else:
+        outcome = run_graph(nodes, run, domain, progress)
+    _write_timing(
+        run,
+        {
+            "runner": "ros",
+            "mode": mode.value,
+            "wall_s": outcome.wall_s,
+            "overruns": outcome.overruns if mode is Mode.REALTIME else None,
+            "faults": outcome.faults,
+        },
+    )
+    return run, write_report(run)
+
+
+def run_offline(scenario: Scenario, out: Path | None, progress: Progress) -> tuple[RunDirectory, Summary]:
+    """Run a scenario in this process, without ROS.
+
+    Raises:
+        InputError: the motion is refused or the output directory cannot be used.
+    """
+    run = new_run_directory(out, scenario)
+    last = scenario.plan().path.samples(scenario.rate_hz)
+    began = time.monotonic()
+    result = simulate(scenario, lambda sample: progress(sample, last))
+    wall_s = time.monotonic() - began
+    write_bag(result, scenario, run.bag)
+    _write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "overruns": None, "faults": []})
+    return run, write_report(run)
+
+
+def _write_timing(run: RunDirectory, timing: dict[str, Any]) -> None:
+    run.timing.write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")

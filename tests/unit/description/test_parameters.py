@@ -1,0 +1,154 @@
+"""The parameter files: the published values, and one clear line for every kind of bad file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fivebar_description.parameters import load_robot, read_robot, robot_path, scaled
+from fivebar_description.strict_yaml import InputError
+
+GOOD = robot_path("dextar").read_text(encoding="utf-8")
+
+
+def replaced(old: str, new: str) -> str:
+    assert GOOD.count(old) == 1
+    return GOOD.replace(old, new)
+
+
+def test_dextar_has_the_values_of_section_1_4_1() -> None:
+    robot = load_robot("dextar")
+    assert (robot.leg1.base_x, robot.leg2.base_x) == (-0.059, 0.059)
+    for leg in (robot.leg1, robot.leg2):
+        assert (leg.proximal, leg.distal) == (0.09, 0.09)
+    assert (robot.leg1.inertia, robot.leg2.inertia, robot.mass) == (0.0133, 0.0142, 0.537)
+    assert (robot.leg1.coulomb, robot.leg2.coulomb) == (0.345, 0.430)
+    assert (robot.leg1.offset, robot.leg2.offset) == (0.0855, 0.0)
+
+
+def test_the_second_robot_has_no_equal_links() -> None:
+    robot = load_robot("unequal")
+    assert robot.leg1[:3] == (-0.07, 0.085, 0.11)
+    assert robot.leg2[:3] == (0.07, 0.1, 0.095)
+    assert robot.leg1.inertia != robot.leg2.inertia
+
+
+def test_a_path_reads_the_same_as_a_name(tmp_path: Path) -> None:
+    path = tmp_path / "copy.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+    assert load_robot(str(path)) == load_robot("dextar")
+
+
+BAD_FILES = {
+    "not YAML": (lambda: "name: [dextar", ["is not valid YAML"]),
+    "a list": (lambda: "- 0.09\n", ["expected keys with values, found list"]),
+    "empty": (lambda: "", ["expected keys with values, found NoneType"]),
+    "duplicate key": (
+        lambda: replaced("  l_12: 0.09 ", "  l_11: 0.08\n  l_12: 0.09 "),
+        ["key 'l_11' is given twice", "line 6"],
+    ),
+    "duplicate section": (lambda: GOOD + "mass_kg:\n  m: 1.0\n", ["key 'mass_kg' is given twice"]),
+    "key that is a list": (lambda: GOOD + "? [a, b]\n: 1.0\n", ["a key must be a plain word"]),
+    "unknown key": (lambda: replaced("  m: 0.537", "  m: 0.537\n  mm: 1.0"), ["mass_kg.mm: unknown key"]),
+    "unknown section": (lambda: GOOD + "colour: red\n", ["colour: unknown key"]),
+    "missing key": (lambda: replaced("  zz_21R: 0.0142", "  # nothing"), ["inertias_kg_m2.zz_21R: is missing"]),
+    "missing section": (lambda: replaced("mass_kg:\n  m: 0.537", ""), ["mass_kg: is missing"]),
+    "a word for a number": (
+        lambda: replaced("m: 0.537", "m: heavy"),
+        ["mass_kg.m: 'heavy': input should be a valid number"],
+    ),
+    "a quoted number": (lambda: replaced("m: 0.537", 'm: "0.537"'), ["mass_kg.m: '0.537': input should be"]),
+    "a boolean": (lambda: replaced("m: 0.537", "m: yes"), ["mass_kg.m: True: input should be"]),
+    "nothing for a number": (lambda: replaced("m: 0.537", "m:"), ["mass_kg.m: None: input should be"]),
+    "a list for a section": (lambda: replaced("mass_kg:\n  m: 0.537", "mass_kg: [1.0]"), ["mass_kg: [1.0]: input"]),
+    "a number for the name": (lambda: replaced("name: dextar", "name: 5"), ["name: 5: input should be a valid string"]),
+    "an empty name": (lambda: replaced("name: dextar", "name: ''"), ["name: '':", "at least 1 character"]),
+    "NaN": (lambda: replaced("l_22: 0.09 ", "l_22: .nan "), ["lengths_m.l_22: nan:", "finite number"]),
+    "infinity": (lambda: replaced("a: 0.118", "a: .inf"), ["lengths_m.a: inf:", "finite number"]),
+    "negative length": (lambda: replaced("l_21: 0.09 ", "l_21: -0.09 "), ["lengths_m.l_21: -0.09:", "greater than 0"]),
+    "zero length": (lambda: replaced("l_11: 0.09 ", "l_11: 0.0 "), ["lengths_m.l_11: 0.0:", "greater than 0"]),
+    "negative inertia": (lambda: replaced("0.0133", "-0.0133"), ["inertias_kg_m2.zz_11R: -0.0133:", "greater than 0"]),
+    "massless platform": (lambda: replaced("m: 0.537", "m: 0.0"), ["mass_kg.m: 0.0:", "greater than 0"]),
+    "negative friction": (
+        lambda: replaced("f_s21: 0.430", "f_s21: -0.430"),
+        ["friction.f_s21: -0.43:", "greater than or equal to 0"],
+    ),
+    "no smoothing": (
+        lambda: replaced("width_rad_s: 0.02", "width_rad_s: 0.0"),
+        ["friction.width_rad_s: 0.0:", "greater than 0"],
+    ),
+    "two mistakes": (
+        lambda: replaced("m: 0.537", "m: heavy") + "colour: red\n",
+        ["mass_kg.m: 'heavy'", "colour: unknown key"],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", BAD_FILES)
+def test_a_bad_file_is_refused_in_one_line_with_file_key_and_value(kind: str, tmp_path: Path) -> None:
+    make: Callable[[], str]
+    make, expected = BAD_FILES[kind]
+    path = tmp_path / "bad.yaml"
+    path.write_text(make(), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_robot(str(path))
+    text = str(caught.value)
+    assert text.startswith(f"{path}: ")
+    assert "\n" not in text
+    for words in expected:
+        assert words in text
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "none.yaml"
+    with pytest.raises(InputError) as caught:
+        load_robot(str(path))
+    assert str(caught.value) == f"{path}: cannot be read: No such file or directory"
+
+
+def test_a_folder_and_a_binary_file_are_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "folder.yaml"
+    folder.mkdir()
+    with pytest.raises(InputError, match="cannot be read: Is a directory"):
+        load_robot(str(folder))
+    binary = tmp_path / "binary.yaml"
+    binary.write_bytes(b"name: \xff\xfe\n")
+    with pytest.raises(InputError, match=r"binary\.yaml: is not UTF-8 text"):
+        load_robot(str(binary))
+
+
+def test_an_unknown_robot_is_answered_with_the_known_ones() -> None:
+    with pytest.raises(InputError, match="robot 'dexter': expected one of dextar, unequal, or a path"):
+        load_robot("dexter")
+
+
+def test_yaml_cannot_make_python_objects(tmp_path: Path) -> None:
+    path = tmp_path / "unsafe.yaml"
+    path.write_text("name: !!python/object/apply:os.getcwd []\n", encoding="utf-8")
+    with pytest.raises(InputError, match="is not valid YAML.*could not determine a constructor"):
+        load_robot(str(path))
+
+
+def test_a_read_file_cannot_be_changed() -> None:
+    file = read_robot("dextar")
+    assert file.model_dump() == yaml.safe_load(GOOD)
+    with pytest.raises(ValueError, match="frozen"):
+        file.mass_kg.m = 1.0
+
+
+def test_scaling_touches_mass_inertia_and_friction_and_nothing_else() -> None:
+    robot = load_robot("dextar")
+    other = scaled(robot, mass=1.1, inertia=0.9, friction=1.2)
+    assert other.mass == pytest.approx(0.5907, rel=1e-15)
+    assert other.leg1.inertia == pytest.approx(0.01197, rel=1e-15)
+    assert other.leg2.inertia == pytest.approx(0.01278, rel=1e-15)
+    assert other.leg1.coulomb == pytest.approx(0.414, rel=1e-15)
+    assert other.leg1.offset == pytest.approx(0.1026, rel=1e-15)
+    assert other.leg2.coulomb == pytest.approx(0.516, rel=1e-15)
+    for before, after in ((robot.leg1, other.leg1), (robot.leg2, other.leg2)):
+        assert after[:3] == before[:3]
+        assert after.width == before.width
+    assert scaled(robot) == robot
