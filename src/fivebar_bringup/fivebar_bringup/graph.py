@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from fivebar_bringup.offline import initial_joints
-from fivebar_bringup.scenario import ControllerName, Scenario
+from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
     CTC_TORQUE,
     FAULTS,
@@ -72,11 +72,18 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
     Raises:
         InputError: the scenario's motion is refused.
     """
-    blended = scenario.controller is not ControllerName.CTC
+    scheme = scenario.scheme()
+    blended = scheme.on_locus is not None
     motion = _motion_parameters(scenario)
     nodes = [
         NodeSpec("fivebar_control", "trajectory_generator", motion, (JOINT_STATES,), (REFERENCE,)),
-        NodeSpec("fivebar_control", "supervisor", motion, (JOINT_STATES,), (SUPERVISOR_STATE, SUPERVISOR_SIGMA)),
+        NodeSpec(
+            "fivebar_control",
+            "supervisor",
+            {**motion, "weighting": scheme.weighting},
+            (JOINT_STATES,),
+            (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
+        ),
         NodeSpec(
             "fivebar_control",
             "ctc_controller",
@@ -94,7 +101,12 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
                     **motion,
                     "kp": scenario.gains.kp_vhc,
                     "kd": scenario.gains.kd_vhc,
+                    "law": scheme.on_locus,
                     "resolution": scenario.vhc_resolution,
+                    "adaptive_gain": scenario.adaptive_gain.enabled,
+                    "alpha": scenario.adaptive_gain.alpha,
+                    "error_limit": scenario.adaptive_gain.error_limit,
+                    "keep_damping": scenario.adaptive_gain.keep_damping,
                 },
                 (JOINT_STATES, REFERENCE),
                 (VHC_TORQUE,),
@@ -123,6 +135,7 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
         "working_mode": list(scenario.working_mode),
         "waypoints": [coordinate for waypoint in scenario.waypoints for coordinate in waypoint],
         "segment_durations": list(scenario.durations()),
+        "time_law": scenario.time_law,
         "zone_rule": scenario.zone.rule,
         "zone_duration_ms": scenario.zone.duration_ms,
         "zone_epsilon": scenario.zone.epsilon,

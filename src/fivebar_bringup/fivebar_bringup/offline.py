@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
-from fivebar_bringup.scenario import ControllerName, Scenario
+from fivebar_bringup.scenario import Scenario
 from fivebar_control.controllers.guard import Guard
-from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, VhcCartesianLaw
+from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, on_locus_law
 from fivebar_control.controllers.reference import reference_from_platform
 from fivebar_control.controllers.torque import ZERO, Torque
 from fivebar_control.estimation.imu_check import acceleration_error
@@ -73,11 +73,20 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     robot, plan, gains = scenario.five_bar(), scenario.plan(), scenario.gains
     rate_hz = scenario.rate_hz
     plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant.as_options())
-    supervise = Supervisor(plan, rate_hz)
+    scheme = scenario.scheme()
+    supervise = Supervisor(plan, rate_hz, scheme.weighting)
     ctc_law = CtcLaw(robot, Gains(gains.kp, gains.kd))
     vhc_law = (
-        VhcCartesianLaw(robot, plan, rate_hz, Gains(gains.kp_vhc, gains.kd_vhc), scenario.vhc_resolution)
-        if scenario.controller is ControllerName.MULTI_CARTESIAN
+        on_locus_law(
+            scheme.on_locus,
+            robot,
+            plan,
+            rate_hz,
+            Gains(gains.kp_vhc, gains.kd_vhc),
+            scenario.vhc_resolution,
+            scenario.adaptive_gain.as_settings(),
+        )
+        if scheme.on_locus is not None
         else None
     )
     guard = Guard(scenario.tracking_error_limit)

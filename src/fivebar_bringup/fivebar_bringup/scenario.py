@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Literal
 
 import yaml
 from pydantic import Field, field_validator
 
+from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
+from fivebar_control.controllers.laws import SCHEMES, Scheme
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
@@ -19,13 +20,6 @@ from fivebar_sim.options import PlantOptions
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Gain = NotNegative
-
-
-class ControllerName(StrEnum):
-    """The controllers that a scenario can choose."""
-
-    CTC = "ctc"
-    MULTI_CARTESIAN = "multi_cartesian"
 
 
 class Zone(StrictModel):
@@ -49,6 +43,19 @@ class GainsSection(StrictModel):
     kd_vhc: Gain = 100.0
 
 
+class AdaptiveGainSection(StrictModel):
+    """Section `adaptive_gain`: of the controller multi_joint (4.1.3)."""
+
+    enabled: bool = True
+    alpha: Annotated[float, Field(ge=1.0)] = AdaptiveGainSettings().alpha
+    error_limit: NotNegative = AdaptiveGainSettings().error_limit
+    keep_damping: bool = AdaptiveGainSettings().keep_damping
+
+    def as_settings(self) -> AdaptiveGainSettings | None:
+        """Return the settings for the law, None where the adaptive gain is off."""
+        return AdaptiveGainSettings(self.alpha, self.error_limit, self.keep_damping) if self.enabled else None
+
+
 class PlantSection(StrictModel):
     """Section `plant`: how the simulated robot differs from its parameter file."""
 
@@ -70,15 +77,17 @@ class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
-    controller: Annotated[ControllerName, Field(strict=False)] = ControllerName.MULTI_CARTESIAN
+    controller: Literal["ctc", "multi_joint", "multi_cartesian", "multi_model_ctc"] = "multi_cartesian"
     robot: str = "dextar"
     working_mode: Annotated[tuple[Sign, Sign], Field(strict=False)] = (1, -1)
     waypoints: Annotated[tuple[Pair, ...], Field(strict=False, min_length=2)]
     segment_duration: Positive | Annotated[tuple[Positive, ...], Field(strict=False)] = 1.0
+    time_law: Literal["quintic", "criterion"] = "quintic"
     rate_hz: Annotated[int, Field(ge=50, le=10_000)] = 500
     zone: Zone = Zone()
     vhc_resolution: Literal["min_norm", "full_friction", "full_inverse"] = "full_friction"
     gains: GainsSection = GainsSection()
+    adaptive_gain: AdaptiveGainSection = AdaptiveGainSection()
     plant: PlantSection = PlantSection()
     estimator: Literal["none"] = "none"
     tracking_error_limit: Positive = 0.05
@@ -123,7 +132,12 @@ class Scenario(StrictModel):
             self.durations(),
             self.rate_hz,
             self.zone.as_rule(),
+            self.time_law,
         )
+
+    def scheme(self) -> Scheme:
+        """Return how the controller is put together."""
+        return SCHEMES[self.controller]
 
     def to_yaml(self) -> str:
         """Return the scenario as run, with every default written out."""

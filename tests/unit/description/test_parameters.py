@@ -128,7 +128,7 @@ def test_an_unknown_robot_is_answered_with_the_known_ones() -> None:
 def test_yaml_cannot_make_python_objects(tmp_path: Path) -> None:
     path = tmp_path / "unsafe.yaml"
     path.write_text("name: !!python/object/apply:os.getcwd []\n", encoding="utf-8")
-    with pytest.raises(InputError, match="is not valid YAML.*could not determine a constructor"):
+    with pytest.raises(InputError, match=r"is not valid YAML.*could not determine a constructor"):
         load_robot(str(path))
 
 

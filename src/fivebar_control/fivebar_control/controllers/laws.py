@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
+from fivebar_control.controllers.adaptive_gain import AdaptiveGain, AdaptiveGainSettings
 from fivebar_control.controllers.ctc import ctc_torque
+from fivebar_control.controllers.multi_model import reduced_ctc_torque, sigmoid_weight
 from fivebar_control.controllers.reference import Reference
-from fivebar_control.controllers.resolution import RESOLUTIONS
+from fivebar_control.controllers.resolution import RESOLUTIONS, Resolution
 from fivebar_control.controllers.supervisor import blending_weight
 from fivebar_control.controllers.torque import Torque
 from fivebar_control.controllers.vhc_cartesian import vhc_cartesian_torque
+from fivebar_control.controllers.vhc_joint import vhc_joint_torque
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
@@ -44,6 +47,19 @@ class CtcLaw:
         return ctc_torque(self._robot, state, reference, self._gains.kp, self._gains.kd)
 
 
+class ReducedCtcLaw:
+    """Computed torque control with the model that lacks the platform, tau_B."""
+
+    def __init__(self, robot: FiveBar, gains: Gains) -> None:
+        """Bind the law to a robot and gains."""
+        self._robot = robot
+        self._gains = gains
+
+    def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
+        """Return tau_B (Nm)."""
+        return reduced_ctc_torque(self._robot, state, reference, self._gains.kp, self._gains.kd)
+
+
 class VhcCartesianLaw:
     """Virtual holonomic constraint law u3 along the planned path."""
 
@@ -53,18 +69,69 @@ class VhcCartesianLaw:
         Raises:
             InputError: there is no such resolution.
         """
-        if resolution not in RESOLUTIONS:
-            raise InputError(f"vhc_resolution: {resolution!r}: expected one of {', '.join(RESOLUTIONS)}")
         self._robot = robot
         self._path = plan.path
         self._rate_hz = rate_hz
         self._gains = gains
-        self._resolve = RESOLUTIONS[resolution]
+        self._resolve = _resolution(resolution)
 
     def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
         """Return u3 (Nm)."""
         line = self._path.line_at(sample / self._rate_hz)
         return vhc_cartesian_torque(self._robot, state, reference, line, self._gains.kp, self._gains.kd, self._resolve)
+
+
+class VhcJointLaw:
+    """Virtual holonomic constraint law u2 along the planned path, with adaptive gain unless it is switched off."""
+
+    def __init__(
+        self,
+        robot: FiveBar,
+        plan: Plan,
+        rate_hz: int,
+        gains: Gains,
+        resolution: str,
+        adaptive_gain: AdaptiveGainSettings | None,
+    ) -> None:
+        """Bind the law to a robot, a path, gains, one of the torque resolutions and the adaptive gain.
+
+        Raises:
+            InputError: there is no such resolution.
+        """
+        self._robot = robot
+        self._plan = plan
+        self._rate_hz = rate_hz
+        self._gains = gains
+        self._resolve = _resolution(resolution)
+        self._adaptive_gain = AdaptiveGain(adaptive_gain) if adaptive_gain is not None else None
+
+    def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
+        """Return u2 (Nm); call it once for every sample, since the adaptive gain has a memory."""
+        t = sample / self._rate_hz
+        factor_p, factor_d = self._factors(t, state, reference)
+        return vhc_joint_torque(
+            self._robot,
+            self._plan.mode1,
+            self._plan.mode2,
+            state,
+            reference,
+            self._plan.path.line_at(t),
+            self._gains.kp * factor_p,
+            self._gains.kd * factor_d,
+            self._resolve,
+        )
+
+    def _factors(self, t: float, state: State, reference: Reference) -> tuple[float, float]:
+        if self._adaptive_gain is None:
+            return 1.0, 1.0
+        in_zone = blending_weight(inverse_condition(state), self._plan.epsilon_at(t)) > 0.0
+        return self._adaptive_gain.factors(in_zone, state.x - reference.state.x, state.y - reference.state.y)
+
+
+def _resolution(name: str) -> Resolution:
+    if name not in RESOLUTIONS:
+        raise InputError(f"vhc_resolution: {name!r}: expected one of {', '.join(RESOLUTIONS)}")
+    return RESOLUTIONS[name]
 
 
 class SupervisorState(NamedTuple):
@@ -75,14 +142,60 @@ class SupervisorState(NamedTuple):
 
 
 class Supervisor:
-    """The performance-based supervisor with the zone widths of a plan."""
+    """The performance-based supervisor with the zone widths of a plan; in time for the multi-model method."""
 
-    def __init__(self, plan: Plan, rate_hz: int) -> None:
-        """Bind the supervisor to a plan."""
+    def __init__(self, plan: Plan, rate_hz: int, weighting: str) -> None:
+        """Bind the supervisor to a plan; `weighting` is "condition" (4.1.2) or "sigmoid" (figure 1.10)."""
         self._plan = plan
         self._rate_hz = rate_hz
+        self._times = [crossing.time for crossing in plan.crossings] if weighting == SIGMOID else None
 
     def __call__(self, sample: int, state: State) -> SupervisorState:
         """Return sigma and kappa for a sample."""
+        t = sample / self._rate_hz
         kappa = inverse_condition(state)
-        return SupervisorState(blending_weight(kappa, self._plan.epsilon_at(sample / self._rate_hz)), kappa)
+        if self._times is not None:
+            return SupervisorState(sigmoid_weight(t, self._times, self._plan.zone_time), kappa)
+        return SupervisorState(blending_weight(kappa, self._plan.epsilon_at(t)), kappa)
+
+
+CONDITION, SIGMOID = "condition", "sigmoid"
+
+
+class Scheme(NamedTuple):
+    """How a controller is put together: its law on the locus (None for no blending) and what weighs the two."""
+
+    on_locus: str | None
+    weighting: str = CONDITION
+
+
+SCHEMES = {
+    "ctc": Scheme(None),
+    "multi_joint": Scheme("vhc_joint"),
+    "multi_cartesian": Scheme("vhc_cartesian"),
+    "multi_model_ctc": Scheme("reduced_ctc", SIGMOID),
+}
+"""The controllers that a run can choose, by name."""
+
+ON_LOCUS_LAWS = tuple(scheme.on_locus for scheme in SCHEMES.values() if scheme.on_locus is not None)
+
+
+def on_locus_law(
+    name: str,
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    gains: Gains,
+    resolution: str,
+    adaptive_gain: AdaptiveGainSettings | None,
+) -> Law:
+    """Return the law on the locus by its name, one of `ON_LOCUS_LAWS`.
+
+    Raises:
+        InputError: there is no such resolution.
+    """
+    if name == "reduced_ctc":
+        return ReducedCtcLaw(robot, gains)
+    if name == "vhc_joint":
+        return VhcJointLaw(robot, plan, rate_hz, gains, resolution, adaptive_gain)
+    return VhcCartesianLaw(robot, plan, rate_hz, gains, resolution)

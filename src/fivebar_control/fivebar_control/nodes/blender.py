@@ -138,7 +138,9 @@ class Blender(SamplingNode):
             self._announce_fault()
 
     def repeat(self) -> None:
-        """Publish the same command again."""
+        """Publish the same command again, or zero torque where another node's fault has come since."""
+        if self._guard.fault is not None:
+            self._reply = self._message(self.last_sample, ZERO)
         if self._reply is not None:
             self._command.publish(self._reply)
 
@@ -146,6 +148,9 @@ class Blender(SamplingNode):
         """Stop the robot when another node reports a fault; one's own comes back too and changes nothing."""
         name, _, detail = message.data.partition(": ")
         self._guard.trip(name, detail)
+        # a sample that still waits for its candidates would wait for ever: they are left out while a fault is latched
+        if self._waiting_since:
+            self._reply_with(max(self._waiting_since), ZERO)
 
     def _look_for_missing(self) -> None:
         """Give up on a sample whose candidates are overdue."""

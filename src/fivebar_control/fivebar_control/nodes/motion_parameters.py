@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import QUINTIC, TIME_LAWS, Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.parameters import Spec, whole_period
+from fivebar_description.strict_yaml import InputError
 
 ROBOT = Spec("robot", "dextar", "Robot that the node believes in: a shipped parameter file's name or a path to one.")
-RATE = Spec("rate_hz", 500, "Sampling rate; it must divide 1e9.", "Hz", 1, 10_000)
+RATE = Spec("rate_hz", 500, "Sampling rate; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period)
 
 MOTION = (
     ROBOT,
@@ -19,6 +20,7 @@ MOTION = (
     Spec("working_mode", [1, -1], "Elbow side of each leg: +1 counter-clockwise of the line from base to platform."),
     Spec("waypoints", [0.0, 0.15, 0.0, 0.02, 0.0, 0.15], "Rest points of the path: x1, y1, x2, y2, ...", "m"),
     Spec("segment_durations", [1.0, 1.0], "Duration of each segment.", "s"),
+    Spec("time_law", QUINTIC, "How the reference passes along a segment.", choices=TIME_LAWS),
     Spec("zone_rule", "ballistic", "How the blending zones are sized.", choices=("ballistic", "fixed")),
     Spec("zone_duration_ms", 40.0, "Time with sigma = 1 at a crossing, for the ballistic rule.", "ms", 0.1, 10_000.0),
     Spec("zone_epsilon", 0.05, "Half width of the zones in 1/cond(A), for the fixed rule.", "", 1e-6, 0.5),
@@ -41,17 +43,21 @@ def declare_motion(node: GraphNode) -> Motion:
     """
     values = node.parameters(MOTION)
     robot = load_robot(values["robot"])
-    plan = plan_motion(
-        robot,
-        values["working_mode"],
-        _pairs(values["waypoints"]),
-        values["segment_durations"],
-        values["rate_hz"],
-        ZoneRule(
-            duration=values["zone_duration_ms"] / 1e3,
-            epsilon=values["zone_epsilon"] if values["zone_rule"] == "fixed" else None,
-        ),
-    )
+    try:
+        plan = plan_motion(
+            robot,
+            values["working_mode"],
+            _pairs(values["waypoints"]),
+            values["segment_durations"],
+            values["rate_hz"],
+            ZoneRule(
+                duration=values["zone_duration_ms"] / 1e3,
+                epsilon=values["zone_epsilon"] if values["zone_rule"] == "fixed" else None,
+            ),
+            values["time_law"],
+        )
+    except PlanRefused as error:
+        raise InputError(f"{node.get_name()}: motion refused: {error}") from error
     return Motion(robot, plan, values["rate_hz"])
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
-from fivebar_control.controllers.laws import Supervisor, SupervisorState
+from fivebar_control.controllers.laws import CONDITION, SIGMOID, Supervisor, SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.nodes.motion_parameters import declare_motion
 from fivebar_description.interface import (
@@ -18,8 +18,16 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+
+WEIGHTING = Spec(
+    "weighting",
+    CONDITION,
+    "What sigma follows: 1/cond(A), or a sigmoid in time around each planned crossing (for multi_model_ctc).",
+    choices=(CONDITION, SIGMOID),
+)
 
 
 class SupervisorNode(SamplingNode):
@@ -29,7 +37,8 @@ class SupervisorNode(SamplingNode):
         """Make the node."""
         super().__init__("supervisor")
         self._motion = declare_motion(self)
-        self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz)
+        weighting = self.parameters((WEIGHTING,))["weighting"]
+        self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz, weighting)
         self._reply: SupervisorState | None = None
         self._state = self.advertise(SUPERVISOR_STATE)
         self._sigma = self.advertise(SUPERVISOR_SIGMA)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,9 +11,12 @@ from fivebar_control.controllers.vhc_cartesian import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.polynomial import rest_to_rest
 
+TimeLaw = Callable[[float], tuple[float, float, float]]
+"""From the fraction u of the duration to the fraction s of the way and its two derivatives by u."""
+
 
 class Segment(NamedTuple):
-    """One straight motion from rest to rest: start and end (m), start time and duration (s)."""
+    """One straight motion from rest to rest: start and end (m), start time and duration (s), and how time passes."""
 
     start_x: float
     start_y: float
@@ -21,10 +24,11 @@ class Segment(NamedTuple):
     end_y: float
     start_time: float
     duration: float
+    time_law: TimeLaw = rest_to_rest
 
     def at(self, t: float) -> Platform:
         """Return the reference at time t (s); before and after the segment the platform rests at its ends."""
-        s, ds, dds = rest_to_rest((t - self.start_time) / self.duration)
+        s, ds, dds = self.time_law((t - self.start_time) / self.duration)
         dx, dy = self.end_x - self.start_x, self.end_y - self.start_y
         rate = ds / self.duration
         bend = dds / (self.duration * self.duration)
@@ -40,16 +44,21 @@ class Segment(NamedTuple):
 class Path:
     """The whole reference motion, as a function of the time since sample 0."""
 
-    def __init__(self, waypoints: Sequence[tuple[float, float]], durations: Sequence[float]) -> None:
-        """Join waypoints (m) with one duration (s) per segment; consecutive waypoints differ."""
+    def __init__(self, segments: Sequence[Segment]) -> None:
+        """Join segments, each beginning where and when the last one ends."""
+        self.segments = tuple(segments)
+        self.duration = segments[-1].start_time + segments[-1].duration
+        self._lines = tuple(segment.line() for segment in segments)
+
+    @classmethod
+    def through(cls, waypoints: Sequence[tuple[float, float]], durations: Sequence[float]) -> Path:
+        """Return the path of fifth-order polynomials through waypoints (m), with one duration (s) per segment."""
         segments = []
         start_time = 0.0
         for ((start_x, start_y), (end_x, end_y)), duration in zip(pairwise(waypoints), durations, strict=True):
             segments.append(Segment(start_x, start_y, end_x, end_y, start_time, duration))
             start_time += duration
-        self.segments = tuple(segments)
-        self.duration = start_time
-        self._lines = tuple(segment.line() for segment in segments)
+        return cls(segments)
 
     def segment_index(self, t: float) -> int:
         """Return the number of the segment at time t; the instant between two belongs to the later one."""

@@ -17,6 +17,7 @@ from fivebar_control.model.singularity import (
     parallel_svd,
 )
 from fivebar_control.model.state import State
+from fivebar_control.trajectory.criterion import criterion_law
 from fivebar_control.trajectory.path import Path, Segment
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, LegParameters
@@ -37,6 +38,12 @@ SEARCH_STEPS = 400
 
 class PlanRefused(InputError):
     """The motion cannot be made; says where and why."""
+
+
+QUINTIC, CRITERION = "quintic", "criterion"
+TIME_LAWS = (QUINTIC, CRITERION)
+"""How the reference passes along a segment: by the fifth-order polynomial, which knows nothing of the locus (4.2), or
+so that the dynamic criterion holds at the crossing."""
 
 
 class ZoneRule(NamedTuple):
@@ -78,6 +85,8 @@ class Plan(NamedTuple):
     crossings: tuple[Crossing, ...]
     mode1: int
     mode2: int
+    zone_time: float
+    """Time (s) for which sigma is meant to be 1 at a crossing, under the ballistic rule."""
 
     def epsilon_at(self, t: float) -> float:
         """Return the zone width that holds at time t (s): that of the crossing nearest in time, 0 without one."""
@@ -93,26 +102,36 @@ def plan_motion(
     durations: Sequence[float],
     rate_hz: int,
     rule: ZoneRule,
+    time_law: str = QUINTIC,
 ) -> Plan:
     """Check a rest-to-rest motion through waypoints (m) with one duration (s) per segment.
 
+    With the time law "criterion", a segment between two assembly modes meets the dynamic criterion where it crosses.
+
     Raises:
         PlanRefused: malformed waypoints, durations or rate; a point out of reach; a segment that meets Type 1; a
-            crossing along the uncontrollable direction; a rest point inside a blending zone.
+            crossing along the uncontrollable direction; a rest point inside a blending zone; a segment that cannot
+            meet the dynamic criterion where that is asked for.
     """
     _refuse_malformed(working_mode, waypoints, durations, rate_hz, rule)
-    path = Path(waypoints, durations)
-    for number, segment in enumerate(path.segments, start=1):
+    segments = list(Path.through(waypoints, durations).segments)
+    for number, segment in enumerate(segments, start=1):
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, number, leg, leg_number)
     mode1, mode2 = working_mode
+    fractions = [_locus_fractions(robot, mode1, mode2, segment) for segment in segments]
+    if time_law == CRITERION:
+        segments = [
+            _meeting_criterion(segment, number, crossed)
+            for number, (segment, crossed) in enumerate(zip(segments, fractions, strict=True), start=1)
+        ]
     zone_time = max(rule.duration, MIN_ZONE_SAMPLES / rate_hz)
     crossings = tuple(
         _crossing(robot, mode1, mode2, segment, index, s, zone_time, rule.epsilon)
-        for index, segment in enumerate(path.segments)
-        for s in _locus_fractions(robot, mode1, mode2, segment)
+        for index, (segment, crossed) in enumerate(zip(segments, fractions, strict=True))
+        for s in crossed
     )
-    plan = Plan(path, crossings, mode1, mode2)
+    plan = Plan(Path(segments), crossings, mode1, mode2, zone_time)
     _refuse_rest_in_zone(robot, plan, waypoints)
     return plan
 
@@ -194,6 +213,23 @@ def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, segment: Segment) -
     ]
 
 
+def _meeting_criterion(segment: Segment, number: int, crossed: list[float]) -> Segment:
+    if not crossed:
+        return segment
+    if len(crossed) > 1:
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
+            " segment to meet the dynamic criterion"
+        )
+    law = criterion_law(crossed[0])
+    if law is None:
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
+            " goes forwards meets the dynamic criterion so near an end"
+        )
+    return segment._replace(time_law=law)
+
+
 def _crossing(
     robot: FiveBar,
     mode1: int,
@@ -222,8 +258,7 @@ def _crossing(
 
 def _time_fraction(segment: Segment, s: float) -> float:
     """Return the fraction of a segment's duration after which it has gone the fraction s of its way."""
-    unit = Segment(0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
-    return float(brentq(lambda u: unit.at(u).x - s, 0.0, 1.0, xtol=1e-15))
+    return float(brentq(lambda u: segment.time_law(u)[0] - s, 0.0, 1.0, xtol=1e-15))
 
 
 def _refuse_rest_in_zone(robot: FiveBar, plan: Plan, waypoints: Sequence[tuple[float, float]]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -11,6 +11,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from fivebar_description.interface import NANOSECONDS
 from fivebar_description.strict_yaml import InputError
 
 
@@ -25,6 +26,7 @@ class Spec(NamedTuple):
         minimum, maximum: its range, for numbers.
         choices: the allowed words, for strings.
         tunable: whether it may be changed while the node runs.
+        check: returns what else is wrong with a value, None if nothing.
     """
 
     name: str
@@ -35,6 +37,7 @@ class Spec(NamedTuple):
     maximum: float | None = None
     choices: tuple[str, ...] = ()
     tunable: bool = False
+    check: Callable[[Any], str | None] | None = None
 
     def descriptor(self) -> ParameterDescriptor:
         """Return the descriptor that `ros2 param describe` shows."""
@@ -65,7 +68,14 @@ class Spec(NamedTuple):
             return "expected finite numbers"
         if self.choices and value not in self.choices:
             return f"expected one of {', '.join(self.choices)}"
+        return self.check(value) if self.check is not None else None
+
+
+def whole_period(rate_hz: int) -> str | None:
+    """Return what is wrong with a sampling rate (Hz) whose period is not a whole number of nanoseconds."""
+    if rate_hz > 0 and NANOSECONDS % rate_hz == 0:
         return None
+    return "expected a rate that divides 1e9, so that stamps are whole nanoseconds"
 
 
 def declare(node: Node, specs: Sequence[Spec]) -> dict[str, Any]:
@@ -83,10 +93,9 @@ def _declare_one(node: Node, spec: Spec) -> Any:
     except InvalidParameterTypeException as error:
         raise InputError(f"{node.get_name()}: parameter {spec.name}: {_one_line(error)}") from error
     except InvalidParameterValueException as error:
-        raise InputError(
-            f"{node.get_name()}: parameter {spec.name}: expected {spec.minimum} to {spec.maximum}"
-            f" {spec.unit}: {_one_line(error)}"
-        ) from error
+        bounds = f"expected {spec.minimum} to {spec.maximum} {spec.unit}".rstrip()
+        expected = "" if spec.minimum is None else f"{bounds}: "
+        raise InputError(f"{node.get_name()}: parameter {spec.name}: {expected}{_one_line(error)}") from error
     problem = spec.problem(value)
     if problem is not None:
         raise InputError(f"{node.get_name()}: parameter {spec.name}: {value!r}: {problem}")

@@ -12,6 +12,7 @@ from types import FrameType
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from fivebar_description.ros.node import GraphNode
@@ -47,7 +48,11 @@ def run_node(make: Callable[[], GraphNode]) -> None:
     signal.signal(signal.SIGINT, stop)
     signal.signal(signal.SIGTERM, stop)
     # the node publishes its last word on a signal, so the context must outlive it: no handlers of rclpy's own
-    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+        print(" ".join(str(error).split()), file=sys.stderr)
+        sys.exit(BAD_INPUT)
     try:
         node = make()
     except InputError as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.parameters import Spec, whole_period
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 
@@ -11,7 +11,7 @@ START_JOINTS = [1.6573402912344397, -0.9225800732005386, 1.4842523623553534, 0.9
 
 SPECS = (
     Spec("robot", "dextar", "Robot that is simulated: a shipped parameter file's name or a path to one."),
-    Spec("rate_hz", 500, "Sampling rate; it must divide 1e9.", "Hz", 1, 10_000),
+    Spec("rate_hz", 500, "Sampling rate; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period),
     Spec("samples", 1000, "Number of the last sample of the run.", "", 1, 100_000_000),
     Spec(
         "mode",

@@ -1,0 +1,166 @@
+"""Velocities and accelerations against finite differences of the geometry, and against Pinocchio."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import (
+    det_a,
+    joint_acceleration,
+    platform_acceleration,
+    state_from_joints,
+    state_from_platform,
+)
+from fivebar_control.model.state import State
+from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.parameters import FiveBar
+
+Vector = NDArray[np.float64]
+States = Callable[[int, int], list[State]]
+Vectors = Callable[[State], tuple[Vector, Vector]]
+
+H = 1e-3
+FIRST = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * H)
+SECOND = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * H * H)
+
+
+def modes(state: State) -> tuple[int, int]:
+    """The working mode, from the sign of sin q_i2."""
+    return -int(math.copysign(1.0, math.sin(state.leg1.q2))), -int(math.copysign(1.0, math.sin(state.leg2.q2)))
+
+
+def angles_along(robot: FiveBar, state: State, ax: float, ay: float) -> Vector:
+    """The four joint angles at five instants around a state under a constant platform acceleration, shape (5, 4)."""
+    times = np.array([-2.0, -1.0, 0.0, 1.0, 2.0]) * H
+    rows = [
+        inverse_geometry(
+            robot,
+            *modes(state),
+            state.x + state.vx * t + 0.5 * ax * t * t,
+            state.y + state.vy * t + 0.5 * ay * t * t,
+        )
+        for t in times.tolist()
+    ]
+    return np.unwrap(np.array(rows), axis=0)
+
+
+def slow(state: State, robot: FiveBar) -> State:
+    """The state at a fifth of its speed, so that five instants stay close together."""
+    return state_from_platform(robot, *modes(state), state.x, state.y, 0.2 * state.vx, 0.2 * state.vy)
+
+
+@pytest.mark.parametrize("where", ["regular", "locus"])
+def test_rates_and_accelerations_are_derivatives_of_the_angles(
+    where: str, robot: FiveBar, regular_states: States, locus_states: States
+) -> None:
+    random = np.random.default_rng(10)
+    for fast in (regular_states if where == "regular" else locus_states)(100, 11):
+        state = slow(fast, robot)
+        ax, ay = random.uniform(-1.0, 1.0, 2).tolist()
+        angles = angles_along(robot, state, ax, ay)
+        thetas = np.column_stack([angles[:, 0], angles[:, 0] + angles[:, 1], angles[:, 2], angles[:, 2] + angles[:, 3]])
+        rates, bends = FIRST @ thetas, SECOND @ thetas
+        analytic = [state.leg1.dq1, state.leg1.dtheta, state.leg2.dq1, state.leg2.dtheta]
+        np.testing.assert_allclose(analytic, rates, rtol=1e-6, atol=1e-6)
+        accelerations = [joint_acceleration(leg, ax, ay) for leg in (state.leg1, state.leg2)]
+        np.testing.assert_allclose(accelerations, bends[[0, 2]], rtol=1e-4, atol=1e-3)
+
+
+@pytest.mark.parametrize("where", ["regular", "locus"])
+def test_first_order_relation_holds_for_pinocchios_platform(
+    where: str, loop: ClosedLoop, regular_states: States, locus_states: States, joint_vectors: Vectors
+) -> None:
+    """A xdot = B qdot with the platform velocity that Pinocchio gives for the joint rates."""
+    for state in (regular_states if where == "regular" else locus_states)(100, 12):
+        q, v = joint_vectors(state)
+        position, velocity, _ = loop.platform(q, v, np.zeros(4))
+        np.testing.assert_allclose(position, (state.x, state.y), atol=1e-15)
+        np.testing.assert_allclose(velocity, (state.vx, state.vy), atol=1e-13)
+        for leg in (state.leg1, state.leg2):
+            assert leg.u_x * velocity[0] + leg.u_y * velocity[1] == pytest.approx(leg.b * leg.dq1, abs=1e-14)
+
+
+@pytest.mark.parametrize("where", ["regular", "locus"])
+def test_second_order_relation_holds_for_pinocchios_platform(
+    where: str, loop: ClosedLoop, regular_states: States, locus_states: States, joint_vectors: Vectors
+) -> None:
+    """A xddot + c = B qddot for a motion of the closed loop that Pinocchio finds."""
+    random = np.random.default_rng(13)
+    for state in (regular_states if where == "regular" else locus_states)(100, 13):
+        q, v = joint_vectors(state)
+        a = loop.acceleration(q, v, np.array([random.uniform(-2, 2), 0.0, random.uniform(-2, 2), 0.0]))
+        _, _, (ax, ay) = loop.platform(q, v, a)
+        scale = np.abs(a).max()
+        assert joint_acceleration(state.leg1, ax, ay) == pytest.approx(a[0], abs=1e-11 * scale)
+        assert joint_acceleration(state.leg2, ax, ay) == pytest.approx(a[2], abs=1e-11 * scale)
+
+
+def test_platform_acceleration_agrees_with_pinocchio(
+    loop: ClosedLoop, regular_states: States, joint_vectors: Vectors
+) -> None:
+    random = np.random.default_rng(14)
+    for state in regular_states(100, 14):
+        q, v = joint_vectors(state)
+        a = loop.acceleration(q, v, np.array([random.uniform(-2, 2), 0.0, random.uniform(-2, 2), 0.0]))
+        wanted = loop.platform(q, v, a)[2]
+        found = platform_acceleration(state, float(a[0]), float(a[2]))
+        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-10 * np.abs(a).max())
+
+
+@pytest.mark.parametrize("where", ["regular", "locus"])
+def test_joints_and_platform_give_the_same_state(
+    where: str, robot: FiveBar, regular_states: States, locus_states: States, joint_vectors: Vectors
+) -> None:
+    for state in (regular_states if where == "regular" else locus_states)(100, 15):
+        q, v = joint_vectors(state)
+        again = state_from_joints(robot, *q.tolist(), *v.tolist())
+        np.testing.assert_allclose(again[2:], state[2:], rtol=0.0, atol=1e-14)
+        for one, other in ((again.leg1, state.leg1), (again.leg2, state.leg2)):
+            np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-14)
+
+
+def test_windings_of_a_joint_change_nothing(robot: FiveBar) -> None:
+    turn = 2.0 * math.pi
+    one = state_from_joints(robot, 2.0, -1.0, 1.0, 1.5, 0.1, 0.2, 0.3, 0.4)
+    other = state_from_joints(robot, 2.0 - turn, -1.0 + turn, 1.0, 1.5 - turn, 0.1, 0.2, 0.3, 0.4)
+    np.testing.assert_allclose(other[2:], one[2:], rtol=0.0, atol=1e-15)
+    assert det_a(other) == pytest.approx(det_a(one), abs=1e-15)
+
+
+def test_measured_platform_is_the_mean_of_both_legs(robot: FiveBar) -> None:
+    """Encoders leave the loop open; the platform is taken half way between both tips."""
+    q = (2.0, -1.0, 1.0, 1.5)
+    state = state_from_joints(robot, *q, 0.0, 0.0, 0.0, 0.0)
+    tips = [
+        (
+            leg.base_x + leg.proximal * math.cos(q1) + leg.distal * math.cos(q1 + q2),
+            leg.proximal * math.sin(q1) + leg.distal * math.sin(q1 + q2),
+        )
+        for leg, q1, q2 in ((robot.leg1, q[0], q[1]), (robot.leg2, q[2], q[3]))
+    ]
+    assert math.dist(*tips) > 0.01
+    np.testing.assert_allclose((state.x, state.y), np.mean(tips, axis=0), atol=1e-16)
+
+
+def test_rates_are_undefined_at_type_1_and_out_of_reach(dextar: FiveBar) -> None:
+    stretched = state_from_platform(dextar, 1, -1, -0.059, 0.18, 0.1, 0.1)
+    assert stretched.leg1.b == 0.0
+    assert math.isnan(stretched.leg1.dq1)
+    assert math.isnan(stretched.leg1.dtheta)
+    assert math.isnan(joint_acceleration(stretched.leg1, 1.0, 1.0))
+    outside = state_from_platform(dextar, 1, -1, 0.0, 0.2, 0.1, 0.1)
+    assert all(math.isnan(number) for leg in (outside.leg1, outside.leg2) for number in leg)
+    assert outside[2:] == (0.0, 0.2, 0.1, 0.1)
+
+
+def test_acceleration_from_the_motors_is_undefined_on_the_locus(dextar: FiveBar) -> None:
+    """Both distal angles are exactly 0, so det A is exactly 0."""
+    on_locus = state_from_joints(dextar, 1.0, -1.0, 2.0, -2.0, 0.3, 0.0, 0.4, 0.0)
+    assert det_a(on_locus) == 0.0
+    assert all(math.isnan(number) for number in platform_acceleration(on_locus, 1.0, 2.0))
