@@ -114,7 +114,18 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
         )
     nodes += [
         _blender(scenario, mode, blended),
-        NodeSpec("fivebar_control", "imu_listener", {"rate_hz": scenario.rate_hz}, (IMU_DATA, REFERENCE), (IMU_ERROR,)),
+        NodeSpec(
+            "fivebar_control",
+            "imu_listener",
+            {
+                "robot": scenario.robot,
+                "rate_hz": scenario.rate_hz,
+                "working_mode": list(scenario.working_mode),
+                **_imu_parameters(scenario),
+            },
+            (IMU_DATA, REFERENCE),
+            (IMU_ERROR,),
+        ),
     ]
     recorded = [topic for topic in TOPICS if blended or topic is not VHC_TORQUE]
     recorder = NodeSpec(
@@ -140,6 +151,11 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
         "zone_duration_ms": scenario.zone.duration_ms,
         "zone_epsilon": scenario.zone.epsilon,
     }
+
+
+def _imu_parameters(scenario: Scenario) -> dict[str, Any]:
+    description = scenario.imu.model_dump(exclude={"noise"})
+    return {f"imu_{name}": list(value) if name == "bias" else value for name, value in description.items()}
 
 
 def _blender(scenario: Scenario, mode: Mode, blended: bool) -> NodeSpec:
@@ -180,6 +196,8 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             "encoder_counts": options.encoder_counts or 0,
             "delay_samples": options.delay_samples,
             "seed": options.seed,
+            "imu_noise": scenario.imu.noise,
+            **_imu_parameters(scenario),
         },
         (TORQUE_COMMAND, RUN_READY),
         (JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS),

@@ -14,7 +14,7 @@ from fivebar_control.controllers.guard import Guard
 from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, on_locus_law
 from fivebar_control.controllers.reference import reference_from_platform
 from fivebar_control.controllers.torque import ZERO, Torque
-from fivebar_control.estimation.imu_check import acceleration_error
+from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import JointAngles, Platform
@@ -38,8 +38,8 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
+from fivebar_sim.imu import ImuReading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
-from fivebar_sim.sensors import ImuReading
 
 
 class Sample(NamedTuple):
@@ -48,6 +48,7 @@ class Sample(NamedTuple):
     number: int
     measured: Measurement
     imu: ImuReading
+    imu_error: float
     reference: Platform
     supervisor: SupervisorState
     ctc: Torque
@@ -72,7 +73,8 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     """Run a scenario in this process; `progress` is called with each finished sample's number."""
     robot, plan, gains = scenario.five_bar(), scenario.plan(), scenario.gains
     rate_hz = scenario.rate_hz
-    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant.as_options())
+    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant.as_options(), scenario.imu.as_options())
+    imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu.description())
     scheme = scenario.scheme()
     supervise = Supervisor(plan, rate_hz, scheme.weighting)
     ctc_law = CtcLaw(robot, Gains(gains.kp, gains.kd))
@@ -102,6 +104,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         ctc = ctc_law(number, state, reference)
         vhc = vhc_law(number, state, reference) if vhc_law is not None else None
         error = math.hypot(state.x - platform.x, state.y - platform.y)
+        imu_error = imu_check.error(imu.acceleration, platform)
         tripped = guard.fault is not None
         if vhc is None:
             command = guard.command(number, error, 0.0, ctc, ctc)
@@ -109,7 +112,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
             command = guard.command(number, error, supervisor.sigma, ctc, vhc)
         if guard.fault is not None and not tripped:
             faults.append(str(guard.fault))
-        samples.append(Sample(number, measured, imu, platform, supervisor, ctc, vhc, command))
+        samples.append(Sample(number, measured, imu, imu_error, platform, supervisor, ctc, vhc, command))
         progress(number)
         if number < last:
             try:
@@ -147,7 +150,6 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
 
 def _messages(sample: Sample, stamp: int) -> list[tuple[Topic, bytes]]:
     measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
-    error = acceleration_error(sample.imu.acceleration[:2], (desired.ax, desired.ay))
     messages = [
         (
             JOINT_STATES,
@@ -159,7 +161,7 @@ def _messages(sample: Sample, stamp: int) -> list[tuple[Topic, bytes]]:
         (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
         (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
         (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),
-        (IMU_ERROR, serialize.float64(error)),
+        (IMU_ERROR, serialize.float64(sample.imu_error)),
     ]
     if sample.vhc is not None:
         messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.vhc)))

@@ -11,11 +11,12 @@ from pydantic import Field, field_validator
 from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
 from fivebar_control.controllers.laws import SCHEMES, Scheme
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_description.imu import ImuDescription
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
-from fivebar_sim.options import PlantOptions
+from fivebar_sim.options import ImuOptions, PlantOptions
 
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
@@ -73,6 +74,29 @@ class PlantSection(StrictModel):
         return PlantOptions(**self.model_dump())
 
 
+class ImuSection(StrictModel):
+    """Section `imu`: the simulated IMU, and what the listener knows of it (all but the noise)."""
+
+    noise: NotNegative = 0.0
+    gravity: float = ImuDescription().gravity
+    bias: Annotated[tuple[float, float, float], Field(strict=False)] = ImuDescription().bias
+    bandwidth_hz: NotNegative = ImuDescription().bandwidth_hz
+    range: Positive = ImuDescription().range
+    mount_x: float = ImuDescription().mount_x
+    mount_y: float = ImuDescription().mount_y
+    roll: float = ImuDescription().roll
+    pitch: float = ImuDescription().pitch
+    yaw: float = ImuDescription().yaw
+
+    def description(self) -> ImuDescription:
+        """Return what the listener knows."""
+        return ImuDescription(**self.model_dump(exclude={"noise"}))
+
+    def as_options(self) -> ImuOptions:
+        """Return the options for the plant."""
+        return ImuOptions(self.description(), self.noise)
+
+
 class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
@@ -89,6 +113,7 @@ class Scenario(StrictModel):
     gains: GainsSection = GainsSection()
     adaptive_gain: AdaptiveGainSection = AdaptiveGainSection()
     plant: PlantSection = PlantSection()
+    imu: ImuSection = ImuSection()
     estimator: Literal["none"] = "none"
     tracking_error_limit: Positive = 0.05
 

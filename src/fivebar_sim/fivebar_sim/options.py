@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_description.imu import ImuDescription
+
 
 class PlantOptions(NamedTuple):
     """The `plant:` block of a scenario.
@@ -29,7 +31,7 @@ class PlantOptions(NamedTuple):
 
 
 class ImuOptions(NamedTuple):
-    """The simulated IMU: gravity along its z axis (m/s^2) and the standard deviation of its white noise (m/s^2)."""
+    """The simulated IMU: what is known of it, and the standard deviation of its white noise per axis (m/s^2)."""
 
-    gravity: float = 9.80665
+    description: ImuDescription = ImuDescription()
     noise: float = 0.0

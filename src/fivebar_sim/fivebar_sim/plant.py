@@ -13,8 +13,9 @@ from fivebar_description.closed_loop import ClosedLoop, Vector
 from fivebar_description.interface import JOINTS
 from fivebar_description.parameters import FiveBar, LegParameters, scaled
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.options import ImuOptions, PlantOptions
-from fivebar_sim.sensors import Drives, Encoder, Imu, ImuReading
+from fivebar_sim.sensors import Drives, Encoder
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
@@ -72,7 +73,7 @@ class Plant:
         self._steps = math.ceil(period / MAX_STEP - 1e-9)
         self._step = period / self._steps
         self._drives = Drives(options)
-        self._imu = Imu(imu if imu is not None else ImuOptions(), options.seed)
+        self._imu = Imu(imu if imu is not None else ImuOptions(), rate_hz, options.seed)
         self._encoders = (
             None if options.encoder_counts is None else [Encoder(options.encoder_counts, period) for _ in JOINTS]
         )
@@ -112,7 +113,11 @@ class Plant:
         tip = model.getFrameId("tip_2")
         frame = pin.ReferenceFrame.LOCAL
         linear = pin.getFrameClassicalAcceleration(model, data, tip, frame).linear
-        return self._imu.read((float(linear[0]), float(linear[1])), float(self._v[2] + self._v[3]))
+        return self._imu.read(
+            (float(linear[0]), float(linear[1])),
+            float(self._v[2] + self._v[3]),
+            float(acceleration[2] + acceleration[3]),
+        )
 
     def advance(self, command: tuple[float, float]) -> None:
         """Hold the torque that follows from a command (Nm) and integrate to the next sample.

@@ -1,14 +1,11 @@
-"""What the sensors and drives make of exact figures: encoder counts, torque steps and limits, accelerometer noise."""
+"""What encoders and drives make of exact figures: counts, torque steps, limits and delay."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
 
-import numpy as np
-
-from fivebar_sim.options import ImuOptions, PlantOptions
+from fivebar_sim.options import PlantOptions
 
 
 class Encoder:
@@ -55,31 +52,3 @@ class Drives:
         if limit is not None:
             torque = max(-limit, min(limit, torque))
         return torque
-
-
-class ImuReading(NamedTuple):
-    """An IMU sample in the IMU's own frame: linear acceleration (m/s^2) and angular velocity (rad/s)."""
-
-    acceleration: tuple[float, float, float]
-    angular_velocity: tuple[float, float, float]
-
-
-class Imu:
-    """A three-axis accelerometer and gyroscope at the platform, fixed to the distal link of leg 2."""
-
-    def __init__(self, options: ImuOptions, seed: int) -> None:
-        """Make an IMU with a random stream of its own."""
-        self._options = options
-        self._random = np.random.default_rng([seed, 1])
-
-    def read(self, acceleration: tuple[float, float], rate: float) -> ImuReading:
-        """Return the reading for an exact acceleration in the distal link's frame (m/s^2) and its rate (rad/s)."""
-        noise = self._random.normal(0.0, self._options.noise, 3) if self._options.noise > 0.0 else (0.0, 0.0, 0.0)
-        return ImuReading(
-            (
-                acceleration[0] + float(noise[0]),
-                acceleration[1] + float(noise[1]),
-                self._options.gravity + float(noise[2]),
-            ),
-            (0.0, 0.0, rate),
-        )

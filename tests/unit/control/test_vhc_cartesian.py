@@ -197,22 +197,20 @@ def test_the_torque_stays_moderate_across_the_locus(name: str, dextar: FiveBar) 
 
     for gap in (1e-3, 1e-6, 0.0, -1e-6, -1e-3):
         assert max(map(abs, torque(gap))) < 2.0
-    np.testing.assert_allclose(torque(1e-9), torque(-1e-9), atol=1e-6)
+    # the motors turn round there, so friction makes it steep (about 600 Nm/m), but not a jump
+    np.testing.assert_allclose(torque(1e-12), torque(-1e-12), rtol=0.0, atol=1e-8)
 
 
 @EVERY_RESOLUTION
 def test_a_path_along_t_s_leaves_nothing_to_control_it_with(name: str, dextar: FiveBar) -> None:
     """The distal links are level there, so v1 = (1, 0), and a level path has its normal along t_s."""
-    state = state_from_joints(dextar, 2.0, -2.0, 1.0, -1.0 + math.pi, 0.1, 0.0, 0.2, 0.0)
-    level = Line(0.0, 0.08, 1.0, 0.0)
-    svd = parallel_svd(state)
+    state = state_from_joints(dextar, 2.0, -2.0, 1.0, -1.0, 0.1, 0.0, 0.2, 0.0)
     reference = reference_near(dextar, state_from_platform(dextar, 1, -1, 0.0, 0.12, 0.0, 0.0))
-    torque = vhc_cartesian_torque(dextar, state._replace(vx=0.0), reference, level, KP, KD, RESOLUTIONS[name])
-    assert abs(svd.v_y) < 1e-15
-    if svd.v_y == 0.0:
-        assert all(math.isnan(value) for value in torque)
-    else:  # rounding leaves a last bit of authority, and a useless torque
-        assert max(map(abs, torque)) > 1e9
+    level, steep = Line(0.0, 0.08, 1.0, 0.0), Line(0.0, 0.08, 0.0, 1.0)
+    along_t_s = vhc_cartesian_torque(dextar, state, reference, level, KP, KD, RESOLUTIONS[name])
+    assert all(math.isnan(value) for value in along_t_s)
+    along_v1 = vhc_cartesian_torque(dextar, state, reference, steep, KP, KD, RESOLUTIONS[name])
+    assert all(math.isfinite(value) for value in along_v1)
 
 
 @EVERY_RESOLUTION
@@ -220,4 +218,4 @@ def test_a_leg_at_type_1_makes_the_torque_undefined(name: str, dextar: FiveBar) 
     state = state_from_joints(dextar, 1.0, 0.0, 2.0, -1.2, 0.1, 0.2, 0.3, 0.1)
     reference = reference_near(dextar, state_from_platform(dextar, 1, -1, 0.0, 0.12, 0.0, 0.0))
     torque = vhc_cartesian_torque(dextar, state, reference, Line(0.0, 0.15, 0.0, -1.0), KP, KD, RESOLUTIONS[name])
-    assert all(math.isnan(value) for value in torque) or math.isnan(torque.tau1)
+    assert math.isnan(torque.tau1)

@@ -108,6 +108,17 @@ def joint_acceleration(leg: Leg, ax: float, ay: float) -> float:
     return (leg.u_x * ax + leg.u_y * ay + leg.c) / leg.b
 
 
+def distal_acceleration(parameters: LegParameters, leg: Leg, ax: float, ay: float) -> float:
+    """Return d2 theta_i / dt2 (rad/s^2) for a platform acceleration (m/s^2); NaN at Type 1.
+
+    From r_i . xddot = -l_i1 dq_i1^2 - l_i2 (sin(q_i2) ddtheta_i + cos(q_i2) dtheta_i^2).
+    """
+    if leg.sin_q2 == 0.0:
+        return NAN
+    along = leg.r_x * ax + leg.r_y * ay + parameters.proximal * leg.dq1 * leg.dq1
+    return -(along / parameters.distal + leg.cos_q2 * leg.dtheta * leg.dtheta) / leg.sin_q2
+
+
 def platform_acceleration(state: State, ddq11: float, ddq21: float) -> tuple[float, float]:
     """Return xddot = A^-1 (B qddot - c) in m/s^2; NaN on the Type 2 locus."""
     determinant = det_a(state)

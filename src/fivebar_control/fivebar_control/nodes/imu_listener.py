@@ -5,43 +5,78 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from fivebar_control.estimation.imu_check import acceleration_error
-from fivebar_control.nodes.motion_parameters import RATE
+from fivebar_control.estimation.imu_check import ImuCheck
+from fivebar_control.model.state import Platform
+from fivebar_control.nodes.motion_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.imu_parameters import declare_imu
 from fivebar_description.ros.messages import MessageError
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 
+LONGEST_GAP = 5
+"""Samples without IMU data after which they are reported as missing."""
 
-def read_imu(message: Imu) -> tuple[float, float]:
-    """Return the in-plane linear acceleration (m/s^2) of an IMU message, in the IMU's frame.
+
+def read_imu(message: Imu) -> Vector3:
+    """Return the linear acceleration (m/s^2) of an IMU message, in the IMU's frame.
 
     Raises:
         MessageError: a component is not finite.
     """
-    measured = (message.linear_acceleration.x, message.linear_acceleration.y)
+    vector = message.linear_acceleration
+    measured = (vector.x, vector.y, vector.z)
     if not all(math.isfinite(component) for component in measured):
         raise MessageError(f"linear acceleration is {measured}, expected finite numbers")
     return measured
 
 
 class ImuListener(SamplingNode):
-    """Publishes measured minus desired acceleration magnitude for every sample."""
+    """Publishes measured minus desired acceleration magnitude for every sample; reports what is wrong with the IMU."""
 
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("imu_listener")
-        rate_hz = self.parameters((RATE,))["rate_hz"]
+        values = self.parameters((ROBOT, RATE, WORKING_MODE))
+        self._arguments = (load_robot(values["robot"]), *values["working_mode"], values["rate_hz"], declare_imu(self))
+        self._check = ImuCheck(*self._arguments)
+        self._saturated = 0
+        self._missing = 0
         self._error = self.advertise(IMU_ERROR)
-        self.join(rate_hz, (Input(IMU_DATA, read_imu), Input(REFERENCE, fields_of(REFERENCE_NAMES, "velocity"))))
+        self.join(
+            values["rate_hz"],
+            (Input(IMU_DATA, read_imu), Input(REFERENCE, fields_of(REFERENCE_NAMES, "position", "velocity"))),
+        )
+
+    def restart(self) -> None:
+        """Begin with a low-pass that has no memory of the last run."""
+        self._check = ImuCheck(*self._arguments)
+
+    def admit(self, sample: int, driving: bool) -> bool:
+        """Look for references that run ahead of the IMU."""
+        if not driving and sample - self.last_sample > LONGEST_GAP:
+            self._missing += 1
+        return True
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the acceleration error."""
-        measured, ((_, _, ax, ay),) = values
-        self._error.publish(Float64(data=acceleration_error(measured, (ax, ay))))
+        measured, ((x, y, vx, vy), (_, _, ax, ay)) = values
+        self._saturated += self._check.saturated(measured)
+        self._error.publish(Float64(data=self._check.error(measured, Platform(x, y, vx, vy, ax, ay))))
+
+    def health(self) -> tuple[bytes, str]:
+        """Return a warning when the IMU's data are missing or saturated."""
+        if self._missing:
+            return DiagnosticStatus.WARN, f"no IMU data for {self._missing} samples of the reference"
+        if self._saturated:
+            return DiagnosticStatus.WARN, f"{self._saturated} samples with a saturated axis"
+        return super().health()
 
 
 def main() -> None:

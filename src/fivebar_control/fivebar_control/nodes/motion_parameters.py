@@ -13,11 +13,14 @@ from fivebar_description.strict_yaml import InputError
 
 ROBOT = Spec("robot", "dextar", "Robot that the node believes in: a shipped parameter file's name or a path to one.")
 RATE = Spec("rate_hz", 500, "Sampling rate; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period)
+WORKING_MODE = Spec(
+    "working_mode", [1, -1], "Elbow side of each leg: +1 counter-clockwise of the line from base to platform."
+)
 
 MOTION = (
     ROBOT,
     RATE,
-    Spec("working_mode", [1, -1], "Elbow side of each leg: +1 counter-clockwise of the line from base to platform."),
+    WORKING_MODE,
     Spec("waypoints", [0.0, 0.15, 0.0, 0.02, 0.0, 0.15], "Rest points of the path: x1, y1, x2, y2, ...", "m"),
     Spec("segment_durations", [1.0, 1.0], "Duration of each segment.", "s"),
     Spec("time_law", QUINTIC, "How the reference passes along a segment.", choices=TIME_LAWS),

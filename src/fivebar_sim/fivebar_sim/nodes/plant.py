@@ -24,6 +24,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
+from fivebar_description.ros.imu_parameters import declare_imu
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
@@ -68,7 +69,7 @@ class PlantNode(GraphNode):
                 delay_samples=values["delay_samples"],
                 seed=values["seed"],
             ),
-            ImuOptions(gravity=values["imu_gravity"], noise=values["imu_noise"]),
+            ImuOptions(declare_imu(self), values["imu_noise"]),
         )
         self._sample = 0
         self._fault = ""

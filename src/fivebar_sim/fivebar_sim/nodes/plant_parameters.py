@@ -34,6 +34,5 @@ SPECS = (
     Spec("encoder_counts", 0, "Encoder counts per revolution of every joint, 0 for exact.", "counts", 0, 1_000_000_000),
     Spec("delay_samples", 0, "Sampling periods between a command and its effect.", "samples", 0, 100),
     Spec("seed", 0, "Seed of the sensors' noise.", "", 0, 2**31 - 1),
-    Spec("imu_gravity", 9.80665, "Gravity along the IMU's z axis.", "m/s^2", -100.0, 100.0),
     Spec("imu_noise", 0.0, "Standard deviation of the accelerometer's white noise.", "m/s^2", 0.0, 100.0),
 )

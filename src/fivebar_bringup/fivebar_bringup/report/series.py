@@ -1,0 +1,218 @@
+"""The run as time series: what the bag holds, joined by stamp, and what follows from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fivebar_bringup.bag.recording import BagError, FloatArray, IntArray, Recording
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.controllers.vhc_cartesian import Line, line_constraint
+from fivebar_control.estimation.imu_check import acceleration_error
+from fivebar_control.model.geometry import inverse_geometry, wrap
+from fivebar_control.model.kinematics import det_a, state_from_joints
+from fivebar_control.model.state import State
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    CTC_TORQUE,
+    IMU_DATA,
+    JOINT_STATES,
+    JOINTS,
+    REFERENCE,
+    REFERENCE_NAMES,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_STATE,
+    TORQUE_COMMAND,
+    VHC_TORQUE,
+    Topic,
+    sample_of_stamp,
+)
+from fivebar_description.parameters import FiveBar
+
+
+@dataclass(frozen=True)
+class RunSeries:
+    """A run as arrays over its n recorded samples of `joint_states`, in order of the samples.
+
+    A row is NaN where its topic has no message with the sample's stamp. Of several messages with one stamp the first
+    counts: a plant repeats sample 0 until it is answered, and a stopping blender's last word, zero torque, carries the
+    stamp of its last answer.
+
+    Attributes:
+        sample: int64[n], number of the sample; gaps are samples that were not recorded.
+        time: [n], nominal time since sample 0 (s).
+        stamp_ns: int64[n], the stamp (ns).
+        log_time_ns: int64[n], when the sample was recorded (ns), a repeated one for the last time.
+        joint_position: [n, 4], q11, q12, q21, q22 (rad).
+        joint_velocity: [n, 4], their rates (rad/s).
+        torque_applied: [n, 2], torques that the motors had over the period before the sample (Nm).
+        torque_requested: [n, 2], torques commanded in answer to the sample (Nm), before the drives' limits.
+        torque_ctc: [n, 2], candidate of the computed torque controller (Nm).
+        torque_vhc: [n, 2], candidate of the controller on the locus (Nm).
+        reference: [n, 6], x, y (m), vx, vy (m/s), ax, ay (m/s^2).
+        platform: [n, 4], x, y (m), vx, vy (m/s) from the joints.
+        sigma: [n], blending weight.
+        kappa: [n], 1 / cond(A).
+        det_a: [n], det A from the joints; its sign is the assembly mode.
+        vhc_error: [n], signed distance h of the platform from the current path segment (m).
+        vhc_error_joint: [n, 2], q_i1 minus q_i1 of the path point nearest to the platform (rad), in (-pi, pi].
+        tracking_error: [n, 2], platform minus reference, x and y (m).
+        acceleration_error: [n], magnitude measured by the IMU minus the desired one (m/s^2).
+    """
+
+    sample: IntArray
+    time: FloatArray
+    stamp_ns: IntArray
+    log_time_ns: IntArray
+    joint_position: FloatArray
+    joint_velocity: FloatArray
+    torque_applied: FloatArray
+    torque_requested: FloatArray
+    torque_ctc: FloatArray
+    torque_vhc: FloatArray
+    reference: FloatArray
+    platform: FloatArray
+    sigma: FloatArray
+    kappa: FloatArray
+    det_a: FloatArray
+    vhc_error: FloatArray
+    vhc_error_joint: FloatArray
+    tracking_error: FloatArray
+    acceleration_error: FloatArray
+
+    @property
+    def in_zone(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """bool[n]: where sigma > 0, false where it is not known."""
+        return self.sigma > 0.0
+
+
+def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
+    """Join a recording of a scenario's run by stamp.
+
+    Raises:
+        BagError: there are no joint states on the scenario's grid of stamps, or a topic does not have its content.
+        InputError: the scenario's motion is refused.
+    """
+    robot, plan = scenario.five_bar(), scenario.plan()
+    join = _Join(recording, scenario.rate_hz)
+    time = join.sample / scenario.rate_hz
+    position = join.values(JOINT_STATES, JOINTS, "position")
+    velocity = join.values(JOINT_STATES, JOINTS, "velocity")
+    reference = np.hstack(
+        [
+            join.values(REFERENCE, REFERENCE_NAMES, "position"),
+            join.values(REFERENCE, REFERENCE_NAMES, "velocity")[:, 2:],
+        ]
+    )
+    supervisor = join.values(SUPERVISOR_STATE, SUPERVISOR_NAMES, "position")
+    states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
+    platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
+    constraint = _rows(
+        [
+            _constraint_errors(robot, plan, plan.path.line_at(t), state)
+            for t, state in zip(time.tolist(), states, strict=True)
+        ],
+        3,
+    )
+    acceleration = join.accelerations()
+    return RunSeries(
+        sample=join.sample,
+        time=time,
+        stamp_ns=join.stamp_ns,
+        log_time_ns=join.log_time_ns,
+        joint_position=position,
+        joint_velocity=velocity,
+        torque_applied=join.values(JOINT_STATES, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
+        torque_requested=join.values(TORQUE_COMMAND, ACTIVE_JOINTS, "effort"),
+        torque_ctc=join.values(CTC_TORQUE, ACTIVE_JOINTS, "effort"),
+        torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
+        reference=reference,
+        platform=platform,
+        sigma=supervisor[:, 0],
+        kappa=supervisor[:, 1],
+        det_a=np.array([det_a(state) for state in states], dtype=np.float64),
+        vhc_error=constraint[:, 0],
+        vhc_error_joint=constraint[:, 1:],
+        tracking_error=platform[:, :2] - reference[:, :2],
+        acceleration_error=np.array(
+            [
+                acceleration_error((measured_x, measured_y), (ax, ay))
+                for (measured_x, measured_y), (ax, ay) in zip(
+                    acceleration.tolist(), reference[:, 4:].tolist(), strict=True
+                )
+            ],
+            dtype=np.float64,
+        ),
+    )
+
+
+class _Join:
+    """The samples of `joint_states`, and other topics on them."""
+
+    def __init__(self, recording: Recording, rate_hz: int) -> None:
+        self._recording = recording
+        self._rate_hz = rate_hz
+        numbers = self._numbers(JOINT_STATES)
+        if numbers.size and np.all(numbers < 0):
+            raise BagError(
+                recording.path, f"/{JOINT_STATES.name}: no stamp is on the grid of {rate_hz} Hz that starts at 1 s"
+            )
+        last_first = numbers[::-1]
+        self.sample, last = np.unique(last_first[last_first >= 0], return_index=True)
+        self.log_time_ns = recording.log_times(JOINT_STATES)[::-1][last_first >= 0][last]
+        self.stamp_ns = recording.stamps(JOINT_STATES)[::-1][last_first >= 0][last]
+
+    def values(self, topic: Topic, names: Sequence[str], field: str) -> FloatArray:
+        """Return [n, len(names)], one field of a topic of JointState in the order of the names."""
+        recording = self._recording
+        if recording.count(topic) == 0:
+            return np.full((self.sample.size, len(names)), math.nan)
+        recorded = recording.joint_names(topic)
+        if missing := [name for name in names if name not in recorded]:
+            raise BagError(recording.path, f"/{topic.name}: has no {', '.join(missing)}, only {', '.join(recorded)}")
+        values = recording.field(topic, field)
+        if values.shape[1] == 0:
+            return np.full((self.sample.size, len(names)), math.nan)
+        if values.shape[1] != len(recorded):
+            raise BagError(
+                recording.path, f"/{topic.name}: {field} holds {values.shape[1]} values for {len(recorded)} names"
+            )
+        return self._on_samples(topic, values[:, [recorded.index(name) for name in names]])
+
+    def accelerations(self) -> FloatArray:
+        """Return [n, 2], the in-plane acceleration in the IMU's own frame (m/s^2)."""
+        if self._recording.count(IMU_DATA) == 0:
+            return np.full((self.sample.size, 2), math.nan)
+        return self._on_samples(IMU_DATA, self._recording.field(IMU_DATA, "linear_acceleration")[:, :2])
+
+    def _numbers(self, topic: Topic) -> IntArray:
+        """Return int64[messages], the number of the sample that each stamp names, -1 off the grid."""
+        found = (sample_of_stamp(stamp, self._rate_hz) for stamp in self._recording.stamps(topic).tolist())
+        return np.array([-1 if number is None else number for number in found], dtype=np.int64)
+
+    def _on_samples(self, topic: Topic, values: FloatArray) -> FloatArray:
+        numbers, first = np.unique(self._numbers(topic), return_index=True)
+        joined = np.full((self.sample.size, values.shape[1]), math.nan)
+        _, here, there = np.intersect1d(self.sample, numbers, assume_unique=True, return_indices=True)
+        joined[here] = values[first[there]]
+        return joined
+
+
+def _rows(rows: list[tuple[float, ...]], width: int) -> FloatArray:
+    return np.array(rows, dtype=np.float64).reshape(len(rows), width)
+
+
+def _constraint_errors(robot: FiveBar, plan: Plan, line: Line, state: State) -> tuple[float, float, float]:
+    """Return h (m) and, for both motors, q_i1 minus that of the path point nearest to the platform (rad)."""
+    h, _, n_x, n_y = line_constraint(line, state.x, state.y, state.vx, state.vy)
+    on_path = inverse_geometry(robot, plan.mode1, plan.mode2, state.x - h * n_x, state.y - h * n_y)
+    return h, _turn(state.leg1.q1 - on_path.q11), _turn(state.leg2.q1 - on_path.q21)
+
+
+def _turn(angle: float) -> float:
+    """Return the angle in (-pi, pi], NaN where it is unknown."""
+    return wrap(angle) if math.isfinite(angle) else math.nan

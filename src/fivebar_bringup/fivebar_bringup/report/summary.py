@@ -1,0 +1,225 @@
+"""The figures of a run, and whether it has completed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from fivebar_bringup.bag.recording import FloatArray, Recording
+from fivebar_bringup.report.series import RunSeries
+from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.interface import FAULTS
+
+ERROR_LIMIT = 0.050
+"""A completed run stays within this distance (m) of its reference throughout."""
+
+FINAL_ERROR_LIMIT = 0.002
+"""A completed run ends within this distance (m) of its reference."""
+
+Pair = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
+class CycleTime:
+    """Median, 99th percentile and maximum of the time between two samples' recording (ms)."""
+
+    p50: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run came to. None stands for a figure that the run does not have.
+
+    Attributes:
+        completed: all samples, no fault, the error within 50 mm throughout and 2 mm at the end, the planned number of
+            assembly-mode changes.
+        faults: names of the faults, each once, in the order in which they came.
+        samples: samples recorded, of `planned_samples`.
+        assembly_mode_changes: changes of the sign of det A, of `planned_mode_changes`.
+        torque_peak_nm: largest applied torque of each motor (Nm).
+        torque_requested_peak_nm: largest torque asked of each motor, before limits (Nm).
+        tracking_error_max_m: largest error in x and in y (m).
+        tracking_error_rms_m: root mean square of the error in x and in y (m).
+        vhc_error_max_m: largest distance from the current path segment while sigma > 0 (m).
+        vhc_error_joint_max_rad: the same for the motor angles, against those of the nearest path point (rad).
+        sigma_max: largest blending weight.
+        torque_saturated_samples: samples that asked for more than the torque limit; None without a limit.
+        estimate_error_max_m: largest distance of the estimated platform from the true one (m); None without estimator.
+        imu_acceleration_error_rms: of the IMU's minus the desired magnitude (m/s^2).
+        cycle_time_ms: None where time did not pass, as in an offline run.
+        overruns: periods of the clock that went by without a torque for them.
+        simulated_s: nominal time from sample 0 to the last one recorded (s).
+        wall_s: how long the run took (s).
+        not_completed_because: reasons, in words.
+        fault_details: the faults' full texts.
+        tracking_error_peak_m: largest distance from the reference (m).
+        dropped_messages: messages that the recorder knows to have missed.
+    """
+
+    completed: bool
+    faults: list[str]
+    samples: int
+    assembly_mode_changes: int
+    torque_peak_nm: Pair
+    torque_requested_peak_nm: Pair
+    tracking_error_max_m: Pair
+    tracking_error_rms_m: Pair
+    vhc_error_max_m: float | None
+    vhc_error_joint_max_rad: float | None
+    sigma_max: float | None
+    torque_saturated_samples: int | None
+    estimate_error_max_m: float | None
+    imu_acceleration_error_rms: float | None
+    cycle_time_ms: CycleTime | None
+    overruns: int | None
+    simulated_s: float | None
+    wall_s: float | None
+    name: str
+    controller: str
+    mode: str | None
+    runner: str | None
+    not_completed_because: list[str]
+    fault_details: list[str]
+    tracking_error_peak_m: float | None
+    planned_samples: int
+    planned_mode_changes: int
+    dropped_messages: int | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the summary as plain lists, numbers and texts, with no NaN or infinity in it."""
+        content = asdict(self)
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in content.items()}
+
+
+def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timing: Timing) -> Summary:
+    """Return the summary of a run.
+
+    Raises:
+        BagError: the recorded faults cannot be read.
+        InputError: the scenario's motion is refused.
+    """
+    plan = scenario.plan()
+    planned_samples = plan.path.samples(scenario.rate_hz) + 1
+    planned_changes = len(plan.crossings)
+    details = [*(recording.texts(FAULTS) if recording.count(FAULTS) else []), *timing.faults]
+    distance = np.hypot(series.tracking_error[:, 0], series.tracking_error[:, 1])
+    changes = sign_changes(series.det_a)
+    reasons = [
+        *details,
+        *_missing_samples(series, planned_samples),
+        *_lost_tracking(distance),
+        *_wrong_changes(changes, planned_changes),
+    ]
+    vhc_error_joint = np.max(np.abs(series.vhc_error_joint), axis=1)
+    limit = scenario.plant.torque_limit
+    dropped = recording.custom_data.get("dropped", "")
+    return Summary(
+        completed=not reasons,
+        faults=list(dict.fromkeys(detail.partition(":")[0].strip() for detail in details)),
+        samples=series.sample.size,
+        assembly_mode_changes=changes,
+        torque_peak_nm=_pair(series.torque_applied, peak),
+        torque_requested_peak_nm=_pair(series.torque_requested, peak),
+        tracking_error_max_m=_pair(series.tracking_error, peak),
+        tracking_error_rms_m=_pair(series.tracking_error, rms),
+        vhc_error_max_m=peak(series.vhc_error[series.in_zone]),
+        vhc_error_joint_max_rad=peak(vhc_error_joint[series.in_zone]),
+        sigma_max=peak(series.sigma),
+        torque_saturated_samples=None if limit is None else _saturated(series.torque_requested, limit),
+        estimate_error_max_m=None,
+        imu_acceleration_error_rms=rms(series.acceleration_error),
+        cycle_time_ms=cycle_time(series),
+        overruns=timing.overruns,
+        simulated_s=float(series.time[-1]) if series.time.size else None,
+        wall_s=timing.wall_s,
+        name=scenario.name,
+        controller=str(scenario.controller),
+        mode=timing.mode,
+        runner=timing.runner,
+        not_completed_because=reasons,
+        fault_details=details,
+        tracking_error_peak_m=peak(distance),
+        planned_samples=planned_samples,
+        planned_mode_changes=planned_changes,
+        dropped_messages=int(dropped) if dropped.isdecimal() else None,
+    )
+
+
+def peak(values: FloatArray) -> float | None:
+    """Return the largest magnitude in an array, NaN left out; None where there is none or it is infinite."""
+    known = np.abs(values[~np.isnan(values)])
+    return _finite(float(np.max(known))) if known.size else None
+
+
+def rms(values: FloatArray) -> float | None:
+    """Return the root mean square of an array, NaN left out; None where there is none or it is infinite."""
+    known = values[~np.isnan(values)]
+    largest = peak(known)
+    if not largest:
+        return largest
+    # scaled, so that the squares of a lost robot's figures do not overflow
+    return _finite(largest * math.sqrt(float(np.mean((known / largest) ** 2))))
+
+
+def sign_changes(values: FloatArray) -> int:
+    """Return how often a series changes its sign; zeros and NaN count for neither sign."""
+    signs = np.sign(values[~np.isnan(values) & (values != 0.0)])
+    return int(np.count_nonzero(np.diff(signs)))
+
+
+def cycle_time(series: RunSeries) -> CycleTime | None:
+    """Return the times between the recording of consecutive samples; None where log times are but the stamps."""
+    neighbours = np.diff(series.sample) == 1
+    periods = np.diff(series.log_time_ns)[neighbours] / 1e6
+    if not periods.size or np.array_equal(series.log_time_ns, series.stamp_ns):
+        return None
+    p50, p99 = np.percentile(periods, (50, 99)).tolist()
+    return CycleTime(p50, p99, float(np.max(periods)))
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _pair(columns: FloatArray, figure: Any) -> Pair:
+    return figure(columns[:, 0]), figure(columns[:, 1])
+
+
+def _saturated(requested: FloatArray, limit: float) -> int | None:
+    """Return at how many samples a torque asked for exceeds the limit; None where no torque is known."""
+    if np.all(np.isnan(requested)):
+        return None
+    return int(np.count_nonzero(np.any(np.abs(requested) > limit, axis=1)))
+
+
+def _missing_samples(series: RunSeries, planned: int) -> Sequence[str]:
+    if series.sample.size == planned:
+        return ()
+    return (f"{series.sample.size} of the {planned} planned samples were recorded",)
+
+
+def _lost_tracking(distance: FloatArray) -> list[str]:
+    """Say where the error is not known to be within its limits."""
+    reasons = []
+    largest = peak(distance)
+    if largest is not None and largest > ERROR_LIMIT:
+        reasons.append(f"the platform was up to {largest * 1e3:.1f} mm from its reference, allowed are 50 mm")
+    unknown = int(np.count_nonzero(np.isnan(distance)))
+    if unknown:
+        reasons.append(f"the tracking error is not known at {unknown} of the {distance.size} samples")
+    if distance.size and distance[-1] > FINAL_ERROR_LIMIT:
+        reasons.append(f"the platform ended {distance[-1] * 1e3:.1f} mm from its reference, allowed are 2 mm")
+    return reasons
+
+
+def _wrong_changes(changes: int, planned: int) -> Sequence[str]:
+    if changes == planned:
+        return ()
+    return (f"the assembly mode changed {changes} times, planned are {planned}",)

@@ -1,0 +1,48 @@
+"""What only the process that made a run knows of it, as it has written it down."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Literal
+
+from pydantic import ConfigDict, Field
+
+from fivebar_description.strict_yaml import InputError, StrictModel, validate
+
+
+class Timing(StrictModel):
+    """The content of timing.json; without the file nothing of it is known.
+
+    Attributes:
+        runner: with the node graph or offline.
+        mode: how time passed in the node graph.
+        wall_s: how long the run took (s).
+        overruns: periods of the clock that went by without a torque for them.
+        faults: texts of the faults that a launcher sees, such as a node that died.
+    """
+
+    model_config = ConfigDict(extra="ignore", frozen=True, strict=True, allow_inf_nan=False)
+
+    runner: Literal["ros", "offline"] | None = None
+    mode: Literal["lockstep", "realtime"] | None = None
+    wall_s: float | None = None
+    overruns: int | None = None
+    faults: list[str] = Field(default_factory=list)
+
+
+def read_timing(path: Path) -> Timing:
+    """Read timing.json; a run without one gives a Timing that knows nothing.
+
+    Raises:
+        InputError: the file cannot be read, or does not hold what it should.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return Timing()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise InputError(f"{path}: is not valid JSON: {error}") from error
+    return validate(content, Timing, str(path))

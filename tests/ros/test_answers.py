@@ -1,0 +1,167 @@
+"""What each node answers: the plain functions' figures to the last bit, under the stamp of the sample."""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any
+
+import pytest
+from graph_probe import RATE_HZ, Bench, Probe
+from middle_motion import MiddleMotion
+
+from fivebar_control.controllers.laws import CtcLaw, Gains, VhcCartesianLaw
+from fivebar_control.controllers.supervisor import blending_weight
+from fivebar_control.estimation.imu_check import acceleration_error
+from fivebar_control.model.singularity import inverse_condition
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    CTC_TORQUE,
+    IMU_DATA,
+    IMU_ERROR,
+    JOINT_STATES,
+    REFERENCE,
+    REFERENCE_NAMES,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_SIGMA,
+    SUPERVISOR_STATE,
+    VHC_TORQUE,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.messages import stamp_of
+
+PARTS = {
+    "trajectory_generator": ([JOINT_STATES], [REFERENCE]),
+    "supervisor": ([JOINT_STATES], [SUPERVISOR_STATE, SUPERVISOR_SIGMA]),
+    "ctc_controller": ([JOINT_STATES, REFERENCE], [CTC_TORQUE]),
+    "vhc_controller": ([JOINT_STATES, REFERENCE], [VHC_TORQUE]),
+    "imu_listener": ([IMU_DATA, REFERENCE], [IMU_ERROR]),
+}
+GAINS = Gains(2500.0, 100.0)
+"""Default gains of both laws."""
+
+
+@pytest.fixture(scope="module")
+def probes(shared_bench: Bench) -> dict[str, Probe]:
+    """Every node in a namespace of its own, with a probe that plays the rest of the graph."""
+    for node in PARTS:
+        shared_bench.start(node, f"/{node}")
+    probes = {node: shared_bench.probe(f"/{node}") for node in PARTS}
+    for node, (inputs, outputs) in PARTS.items():
+        probes[node].join(node, inputs, outputs)
+    return probes
+
+
+def interesting_samples(motion: MiddleMotion) -> list[int]:
+    """Start, a segment's middle, around the locus, the boundary of the segments, and past the end."""
+    zone = range(motion.crossing - 12, motion.crossing + 13, 4)
+    return sorted({0, 1, 2, 7, 100, *zone, 499, 500, 501, 999, 1000, 1001})
+
+
+def test_trajectory_generator_is_one_sample_ahead(probes: dict[str, Probe], motion: MiddleMotion) -> None:
+    probe = probes["trajectory_generator"]
+    probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [REFERENCE], 1)
+    assert probe.samples(REFERENCE)[:2] == [0, 1]
+    for sample in interesting_samples(motion)[1:]:
+        before = len(probe.got(REFERENCE))
+        probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+        probe.answer(REFERENCE, sample + 1)
+        assert probe.samples(REFERENCE)[before:][-1:] == [sample + 1]
+    for sample, message in zip(probe.samples(REFERENCE), probe.got(REFERENCE), strict=True):
+        assert sample is not None
+        x, y, vx, vy, ax, ay = motion.plan.path.at(sample / RATE_HZ)
+        assert tuple(message.name) == REFERENCE_NAMES
+        assert tuple(message.position) == (x, y, vx, vy)
+        assert tuple(message.velocity) == (vx, vy, ax, ay)
+        assert len(message.effort) == 0
+
+
+def test_supervisor_weighs_every_sample(probes: dict[str, Probe], motion: MiddleMotion) -> None:
+    probe = probes["supervisor"]
+    sigmas = []
+    for sample in interesting_samples(motion):
+        if sample == 0:
+            probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [SUPERVISOR_STATE], 0)
+            probe.wait_for(lambda: probe.got(SUPERVISOR_SIGMA), "sigma of sample 0")
+        else:
+            probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+        message = probe.answer(SUPERVISOR_STATE, sample)
+        kappa = inverse_condition(motion.state(sample))
+        sigma = blending_weight(kappa, motion.plan.epsilon_at(sample / RATE_HZ))
+        assert tuple(message.name) == SUPERVISOR_NAMES
+        assert tuple(message.position) == (sigma, kappa)
+        assert (len(message.velocity), len(message.effort)) == (0, 0)
+        probe.wait_for(lambda wanted=sigma: probe.got(SUPERVISOR_SIGMA)[-1].data == wanted, "the same sigma alone")
+        sigmas.append(sigma)
+    assert set(sigmas) > {0.0, 1.0}, "the samples are to cover outside, inside and the rim of a zone"
+
+
+@pytest.mark.parametrize("node", ["ctc_controller", "vhc_controller"])
+def test_candidates_are_the_laws_torques(probes: dict[str, Probe], motion: MiddleMotion, node: str) -> None:
+    probe, topic = probes[node], PARTS[node][1][0]
+    laws = {
+        "ctc_controller": CtcLaw(motion.robot, GAINS),
+        "vhc_controller": VhcCartesianLaw(motion.robot, motion.plan, RATE_HZ, GAINS, "full_friction"),
+    }
+    for sample in interesting_samples(motion):
+        inputs = [(JOINT_STATES, motion.joint_states_message(sample)), (REFERENCE, motion.reference_message(sample))]
+        if sample == 0:
+            probe.ask(inputs, [topic], 0)
+        for one, message in reversed(inputs):
+            probe.publish(one, message)
+        answer = probe.answer(topic, sample)
+        assert tuple(answer.name) == ACTIVE_JOINTS
+        assert tuple(answer.effort) == laws[node](sample, motion.state(sample), motion.reference(sample))
+        assert (len(answer.position), len(answer.velocity)) == (0, 0)
+
+
+def test_imu_listener_compares_magnitudes(probes: dict[str, Probe], motion: MiddleMotion) -> None:
+    probe = probes["imu_listener"]
+
+    def inputs(sample: int, measured: tuple[float, float]) -> list[tuple[Any, Any]]:
+        return [(IMU_DATA, motion.imu_message(sample, measured)), (REFERENCE, motion.reference_message(sample))]
+
+    def publish_start() -> bool:
+        for topic, message in inputs(0, (3.0, -4.0)):
+            probe.publish(topic, message)
+        probe.spin_for(0.1)
+        return bool(probe.got(IMU_ERROR))
+
+    probe.wait_for(publish_start, "the error of sample 0")
+    assert probe.got(IMU_ERROR)[-1].data == 5.0
+    for sample in (1, 2, 100, 400):
+        measured = (0.1 * sample, -1.0 / 3.0)
+        for topic, message in inputs(sample, measured):
+            probe.publish(topic, message)
+        platform = motion.plan.path.at(sample / RATE_HZ)
+        wanted = acceleration_error(measured, (platform.ax, platform.ay))
+        probe.wait_for(lambda wanted=wanted: probe.got(IMU_ERROR)[-1].data == wanted, f"the error of sample {sample}")
+
+
+@pytest.mark.parametrize("node", ["trajectory_generator", "supervisor", "ctc_controller", "vhc_controller"])
+def test_repeated_sample_gets_the_same_answer_again(probes: dict[str, Probe], motion: MiddleMotion, node: str) -> None:
+    probe, topic = probes[node], PARTS[node][1][0]
+    # the generator's answers are one sample ahead
+    ahead = 1 if topic is REFERENCE else 0
+    start = 2000
+
+    def publish(sample: int, velocity: float | None = None) -> None:
+        message = motion.joint_states_message(sample)
+        if velocity is not None:
+            message.velocity = array("d", [velocity] * 4)
+        probe.publish(JOINT_STATES, message)
+
+    for sample in (start, start + 1, start + 2):
+        if REFERENCE in PARTS[node][0]:
+            probe.publish(REFERENCE, motion.reference_message(sample))
+        publish(sample)
+        if sample == start:
+            probe.answer(topic, start + ahead)
+            before = len(probe.got(topic))
+        if sample == start + 1:
+            # other figures under the same stamp: the answer must not be computed anew; an old stamp gets none
+            publish(start + 1, velocity=7.0)
+            publish(start)
+    probe.answer(topic, start + 2 + ahead)
+    after = probe.got(topic)[before:]
+    assert [stamp_of(message) for message in after] == [sample_stamp_ns(start + ahead + k, RATE_HZ) for k in (1, 1, 2)]
+    assert after[0] == after[1]

@@ -1,0 +1,289 @@
+"""Real nodes as processes of their own, and a probe that talks to them over DDS as any other ROS process would."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from importlib.metadata import distribution
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from fivebar_bringup.domain import private_domain
+from fivebar_description.interface import RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
+from fivebar_description.ros.messages import message_class, stamp_of
+from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.run import use_local_network_only
+
+RATE_HZ = 500
+"""Default rate of every node."""
+
+DEADLINE = 15.0
+"""Longest wait (s) for something that takes milliseconds on an idle machine."""
+
+DDS_VARIABLES = (
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_LOCALHOST_ONLY",
+    "ROS_STATIC_PEERS",
+    "FASTDDS_DEFAULT_PROFILES_FILE",
+    "FASTRTPS_DEFAULT_PROFILES_FILE",
+)
+
+T = TypeVar("T")
+
+
+def node_modules() -> dict[str, str]:
+    """Return every executable that is a node, with its module, as the packages announce them."""
+    packages = ("fivebar_control", "fivebar_sim", "fivebar_bringup")
+    entries = [entry for name in packages for entry in distribution(name).entry_points.select(group="console_scripts")]
+    return {entry.name: entry.module for entry in entries if ".nodes." in entry.module}
+
+
+def clean_environment(domain: int, folder: Path) -> dict[str, str]:
+    """Return this process' environment with nothing in it that says how DDS is to behave, but the domain."""
+    kept = {name: value for name, value in os.environ.items() if name not in DDS_VARIABLES}
+    return {**kept, "ROS_DOMAIN_ID": str(domain), "ROS_LOG_DIR": str(folder / "ros_logs")}
+
+
+class ChildProcess:
+    """A process of the test, in a session of its own, with what it prints in files."""
+
+    def __init__(self, command: Sequence[str], folder: Path, environment: Mapping[str, str]) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        number = len(list(folder.glob("*.stderr")))
+        self._out, self._err = folder / f"{number}.stdout", folder / f"{number}.stderr"
+        with self._out.open("wb") as out, self._err.open("wb") as err:
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=environment, cwd=folder,
+                start_new_session=True,
+            )  # fmt: skip
+        self.pid = self._process.pid
+
+    @property
+    def status(self) -> int | None:
+        """Exit status, None while the process runs."""
+        return self._process.poll()
+
+    @property
+    def stdout(self) -> str:
+        return self._out.read_text(encoding="utf-8")
+
+    @property
+    def stderr(self) -> str:
+        return self._err.read_text(encoding="utf-8")
+
+    def send(self, number: signal.Signals) -> None:
+        self._process.send_signal(number)
+
+    def wait(self, deadline: float = DEADLINE) -> int:
+        """Return the exit status; fail where the process does not end in time."""
+        try:
+            return self._process.wait(deadline)
+        except subprocess.TimeoutExpired:
+            pytest.fail(f"still running after {deadline} s: {self._process.args}\n{self.stderr}")
+
+    def close(self) -> None:
+        if self.status is None:
+            self._process.kill()
+            self._process.wait()
+
+
+class Probe:
+    """A ROS node of the test in a context of its own: publishes, listens, and spins only while it waits."""
+
+    def __init__(self, domain: int, namespace: str = "") -> None:
+        use_local_network_only()
+        self.domain = domain
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node("probe", namespace=namespace, context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._publishers: dict[str, Publisher[Any]] = {}
+        self.received: dict[str, list[Any]] = defaultdict(list)
+        """Messages of each topic that was listened to, in order of arrival."""
+        self._health: dict[str, DiagnosticStatus] = {}
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+        self.listen(RUN_READY)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._health[status.name] = status
+
+    def advertise(self, *topics: Topic) -> None:
+        """Make the publishers of topics, so that others can discover them."""
+        for topic in topics:
+            if topic.name not in self._publishers:
+                self._publishers[topic.name] = self.node.create_publisher(
+                    message_class(topic), topic.name, qos_profile(topic.qos)
+                )
+
+    def publish(self, topic: Topic, message: Any) -> None:
+        self.advertise(topic)
+        self._publishers[topic.name].publish(message)
+
+    def listen(self, *topics: Topic, callback: Callable[[Any], None] | None = None, depth: int = 5000) -> None:
+        """Keep the messages of topics, or hand them to a callback."""
+        for topic in topics:
+            take = callback if callback is not None else self.received[topic.name].append
+            self.node.create_subscription(message_class(topic), topic.name, take, qos_profile(topic.qos, depth))
+
+    def got(self, topic: Topic) -> list[Any]:
+        """Return the messages of a topic that have come so far."""
+        return self.received[topic.name]
+
+    def wait_for(self, condition: Callable[[], T], what: str, deadline: float = DEADLINE) -> T:
+        """Spin until the condition gives something true, and return it; fail after the deadline (s)."""
+        end = time.monotonic() + deadline
+        while not (result := condition()):
+            if time.monotonic() > end:
+                counts = {name: len(messages) for name, messages in self.received.items()}
+                pytest.fail(f"not within {deadline} s: {what}; messages: {counts}; health: {self._health}")
+            self._executor.spin_once(timeout_sec=0.02)
+        return result
+
+    def spin_for(self, seconds: float) -> None:
+        """Take what comes within a time; only for what is a rate or a pause by its nature."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.01)
+
+    def join(self, name: str, inputs: Sequence[Topic], outputs: Sequence[Topic]) -> None:
+        """Take the part of the rest of the graph around a node, and wait until the node has seen all of it."""
+        self.advertise(*inputs)
+        self.listen(*outputs)
+        publishers = [self._publishers[topic.name] for topic in inputs]
+        self.wait_for(
+            lambda: (
+                name in {message.data for message in self.got(RUN_READY)}
+                and all(publisher.get_subscription_count() > 0 for publisher in publishers)
+                and all(self.node.count_publishers(topic.name) > 0 for topic in outputs)
+            ),
+            f"{name} is ready",
+        )
+
+    def samples(self, topic: Topic, rate_hz: int = RATE_HZ) -> list[int | None]:
+        """Return the sample numbers that the stamps of a topic's messages name."""
+        return [sample_of_stamp(stamp_of(message), rate_hz) for message in self.got(topic)]
+
+    def answer(self, topic: Topic, sample: int, rate_hz: int = RATE_HZ) -> Any:
+        """Wait for the message of a topic that answers a sample, and return the last such."""
+
+        def find() -> Any:
+            stamp = sample_stamp_ns(sample, rate_hz)
+            return next((message for message in reversed(self.got(topic)) if stamp_of(message) == stamp), None)
+
+        return self.wait_for(find, f"{topic.name} of sample {sample}")
+
+    def ask(self, inputs: Sequence[tuple[Topic, Any]], outputs: Sequence[Topic], sample: int) -> None:
+        """Publish the inputs of a sample again and again until every output has answered it: the start of a run."""
+        asked = 0.0
+
+        def answered() -> bool:
+            nonlocal asked
+            if time.monotonic() - asked > 0.2:
+                asked = time.monotonic()
+                for topic, message in inputs:
+                    self.publish(topic, message)
+            return all(sample in self.samples(topic) for topic in outputs)
+
+        self.wait_for(answered, f"{[topic.name for topic in outputs]} answer sample {sample}")
+
+    def health(self, node: str) -> tuple[DiagnosticStatus, dict[str, str]]:
+        """Wait for the next /diagnostics of a node (absolute name); return its status and its values."""
+        self._health.pop(node, None)
+        status = self.wait_for(lambda: self._health.get(node), f"/diagnostics of {node}")
+        return status, {value.key: value.value for value in status.values}
+
+    def wait_for_dropped(self, node: str, count: int) -> None:
+        """Wait until a node (absolute name) says that it has dropped so many messages, and no more."""
+
+        def dropped() -> bool:
+            status = self._health.get(node)
+            return status is not None and {value.key: value.value for value in status.values}["dropped"] == str(count)
+
+        self.wait_for(dropped, f"{node} has dropped {count} messages", deadline=5.0)
+        status, _ = self.health(node)
+        assert {value.key: value.value for value in status.values}["dropped"] == str(count)
+
+    def call(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service and return its response."""
+        client = self.node.create_client(kind, name)
+        self.wait_for(client.service_is_ready, f"service {name}")
+        future = client.call_async(request)
+        self.wait_for(future.done, f"answer of {name}")
+        self.node.destroy_client(client)
+        return future.result()
+
+    def reset(self, node: str) -> Trigger.Response:
+        return self.call(Trigger, f"{node}/reset", Trigger.Request())
+
+    def describe(self, node: str) -> list[ParameterDescriptor]:
+        """Return the descriptors of all parameters of a node."""
+        names = self.call(ListParameters, f"{node}/list_parameters", ListParameters.Request()).result.names
+        request = DescribeParameters.Request(names=names)
+        return list(self.call(DescribeParameters, f"{node}/describe_parameters", request).descriptors)
+
+    def set_parameter(self, node: str, name: str, value: Any) -> SetParametersResult:
+        message: ParameterMessage = Parameter(name, value=value).to_parameter_msg()
+        request = SetParameters.Request(parameters=[message])
+        return self.call(SetParameters, f"{node}/set_parameters", request).results[0]
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+
+
+class Bench:
+    """A private DDS domain with the nodes and probes that a test puts into it; use it as a context manager."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Bench:
+        self.domain = self._stack.enter_context(private_domain())
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._stack.close()
+
+    def start(self, node: str, namespace: str = "", arguments: Sequence[str] = (), **parameters: Any) -> ChildProcess:
+        """Start a node by the name of its executable."""
+        values = [word for name, value in parameters.items() for word in ("-p", f"{name}:={json.dumps(value)}")]
+        remaps = ["-r", f"__ns:={namespace}"] if namespace else []
+        command = [sys.executable, "-m", node_modules()[node], "--ros-args", *remaps, *values, *arguments]
+        return self.run(command)
+
+    def run(self, command: Sequence[str], **variables: str) -> ChildProcess:
+        """Start any process in the domain."""
+        environment = {**clean_environment(self.domain, self.folder), **variables}
+        process = ChildProcess(command, self.folder / "processes", environment)
+        self._stack.callback(process.close)
+        return process
+
+    def probe(self, namespace: str = "") -> Probe:
+        probe = Probe(self.domain, namespace)
+        self._stack.callback(probe.close)
+        return probe
