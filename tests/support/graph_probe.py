@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -17,6 +16,7 @@ from typing import Any, TypeVar
 
 import pytest
 import rclpy
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
@@ -271,7 +271,7 @@ class Bench:
 
     def start(self, node: str, namespace: str = "", arguments: Sequence[str] = (), **parameters: Any) -> ChildProcess:
         """Start a node by the name of its executable."""
-        values = [word for name, value in parameters.items() for word in ("-p", f"{name}:={json.dumps(value)}")]
+        values = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_yaml(value)}")]
         remaps = ["-r", f"__ns:={namespace}"] if namespace else []
         command = [sys.executable, "-m", node_modules()[node], "--ros-args", *remaps, *values, *arguments]
         return self.run(command)
@@ -287,3 +287,8 @@ class Bench:
         probe = Probe(self.domain, namespace)
         self._stack.callback(probe.close)
         return probe
+
+
+def _yaml(value: Any) -> str:
+    text = yaml.safe_dump(value, default_flow_style=True, width=10_000)
+    return text.removesuffix("\n").removesuffix("\n...")

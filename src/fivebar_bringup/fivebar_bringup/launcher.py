@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from fivebar_bringup.graph import PLANT, RECORDER, NodeSpec
@@ -54,6 +54,11 @@ class NodeProcess:
             )
 
     @property
+    def pid(self) -> int:
+        """Process number."""
+        return self._process.pid
+
+    @property
     def status(self) -> int | None:
         """Exit status, None while the process runs."""
         return self._process.poll()
@@ -82,8 +87,17 @@ def _end_with_parent() -> None:
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
-def run_graph(nodes: Sequence[NodeSpec], run: RunDirectory, domain: int, progress: Progress) -> GraphOutcome:
-    """Run the graph until its plant has ended, or until KeyboardInterrupt, and stop every node."""
+def run_graph(
+    nodes: Sequence[NodeSpec],
+    run: RunDirectory,
+    domain: int,
+    progress: Progress,
+    started: Callable[[Mapping[str, int]], None] = lambda processes: None,
+) -> GraphOutcome:
+    """Run the graph until its plant has ended, or until KeyboardInterrupt, and stop every node.
+
+    `started` is called once with the process number of each node.
+    """
     run.parameters.mkdir(exist_ok=True)
     run.logs.mkdir(exist_ok=True)
     began = time.monotonic()
@@ -94,6 +108,7 @@ def run_graph(nodes: Sequence[NodeSpec], run: RunDirectory, domain: int, progres
         # before the monitor: its DDS threads must not be there yet when processes are forked
         for node in nodes:
             processes[node.executable] = NodeProcess(node, run, domain)
+        started({name: process.pid for name, process in processes.items()})
         with RunMonitor(domain) as monitor:
             _watch(processes, monitor, faults, progress)
             status = monitor.status

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import (
     det_a,
+    distal_acceleration,
     joint_acceleration,
     platform_acceleration,
     state_from_joints,
@@ -164,3 +165,22 @@ def test_acceleration_from_the_motors_is_undefined_on_the_locus(dextar: FiveBar)
     on_locus = state_from_joints(dextar, 1.0, -1.0, 2.0, -2.0, 0.3, 0.0, 0.4, 0.0)
     assert det_a(on_locus) == 0.0
     assert all(math.isnan(number) for number in platform_acceleration(on_locus, 1.0, 2.0))
+
+
+@pytest.mark.parametrize("where", ["regular", "locus"])
+def test_distal_accelerations_agree_with_pinocchio(
+    where: str, robot: FiveBar, loop: ClosedLoop, regular_states: States, locus_states: States, joint_vectors: Vectors
+) -> None:
+    random = np.random.default_rng(16)
+    for state in (regular_states if where == "regular" else locus_states)(100, 16):
+        q, v = joint_vectors(state)
+        a = loop.acceleration(q, v, np.array([random.uniform(-2, 2), 0.0, random.uniform(-2, 2), 0.0]))
+        ax, ay = loop.platform(q, v, a)[2].tolist()
+        scale = float(np.abs(a).max())
+        assert distal_acceleration(robot.leg1, state.leg1, ax, ay) == pytest.approx(a[0] + a[1], abs=1e-11 * scale)
+        assert distal_acceleration(robot.leg2, state.leg2, ax, ay) == pytest.approx(a[2] + a[3], abs=1e-11 * scale)
+
+
+def test_distal_acceleration_is_undefined_at_type_1(dextar: FiveBar) -> None:
+    straight = state_from_joints(dextar, 1.0, 0.0, 2.0, -1.0, 0.1, 0.2, 0.3, 0.1)
+    assert math.isnan(distal_acceleration(dextar.leg1, straight.leg1, 1.0, 1.0))

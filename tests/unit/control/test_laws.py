@@ -70,7 +70,7 @@ def test_supervisor_uses_the_zone_of_the_nearest_crossing(
     state, _ = instant
     kappa = inverse_condition(state)
     assert 2.0 * slow < kappa < 2.0 * quick
-    supervisor = Supervisor(plan, RATE_HZ)
+    supervisor = Supervisor(plan, RATE_HZ, "condition")
     early, late = supervisor(100, state), supervisor(1000, state)
     assert early.inverse_condition == late.inverse_condition == kappa
     assert early.sigma == pytest.approx(min(1.0, 2.0 - kappa / quick), abs=1e-15)

@@ -17,7 +17,7 @@ TIMES = st.floats(0.01, 3.49)
 
 @pytest.fixture(scope="module")
 def path() -> Path:
-    return Path(CORNERS, DURATIONS)
+    return Path.through(CORNERS, DURATIONS)
 
 
 def test_waypoints_are_reached_at_rest(path: Path) -> None:
@@ -82,9 +82,9 @@ def test_an_instant_between_two_segments_belongs_to_the_later_one(path: Path) ->
 )
 def test_samples_cover_the_whole_motion_and_not_one_more(durations: tuple[float, ...], rate_hz: int, last: int) -> None:
     waypoints = [(0.01 * number, 0.1) for number in range(len(durations) + 1)]
-    assert Path(waypoints, durations).samples(rate_hz) == last
+    assert Path.through(waypoints, durations).samples(rate_hz) == last
 
 
 def test_one_duration_per_segment() -> None:
     with pytest.raises(ValueError, match="zip"):
-        Path(CORNERS, (1.0, 1.0))
+        Path.through(CORNERS, (1.0, 1.0))

@@ -200,19 +200,19 @@ def test_a_crossing_along_the_controllable_direction_is_refused(robot: FiveBar, 
         svd = parallel_svd(state)
         modes = ((-1 if state.leg1.sin_q2 > 0.0 else 1), (-1 if state.leg2.sin_q2 > 0.0 else 1))
         for turn, wanted in ((0.25, math.sin(0.25)), (0.4, math.sin(0.4))):
-            c, s = 0.01 * math.cos(turn), 0.01 * math.sin(turn)
+            c, s = 0.004 * math.cos(turn), 0.004 * math.sin(turn)
             dx, dy = c * svd.v_x - s * svd.v_y, s * svd.v_x + c * svd.v_y
             waypoints = ((state.x - dx, state.y - dy), (state.x + dx, state.y + dy))
             ends = [state_from_platform(robot, *modes, *waypoint, 0.0, 0.0) for waypoint in waypoints]
-            if det_a(ends[0]) * det_a(ends[1]) > 0.0 or min(map(inverse_condition, ends)) < 0.003:
+            if det_a(ends[0]) * det_a(ends[1]) > 0.0 or min(map(inverse_condition, ends)) < 0.001:
                 continue  # it leaves the locus on the side it came from, or stays near it
             if wanted < 0.3:
-                text = refusal(robot, waypoints, rule=ZoneRule(epsilon=0.001), working_mode=modes)
+                text = refusal(robot, waypoints, rule=ZoneRule(epsilon=0.0005), working_mode=modes)
                 assert f"at ({state.x:.4f}, {state.y:.4f}) m" in text
                 assert f"|n.v1| = {wanted:.2f}, expected at least 0.3" in text
                 refused += 1
             else:
-                planned = plan(robot, waypoints, rule=ZoneRule(epsilon=0.001), working_mode=modes)
+                planned = plan(robot, waypoints, rule=ZoneRule(epsilon=0.0005), working_mode=modes)
                 assert planned.crossings[0].authority == pytest.approx(wanted, abs=1e-6)
     assert refused >= 5
 

@@ -11,10 +11,10 @@ import numpy as np
 from fivebar_bringup.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.controllers.vhc_cartesian import Line, line_constraint
-from fivebar_control.estimation.imu_check import acceleration_error
+from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.geometry import inverse_geometry, wrap
 from fivebar_control.model.kinematics import det_a, state_from_joints
-from fivebar_control.model.state import State
+from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -118,7 +118,6 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         ],
         3,
     )
-    acceleration = join.accelerations()
     return RunSeries(
         sample=join.sample,
         time=time,
@@ -138,14 +137,10 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         vhc_error=constraint[:, 0],
         vhc_error_joint=constraint[:, 1:],
         tracking_error=platform[:, :2] - reference[:, :2],
-        acceleration_error=np.array(
-            [
-                acceleration_error((measured_x, measured_y), (ax, ay))
-                for (measured_x, measured_y), (ax, ay) in zip(
-                    acceleration.tolist(), reference[:, 4:].tolist(), strict=True
-                )
-            ],
-            dtype=np.float64,
+        acceleration_error=_acceleration_errors(
+            ImuCheck(robot, plan.mode1, plan.mode2, scenario.rate_hz, scenario.imu.description()),
+            join.accelerations(),
+            reference,
         ),
     )
 
@@ -184,10 +179,10 @@ class _Join:
         return self._on_samples(topic, values[:, [recorded.index(name) for name in names]])
 
     def accelerations(self) -> FloatArray:
-        """Return [n, 2], the in-plane acceleration in the IMU's own frame (m/s^2)."""
+        """Return [n, 3], the acceleration in the IMU's own frame (m/s^2)."""
         if self._recording.count(IMU_DATA) == 0:
-            return np.full((self.sample.size, 2), math.nan)
-        return self._on_samples(IMU_DATA, self._recording.field(IMU_DATA, "linear_acceleration")[:, :2])
+            return np.full((self.sample.size, 3), math.nan)
+        return self._on_samples(IMU_DATA, self._recording.field(IMU_DATA, "linear_acceleration"))
 
     def _numbers(self, topic: Topic) -> IntArray:
         """Return int64[messages], the number of the sample that each stamp names, -1 off the grid."""
@@ -211,6 +206,18 @@ def _constraint_errors(robot: FiveBar, plan: Plan, line: Line, state: State) -> 
     h, _, n_x, n_y = line_constraint(line, state.x, state.y, state.vx, state.vy)
     on_path = inverse_geometry(robot, plan.mode1, plan.mode2, state.x - h * n_x, state.y - h * n_y)
     return h, _turn(state.leg1.q1 - on_path.q11), _turn(state.leg2.q1 - on_path.q21)
+
+
+def _acceleration_errors(check: ImuCheck, measured: FloatArray, reference: FloatArray) -> FloatArray:
+    """Return [n] from the accelerations [n, 3] and the reference [n, 6], sample by sample as the listener does it.
+
+    It is worked out anew because the recorded errors carry no stamp by which a lost one could be told.
+    """
+    errors = np.full(len(measured), math.nan)
+    for row in np.flatnonzero(np.all(np.isfinite(measured), axis=1) & np.all(np.isfinite(reference), axis=1)):
+        x, y, z = measured[row].tolist()
+        errors[row] = check.error((x, y, z), Platform(*reference[row].tolist()))
+    return errors
 
 
 def _turn(angle: float) -> float:

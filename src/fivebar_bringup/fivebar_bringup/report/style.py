@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
+import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, SymmetricalLogLocator
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullLocator
 
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.report.series import RunSeries
@@ -25,6 +26,9 @@ WIDTH = 10.0
 
 LARGE_TORQUE = 100.0
 """From this torque (Nm) on, a linear axis would hide all that happens away from the peak."""
+
+OUTLIER = 1000.0
+"""An error this many times the usual one would hide it on a linear axis."""
 
 STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -78,11 +82,11 @@ def png(figure: Figure) -> bytes:
 
 def house_style() -> Any:
     """Return a context in which figures are made and drawn in this style."""
-    return matplotlib.rc_context(STYLE)
+    return matplotlib.style.context(["default", STYLE])
 
 
-def shade_zones(axes: Axes, series: RunSeries, label: str | None = "blending zone, σ > 0") -> None:
-    """Shade where sigma > 0."""
+def shade_zones(axes: Axes, series: RunSeries, label: str | None) -> None:
+    """Shade where sigma > 0; `label` is for the legend."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], series.in_zone, [False]]).astype(np.int8)))
     for start, end in edges.reshape(-1, 2).tolist():
         axes.axvspan(
@@ -98,22 +102,26 @@ def shade_zones(axes: Axes, series: RunSeries, label: str | None = "blending zon
         label = None
 
 
-def time_axis(axes: Axes, series: RunSeries, planned: float) -> None:
-    """Label the time axis (s), as long as the planned motion, and mark where a run was cut short."""
-    axes.set_xlim(-0.01 * planned, 1.01 * planned)
-    axes.set_xlabel("time in s")
+def time_axis(panels: Sequence[Axes], series: RunSeries, planned: float) -> None:
+    """Give panels above each other one time axis (s) as long as the planned motion; mark where a run was cut short."""
     end = float(series.time[-1])
-    if end < 0.99 * planned:
-        for each in axes.figure.axes:
-            each.axvspan(end, 1.02 * planned, facecolor="none", edgecolor=PALE, hatch="///", linewidth=0.0, zorder=0.4)
-        axes.text(
-            0.5 * (end + planned),
+    cut_short = end < 0.99 * planned
+    shown = min(planned, 1.6 * end) if cut_short and end > 0.0 else planned
+    panels[-1].set_xlabel("time in s")
+    for axes in panels:
+        axes.set_xlim(-0.01 * shown, 1.01 * shown)
+        if cut_short:
+            axes.axvspan(end, 1.02 * shown, facecolor="none", edgecolor=PALE, hatch="///", linewidth=0.0, zorder=0.4)
+    if cut_short:
+        panels[-1].text(
+            0.5 * (end + shown),
             0.5,
-            "run ended" if planned - end < 0.3 * planned else "nothing recorded from here on",
-            transform=axes.get_xaxis_transform(),
+            f"nothing recorded,\nplanned until {planned:.3g} s",
+            transform=panels[-1].get_xaxis_transform(),
             ha="center",
             va="center",
             color=GREY,
+            fontsize=9.5,
             bbox={"facecolor": "white", "edgecolor": PALE, "boxstyle": "round,pad=0.4"},
         )
 
@@ -121,18 +129,34 @@ def time_axis(axes: Axes, series: RunSeries, planned: float) -> None:
 def torque_axis(axes: Axes, *torques: FloatArray) -> None:
     """Scale the vertical axis for torques (Nm): linear, or symmetric logarithmic where they are large."""
     largest = max((peak(torque) or 0.0 for torque in torques), default=0.0)
-    if largest <= LARGE_TORQUE:
-        bound = 1.12 * largest or 1.0
-        axes.set_ylim(-bound, bound)
-        axes.yaxis.set_major_locator(MaxNLocator(7, symmetric=True))
+    if largest > LARGE_TORQUE:
+        _symmetric_log(axes, largest, 1.0)
         return
-    decades = int(np.ceil(np.log10(largest)))
-    axes.set_yscale("symlog", linthresh=1.0, linscale=0.8)
-    axes.yaxis.set_major_locator(
-        SymmetricalLogLocator(linthresh=1.0, base=10.0 if decades <= 4 else 100.0)  # type: ignore[no-untyped-call]
-    )
+    bound = 1.12 * largest or 1.0
+    axes.set_ylim(-bound, bound)
+    axes.yaxis.set_major_locator(MaxNLocator(7, symmetric=True))
+
+
+def error_axis(axes: Axes, errors: FloatArray) -> None:
+    """Scale the vertical axis for errors: symmetric logarithmic where a few of them would hide all others."""
+    known = np.abs(errors[np.isfinite(errors)])
+    if not known.size:
+        return
+    largest, usual = float(np.max(known)), float(np.percentile(known, 90))
+    if largest > OUTLIER * usual > 0.0:
+        _symmetric_log(axes, largest, 10.0 ** np.floor(np.log10(usual)))
+
+
+def _symmetric_log(axes: Axes, largest: float, linear: float) -> None:
+    """Scale the vertical axis linearly up to +-`linear`, a power of ten, and logarithmically from there on."""
+    decades = int(np.ceil(np.log10(largest / linear)))
+    step = 1 if decades <= 3 else 2
+    marks = [linear * 10.0**decade for decade in range(step, decades + 1, step)]
+    axes.set_yscale("symlog", linthresh=linear, linscale=0.8)
+    axes.yaxis.set_major_locator(FixedLocator([*(-mark for mark in reversed(marks)), 0.0, *marks]))
     axes.yaxis.set_minor_locator(NullLocator())
-    axes.set_ylim(-(10.0 ** (decades + 0.2)), 10.0 ** (decades + 0.2))
+    bound = linear * 10.0 ** (decades + 0.2)
+    axes.set_ylim(-bound, bound)
 
 
 def log_axis(axes: Axes, low: float, high: float) -> None:
@@ -142,20 +166,3 @@ def log_axis(axes: Axes, low: float, high: float) -> None:
     axes.set_ylim(10.0**bottom, 10.0**top)
     axes.yaxis.set_major_locator(LogLocator(base=10.0, numticks=8))
     axes.yaxis.set_minor_locator(NullLocator())
-
-
-def engineering(value: float | None, unit: str) -> str:
-    """Return a figure for a person: three significant digits with a prefix that suits, or a dash."""
-    if value is None:
-        return "–"
-    if value == 0.0:
-        return f"0 {unit}"
-    for factor, prefix in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ")):
-        if abs(value) >= 0.9995 * factor:
-            return f"{_three_digits(value / factor)} {prefix}{unit}"
-    return f"{_three_digits(value / 1e-9)} n{unit}"
-
-
-def _three_digits(value: float) -> str:
-    decimals = 2 if abs(value) < 9.995 else 1 if abs(value) < 99.95 else 0
-    return f"{value:.{decimals}f}"

@@ -44,26 +44,30 @@ def counterpart(scenario: Scenario) -> Counterpart:
         same = scenario.controller in (JOINT, CARTESIAN)
         return Counterpart(
             path="figure 4.5",
-            torque="figure 4.6" if joint else "figures 4.8 and 4.13" if same else "figure 4.8, for another controller",
-            vhc_error="figure 4.9" if scenario.controller == CARTESIAN else "figure 4.9, for another controller",
-            vhc_error_joint="figure 4.7" if joint else "figure 4.7, for another controller",
+            torque="figure 4.6"
+            if joint
+            else "figures 4.8 and 4.13"
+            if same
+            else "figure 4.8, there for another controller",
+            vhc_error="figure 4.9" if scenario.controller == CARTESIAN else "figure 4.9, there for another controller",
+            vhc_error_joint="figure 4.7" if joint else "figure 4.7, there for another controller",
             acceleration="figure 4.15",
         )
     if scenario.waypoints == MULTIPLE:
-        other = "" if scenario.controller == CARTESIAN else ", for another controller"
+        other = "" if scenario.controller == CARTESIAN else ", there for another controller"
         return Counterpart(
             path="figure 4.10",
             torque=f"figures 4.11 and 4.16{other}",
             vhc_error=f"figure 4.12{other}",
-            vhc_error_joint="figure 4.7, for another motion",
+            vhc_error_joint="figure 4.7, there for another motion",
             acceleration=f"figure 4.17{other}",
         )
     return Counterpart(
-        path="figures 4.5 and 4.10, for other motions",
-        torque="figures 4.6, 4.8 and 4.11, for other motions",
-        vhc_error="figures 4.9 and 4.12, for other motions",
-        vhc_error_joint="figure 4.7, for another motion",
-        acceleration="figures 4.15 and 4.17, for other motions",
+        path="figures 4.5 and 4.10, there for other motions",
+        torque="figures 4.6, 4.8 and 4.11, there for other motions",
+        vhc_error="figures 4.9 and 4.12, there for other motions",
+        vhc_error_joint="figure 4.7, there for another motion",
+        acceleration="figures 4.15 and 4.17, there for other motions",
     )
 
 

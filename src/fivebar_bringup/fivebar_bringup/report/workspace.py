@@ -11,9 +11,9 @@ from matplotlib.colors import ListedColormap
 
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.report.style import GREY, INK, PURPLE
-from fivebar_control.model.geometry import inverse_geometry, reach_margin
+from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, LegParameters
 
 GRID = 150
 """Points per side of the map; the locus lies within a tenth of a millimetre of where it is drawn."""
@@ -31,29 +31,29 @@ class Map(NamedTuple):
     reach: FloatArray
 
 
-def survey(robot: FiveBar, mode1: int, mode2: int) -> Map:
-    """Return the map of the half plane in which both legs reach; det A is NaN out of reach."""
+def survey(robot: FiveBar, modes: tuple[int, int], lowest: float) -> Map:
+    """Return the map of where both legs reach, from y = `lowest` (m) upwards; det A is NaN out of reach."""
     legs = (robot.leg1, robot.leg2)
     left = max(leg.base_x - leg.proximal - leg.distal for leg in legs)
     right = min(leg.base_x + leg.proximal + leg.distal for leg in legs)
     top = max(leg.proximal + leg.distal for leg in legs)
     margin = 0.004
     x = np.linspace(left - margin, right + margin, GRID)
-    y = np.linspace(-0.35 * top, top, GRID)
+    y = np.linspace(lowest, top, GRID)
     determinant = np.full((GRID, GRID), math.nan)
     reach = np.empty((GRID, GRID))
     for row, y_mark in enumerate(y.tolist()):
         for column, x_mark in enumerate(x.tolist()):
             reach[row, column] = min(reach_margin(leg, x_mark, y_mark) for leg in legs)
             if reach[row, column] > 0.0:
-                determinant[row, column] = det_a(state_from_platform(robot, mode1, mode2, x_mark, y_mark, 0.0, 0.0))
+                determinant[row, column] = det_a(state_from_platform(robot, *modes, x_mark, y_mark, 0.0, 0.0))
     return Map(1e3 * x, 1e3 * y, determinant, 1e3 * reach)
 
 
 def draw_map(axes: Axes, plane: Map) -> None:
     """Draw both assembly modes, the Type 2 locus between them and the Type 1 boundary around them."""
     signs = ListedColormap([NEGATIVE, POSITIVE])
-    axes.contourf(plane.x, plane.y, np.sign(plane.det_a), levels=[-1.5, 0.0, 1.5], cmap=signs, zorder=0.6)
+    axes.contourf(plane.x, plane.y, plane.det_a, levels=[-1.1, 0.0, 1.1], cmap=signs, zorder=0.6)
     axes.contour(plane.x, plane.y, plane.reach, levels=[0.0], colors=[GREY], linewidths=1.4, zorder=1.0)
     axes.contour(plane.x, plane.y, plane.det_a, levels=[0.0], colors=[PURPLE], linewidths=2.2, zorder=1.2)
 
@@ -61,30 +61,38 @@ def draw_map(axes: Axes, plane: Map) -> None:
 def draw_robot(
     axes: Axes,
     robot: FiveBar,
-    modes: tuple[int, int],
+    motors: tuple[float, float],
     place: tuple[float, float],
     color: str = INK,
     alpha: float = 1.0,
-    width: float = 4.0,
+    width: float = 3.8,
     zorder: float = 3.0,
 ) -> None:
-    """Draw the robot with its platform at a place (m) in a working mode."""
-    q = inverse_geometry(robot, *modes, *place)
-    x, y = [1e3 * robot.leg1.base_x], [0.0]
-    for leg, angle, backwards in ((robot.leg1, q.q11, False), (robot.leg2, q.q21, True)):
-        elbow = (1e3 * (leg.base_x + leg.proximal * math.cos(angle)), 1e3 * leg.proximal * math.sin(angle))
-        chain = [elbow, (1e3 * place[0], 1e3 * place[1])]
-        for mark in chain[:1] if backwards else chain:
-            x.append(mark[0])
-            y.append(mark[1])
-    x.append(1e3 * robot.leg2.base_x)
-    y.append(0.0)
+    """Draw the robot from its motor angles (rad) and the place of its platform (m)."""
+    left, right = _elbow(robot.leg1, motors[0]), _elbow(robot.leg2, motors[1])
+    x = [1e3 * mark for mark in (robot.leg1.base_x, left[0], place[0], right[0], robot.leg2.base_x)]
+    y = [1e3 * mark for mark in (0.0, left[1], place[1], right[1], 0.0)]
     axes.plot(
         x, y, color=color, alpha=alpha, linewidth=width, solid_capstyle="round", solid_joinstyle="round", zorder=zorder
     )
-    joints = {"linestyle": "none", "zorder": zorder + 0.1, "markeredgewidth": 0.35 * width}
-    axes.plot(x[1:4:2], y[1:4:2], marker="o", markersize=1.5 * width, mfc="white", mec=color, alpha=alpha, **joints)
-    axes.plot(x[2], y[2], marker="o", markersize=2.0 * width, mfc=color, mec="white", alpha=alpha, **joints)
+    elbows, tip = slice(1, 4, 2), slice(2, 3)
+    for joints, size, fill, edge in ((elbows, 1.5, "white", color), (tip, 2.0, color, "white")):
+        axes.plot(
+            x[joints],
+            y[joints],
+            linestyle="none",
+            marker="o",
+            markersize=size * width,
+            markerfacecolor=fill,
+            markeredgecolor=edge,
+            markeredgewidth=0.35 * width,
+            alpha=alpha,
+            zorder=zorder + 0.1,
+        )
+
+
+def _elbow(leg: LegParameters, q1: float) -> tuple[float, float]:
+    return leg.base_x + leg.proximal * math.cos(q1), leg.proximal * math.sin(q1)
 
 
 def draw_base(axes: Axes, robot: FiveBar) -> None:
@@ -105,11 +113,14 @@ def draw_base(axes: Axes, robot: FiveBar) -> None:
         )
 
 
-def frame(axes: Axes, robot: FiveBar, low: float, high: float) -> None:
-    """Set limits (mm) and labels of the plane, with both elbows in sight."""
-    side = 1e3 * max(abs(leg.base_x) + leg.proximal for leg in (robot.leg1, robot.leg2)) + 8.0
+def frame(axes: Axes, robot: FiveBar, lowest: float) -> None:
+    """Label the plane (mm) and set its limits, with both elbows in sight."""
+    legs = (robot.leg1, robot.leg2)
     axes.set_aspect("equal")
-    axes.set_xlim(-side, side)
-    axes.set_ylim(low, high)
+    axes.set_xlim(
+        1e3 * min(leg.base_x - leg.proximal for leg in legs) - 8.0,
+        1e3 * max(leg.base_x + leg.proximal for leg in legs) + 8.0,
+    )
+    axes.set_ylim(1e3 * lowest, 1e3 * max(leg.proximal + leg.distal for leg in legs))
     axes.set_xlabel("x in mm")
     axes.set_ylabel("y in mm")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scipy.stats import rice
+from scipy.special import i0e, i1e
 
 from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
 from fivebar_control.model.state import Platform
@@ -92,5 +92,7 @@ def noise_floor(noise: float, desired_magnitude: float) -> float:
     if noise == 0.0:
         return 0.0
     a, s = desired_magnitude, noise
-    mean = float(rice.mean(a / s, scale=s))
+    # the mean of that distribution, with scaled Bessel functions that do not overflow where a is much larger than s
+    x = (a / (2.0 * s)) ** 2
+    mean = s * math.sqrt(0.5 * math.pi) * float((1.0 + 2.0 * x) * i0e(x) + 2.0 * x * i1e(x))
     return math.sqrt(max(0.0, 2.0 * s * s + 2.0 * a * a - 2.0 * a * mean))

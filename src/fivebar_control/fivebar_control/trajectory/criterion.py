@@ -7,6 +7,7 @@ crossing, which the fifth-order polynomial has at half of its way only and a sev
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,14 @@ MONOTONE_GRID = 400
 
 CROSSING_RANGE = (0.15, 0.85)
 """Range of the fraction of the duration at which a criterion polynomial may cross the locus."""
+
+RATIO_RANGE = (0.3, 1.4)
+"""Range of (u - 1/2) / (s - 1/2) for a crossing at the fraction u of the duration and s of the way: half way only
+u = 1/2 is possible, and near it only a narrow range of u."""
+
+LEAST_OFFSET = 1e-6
+"""Crossings nearer to half of the way than this fraction are taken to be this far from it: there the equations for the
+polynomial become singular, and what is left of the acceleration is 1e-5 of its peak."""
 
 
 class CriterionLaw(NamedTuple):
@@ -53,17 +62,25 @@ def criterion_law(s_crossing: float) -> CriterionLaw | None:
     None where no such law goes forwards only, which happens for crossings near the ends of the way.
     """
 
-    def peak(u: float) -> float:
-        law = _law_through(u, s_crossing)
-        grid = np.linspace(0.0, 1.0, MONOTONE_GRID + 1)
-        rates = np.array([law(float(point))[1:] for point in grid])
+    offset = math.copysign(max(abs(s_crossing - 0.5), LEAST_OFFSET), s_crossing - 0.5)
+    points = np.linspace(0.0, 1.0, MONOTONE_GRID + 1).tolist()
+
+    def law_at(ratio: float) -> CriterionLaw:
+        return _law_through(0.5 + ratio * offset, 0.5 + offset)
+
+    def peak(ratio: float) -> float:
+        if not CROSSING_RANGE[0] <= 0.5 + ratio * offset <= CROSSING_RANGE[1]:
+            return 1e9
+        law = law_at(ratio)
+        rates = np.array([law(u)[1:] for u in points])
         return float(np.max(np.abs(rates[:, 1]))) if np.all(rates[:, 0] >= 0.0) else 1e9
 
-    best = minimize_scalar(peak, bounds=CROSSING_RANGE, method="bounded", options={"xatol": 1e-6})
-    grid = np.linspace(*CROSSING_RANGE, 71)
-    candidates = [float(best.x), *(float(u) for u in grid)]
-    chosen = min(candidates, key=peak)
-    return _law_through(chosen, s_crossing) if peak(chosen) < 1e9 else None
+    grid = np.linspace(*RATIO_RANGE, 45).tolist()
+    first = min(grid, key=peak)
+    step = grid[1] - grid[0]
+    refined = float(minimize_scalar(peak, bounds=(first - step, first + step), method="bounded").x)
+    best = min((first, refined), key=peak)
+    return law_at(best) if peak(best) < 1e9 else None
 
 
 def _law_through(u: float, s: float) -> CriterionLaw:

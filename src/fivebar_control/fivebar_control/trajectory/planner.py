@@ -227,7 +227,7 @@ def _meeting_criterion(segment: Segment, number: int, crossed: list[float]) -> S
             f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
             " goes forwards meets the dynamic criterion so near an end"
         )
-    return segment._replace(time_law=law)
+    return segment._replace(time_law=law.__call__)
 
 
 def _crossing(

@@ -13,6 +13,9 @@ from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import NANOSECONDS, Topic
 
+LARGEST = 1e100
+"""Greatest magnitude of a figure that is computed with: sums and squares of greater ones would overflow."""
+
 
 class MessageError(ValueError):
     """A message that must not be used; the text says what is wrong with it."""
@@ -61,7 +64,8 @@ def read_fields(
     The joints may come in any order. With `allow_nan` a NaN (an undefined torque) passes; infinities never do.
 
     Raises:
-        MessageError: wrong names, a field of another length than the names, or a figure that is not finite.
+        MessageError: wrong names, a field of another length than the names, or a figure that is not finite or beyond
+            `LARGEST`.
     """
     given = tuple(message.name)
     if given != names and sorted(given) != sorted(names):
@@ -78,6 +82,6 @@ def _field(
     if given != names:
         values = tuple(values[given.index(name)] for name in names)
     for name, value in zip(names, values, strict=True):
-        if not math.isfinite(value) and not (allow_nan and math.isnan(value)):
-            raise MessageError(f"{field} of {name} is {value}, expected a finite number")
+        if not abs(value) <= LARGEST and not (allow_nan and math.isnan(value)):
+            raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
     return values

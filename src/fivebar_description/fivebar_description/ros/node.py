@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
@@ -22,6 +24,9 @@ from fivebar_description.ros.qos import qos_profile
 READY_PERIOD = 0.1
 """Time (s) between two looks at whether all topics of the node are joined to their other ends."""
 
+DELIVERY_TIME = 0.3
+"""Longest time (s) that an ending node waits for its last messages to arrive."""
+
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
 
@@ -34,6 +39,7 @@ class GraphNode(Node):
         super().__init__(name)
         self._specs: list[Spec] = []
         self._inputs: list[Subscription[Any]] = []
+        self._outputs: list[Publisher[Any]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._complete_looks = 0
         self._drops = 0
@@ -50,6 +56,15 @@ class GraphNode(Node):
 
     def stop(self) -> None:
         """Do what must be done last; called once, before the node ends, while it can still publish."""
+
+    def deliver(self) -> None:
+        """Wait until every listener has what was published, for a short while: a node that ends takes the rest along.
+
+        What a listener has not acknowledged by then is lost; one that was killed never will.
+        """
+        end = time.monotonic() + DELIVERY_TIME
+        for publisher in self._outputs:
+            publisher.wait_for_all_acked(Duration(seconds=max(0.0, end - time.monotonic())))
 
     def parameters(self, specs: Sequence[Spec]) -> dict[str, Any]:
         """Declare parameters and return their values.
@@ -70,7 +85,9 @@ class GraphNode(Node):
 
     def advertise(self, topic: Topic) -> Publisher[Any]:
         """Return a publisher of a topic of the graph."""
-        return self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos))
+        publisher = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos))
+        self._outputs.append(publisher)
+        return publisher
 
     def listen(self, topic: Topic, callback: Callable[[Any], None], depth: int | None = None, **options: Any) -> None:
         """Subscribe to a topic of the graph."""

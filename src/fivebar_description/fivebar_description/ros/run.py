@@ -72,6 +72,7 @@ def run_node(make: Callable[[], GraphNode]) -> None:
     finally:
         if rclpy.ok():
             node.stop()
+            node.deliver()
         executor.shutdown()
         node.destroy_node()
         rclpy.try_shutdown()

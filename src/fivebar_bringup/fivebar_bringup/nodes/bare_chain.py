@@ -1,0 +1,74 @@
+"""The yardstick of the benchmark: a ring of nodes that only pass a message on, over the same topics' type and QoS."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import time
+
+from sensor_msgs.msg import JointState
+
+from fivebar_description.interface import JOINTS, Topic, sample_stamp_ns
+from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.run import run_node
+
+RATE_HZ = 500
+VALUES = (0.1, 0.2, 0.3, 0.4)
+
+SPECS = (
+    Spec("position", 0, "Place in the ring; 0 sends the messages and takes the time.", "", 0, 100),
+    Spec("hops", 3, "Number of nodes in the ring.", "", 2, 100),
+    Spec("rounds", 2000, "Rounds that are timed.", "", 1, 10_000_000),
+)
+
+
+class BareChain(GraphNode):
+    """One node of the ring. The first prints its times and ends the ring with its own end."""
+
+    def __init__(self) -> None:
+        """Make the node."""
+        super().__init__("bare_chain")
+        values = self.parameters(SPECS)
+        self._position: int = values["position"]
+        self._rounds: int = values["rounds"]
+        self._sent = 0
+        self._times: list[float] = []
+        self._began = 0.0
+        here, there = self._position, (self._position + 1) % values["hops"]
+        self._output = self.advertise(Topic(f"bench/hop_{there}", "sensor_msgs/msg/JointState"))
+        self.listen(Topic(f"bench/hop_{here}", "sensor_msgs/msg/JointState"), self._on_message)
+        if self._position == 0:
+            self._start = self.every(0.1, self._send)
+
+    def _send(self) -> None:
+        self._began = time.perf_counter()
+        stamp = sample_stamp_ns(self._sent, RATE_HZ)
+        self._output.publish(joint_state(stamp, JOINTS, VALUES, VALUES, VALUES))
+
+    def _on_message(self, message: JointState) -> None:
+        if self._position != 0:
+            self._output.publish(message)
+            return
+        now = time.perf_counter()
+        if self._sent == 0:
+            # until the ring is closed the first message is repeated, so its time says nothing
+            self._start.cancel()
+        else:
+            self._times.append((now - self._began) * 1e3)
+        if self._sent == self._rounds:
+            print(json.dumps({"p50": statistics.median(self._times), "max": max(self._times)}), flush=True)
+            self.exit_status = 0
+            return
+        self._sent += 1
+        self._send()
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(BareChain)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""All that figures and page are made from."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.report.series import RunSeries
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.controllers.laws import CONDITION
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.parameters import FiveBar
+
+
+class Findings(NamedTuple):
+    """A run: what was planned, what was recorded, what it came to."""
+
+    scenario: Scenario
+    plan: Plan
+    robot: FiveBar
+    series: RunSeries
+    summary: Summary
+
+    @property
+    def modes(self) -> tuple[int, int]:
+        """The working mode."""
+        return self.plan.mode1, self.plan.mode2
+
+    @property
+    def blends(self) -> bool:
+        """Whether the controller uses sigma."""
+        return self.scenario.scheme().on_locus is not None
+
+    @property
+    def blends_by_condition(self) -> bool:
+        """Whether sigma follows from cond(A) and not from time."""
+        return self.scenario.scheme().weighting == CONDITION
+
+    @property
+    def limits_bite(self) -> bool:
+        """Whether the drives gave noticeably less than what was asked of them."""
+        applied, requested = self.series.torque_applied, self.series.torque_requested
+        if not np.any(np.isfinite(applied)) or not np.any(np.isfinite(requested)):
+            return False
+        return float(np.nanmax(np.abs(requested))) > 1.01 * float(np.nanmax(np.abs(applied)))

@@ -1,0 +1,62 @@
+"""The pictures of a report: drawn, named and explained."""
+
+from __future__ import annotations
+
+from fivebar_bringup.report import figures, plane
+from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.picture import Picture
+from fivebar_bringup.report.style import house_style, png
+from fivebar_bringup.report.thesis import counterpart
+
+
+def draw_pictures(run: Findings) -> list[Picture]:
+    """Return all pictures of a run, in the order in which the page shows them; none for a run without samples."""
+    if not run.series.sample.size:
+        return []
+    thesis = counterpart(run.scenario)
+    with house_style():
+        survey = plane.survey_run(run)
+        drawn = {
+            "hero": (
+                plane.hero(run, survey),
+                "The robot as measured, at even steps of its way through the locus, beside the torques that took it"
+                " there and the weight σ that the supervisor gave to the law on the locus.",
+            ),
+            "torques": (
+                figures.torques(run),
+                "Torques that the motors applied; grey, where the drives gave less, what was asked of them. The"
+                " supervisor blends where it is shaded (σ > 0). The axis is logarithmic on both sides of zero where"
+                f" torques exceed 100 Nm. Answers to {thesis.torque}.",
+            ),
+            "vhc_error": (
+                figures.vhc_error(run),
+                "Signed distance h of the platform from the current path segment, which the Cartesian constraint law"
+                f" keeps at zero (answers to {thesis.vhc_error}), and the motor angles against those of the nearest"
+                f" path point, which the joint-space law does (answers to {thesis.vhc_error_joint}). Strong lines"
+                " where the law on the locus has a say, pale ones elsewhere.",
+            ),
+            "path": (
+                plane.path(run, survey),
+                "Path of the platform, coloured by assembly mode, with the Type 2 locus of the working mode, the"
+                " boundary of the workspace (Type 1) and the robot in up to three measured postures. Answers to"
+                f" {thesis.path}.",
+            ),
+            "supervisor": (
+                figures.supervisor(run),
+                "Weight σ of the law on the locus, the distance 1/cond(A) from the Type 2 locus from which it"
+                " follows, and the torque that each candidate law asks for along this run. Answers to the"
+                " supervisory block of section 4.1.2.",
+            ),
+            "tracking": (
+                figures.tracking(run),
+                "Platform minus reference. In the zones the constraint acts across the path only, so that the"
+                " platform runs freely along it and the computed torque law catches up afterwards. The thesis"
+                " gives no figure of it.",
+            ),
+            "acceleration": (
+                figures.acceleration(run),
+                "Magnitude of the acceleration that the IMU measured at the end effector minus the desired one."
+                f" Answers to {thesis.acceleration}.",
+            ),
+        }
+        return [Picture(name, caption, png(figure)) for name, (figure, caption) in drawn.items()]

@@ -1,0 +1,214 @@
+"""The run in the robot's plane: path, locus, workspace, postures; and the picture for the front page."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+
+from fivebar_bringup.bag.recording import IntArray
+from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    MOTORS,
+    PURPLE,
+    VERMILION,
+    new_figure,
+    shade_zones,
+    time_axis,
+    torque_axis,
+)
+from fivebar_bringup.report.summary import peak
+from fivebar_bringup.report.thesis import counterpart
+from fivebar_bringup.report.wording import plain
+from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
+from fivebar_control.trajectory.path import Segment
+
+LOWEST = -0.045
+"""The plane is shown from this y (m) upwards, or from below the path."""
+
+FAR = "#8a93a5"
+
+GHOSTS = 6
+"""Postures of the robot in the front page's picture."""
+
+HERO_WIDTH, HERO_HEIGHT = 14.0, 5.6
+
+Posture = tuple[int, str, str]
+
+
+def survey_run(run: Findings) -> Map:
+    """Return the map that both pictures of a run draw."""
+    return survey(run.robot, run.modes, lowest(run))
+
+
+def lowest(run: Findings) -> float:
+    """Return from which y (m) upwards a run is shown."""
+    return min(LOWEST, min(y for _, y in run.scenario.waypoints) - 0.015)
+
+
+def path(run: Findings, plane: Map) -> Figure:
+    """Draw reference and actual path, the locus, the boundary, and the robot in three postures."""
+    figure = new_figure("Path and singularities", f"answers to {counterpart(run.scenario).path}", 6.0)
+    axes = figure.subplots()
+    draw_map(axes, plane)
+    for row, color, _ in reversed(_postures(run)):
+        _draw_posture(axes, run, row, color, 0.9, 3.0)
+    _draw_path(axes, run, 6.5)
+    draw_base(axes, run.robot)
+    _name_waypoints(axes, run)
+    frame(axes, run.robot, lowest(run))
+    axes.legend(handles=_legend(run), loc="center left", bbox_to_anchor=(1.01, 0.5), labelspacing=0.9)
+    return figure
+
+
+def hero(run: Findings, plane: Map) -> Figure:
+    """Draw the robot on its way through the locus beside torques and weight over time."""
+    figure = new_figure(*_headline(run), HERO_HEIGHT, HERO_WIDTH)
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.0, 1.12], height_ratios=[2.4, 1.0])
+    _draw_crossing(figure.add_subplot(grid[:, 0]), run, plane)
+    torque = figure.add_subplot(grid[0, 1])
+    weight = figure.add_subplot(grid[1, 1], sharex=torque)
+    series = run.series
+    for motor in range(2):
+        torque.plot(series.time, series.torque_applied[:, motor], color=MOTORS[motor], label=f"motor {motor + 1}")
+    torque_axis(torque, series.torque_applied)
+    torque.set_ylabel("applied torque in Nm")
+    torque.tick_params(labelbottom=False)
+    weight.plot(series.time, series.sigma, color=PURPLE, linewidth=2.0)
+    weight.set_ylim(-0.06, 1.12)
+    weight.set_ylabel("weight σ")
+    time_axis((torque, weight), series, run.plan.path.duration)
+    shade_zones(torque, series, "blending zone, σ > 0")
+    shade_zones(weight, series, None)
+    torque.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
+    return figure
+
+
+def _headline(run: Findings) -> tuple[str, str]:
+    """Return title and subtitle of the front page's picture."""
+    summary = run.summary
+    applied, asked = plain(peak(run.series.torque_applied), "Nm"), plain(peak(run.series.torque_ctc), "Nm")
+    if not summary.completed:
+        return "The crossing was not completed", f"applied torque up to {applied}"
+    subtitle = f"{summary.assembly_mode_changes} changes of assembly mode with at most {applied}"
+    if run.blends:
+        subtitle += f"; the computed torque law alone asks for up to {asked} on the way"
+    return "Through the Type 2 singularity", subtitle
+
+
+def _draw_crossing(axes: Axes, run: Findings, plane: Map) -> None:
+    """Draw the robot at even steps along the first segment that crosses, and where it crossed."""
+    draw_map(axes, plane)
+    _draw_path(axes, run, 2.0)
+    ghosts = _even_rows(run, GHOSTS)
+    for number, row in enumerate(ghosts):
+        alpha = 1.0 if row == ghosts[-1] else 0.14 + 0.07 * number
+        _draw_posture(axes, run, row, INK, alpha, 3.0 + 0.1 * number)
+    marks = [
+        Line2D([], [], color=PURPLE, linewidth=2.2, label="Type 2 locus"),
+        Line2D([], [], color=GREY, linewidth=1.4, label="Type 1 boundary"),
+    ]
+    crossed = _crossing_row(run)
+    if crossed is not None:
+        _draw_posture(axes, run, crossed, GREEN, 1.0, 4.5)
+        marks.append(Line2D([], [], color=GREEN, linewidth=3.6, label="robot on the locus"))
+    draw_base(axes, run.robot)
+    frame(axes, run.robot, lowest(run))
+    axes.grid(visible=False)
+    axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
+
+
+def _draw_posture(axes: Axes, run: Findings, row: int, color: str, alpha: float, zorder: float) -> None:
+    """Draw the robot as it was measured in one row of the series."""
+    q11, _, q21, _ = run.series.joint_position[row].tolist()
+    x, y, _, _ = run.series.platform[row].tolist()
+    draw_robot(axes, run.robot, (q11, q21), (x, y), color, alpha, zorder=zorder)
+
+
+def _segment(run: Findings) -> Segment:
+    """Return the first segment that crosses the locus, or the first one."""
+    crossings = run.plan.crossings
+    return run.plan.path.segments[crossings[0].segment if crossings else 0]
+
+
+def _rows_of_segment(run: Findings) -> IntArray:
+    """Return the rows of the series that were recorded along that segment; the first row if there are none."""
+    segment, time = _segment(run), run.series.time
+    rows = np.flatnonzero((time >= segment.start_time) & (time <= segment.start_time + segment.duration + 1e-9))
+    return rows if rows.size else np.zeros(1, dtype=np.int64)
+
+
+def _even_rows(run: Findings, count: int) -> list[int]:
+    """Return rows that are evenly spaced on the way along that segment, as far as the robot went."""
+    rows, line = _rows_of_segment(run), _segment(run).line()
+    x, y = run.series.platform[rows, 0], run.series.platform[rows, 1]
+    way = np.nan_to_num((x - line.x) * line.direction_x + (y - line.y) * line.direction_y)
+    marks = np.linspace(way[0], np.max(way), count)
+    return [int(rows[np.argmin(np.abs(way - mark))]) for mark in marks]
+
+
+def _crossing_row(run: Findings) -> int | None:
+    """Return the row nearest to the first change of the assembly mode, None if there was none."""
+    det_a = run.series.det_a
+    changes = np.flatnonzero(det_a[:-1] * det_a[1:] <= 0.0)
+    if not changes.size:
+        return None
+    row = int(changes[0])
+    return row if abs(det_a[row]) <= abs(det_a[row + 1]) else row + 1
+
+
+def _postures(run: Findings) -> list[Posture]:
+    """Return row, colour and name: the start, on the locus, and the end of the segment that leads there."""
+    crossed, time = _crossing_row(run), run.series.time
+    postures = [(0, INK, f"robot at {time[0]:.2f} s")]
+    if crossed is not None:
+        postures.append((crossed, GREEN, f"robot at {time[crossed]:.2f} s, on the locus"))
+    last = int(_rows_of_segment(run)[-1])
+    return [*postures, (last, FAR, f"robot at {time[last]:.2f} s")]
+
+
+def _draw_path(axes: Axes, run: Findings, zorder: float) -> None:
+    series = run.series
+    corners = np.array(run.scenario.waypoints) * 1e3
+    axes.plot(corners[:, 0], corners[:, 1], color="white", linewidth=6.5, zorder=zorder, solid_capstyle="round")
+    axes.plot(corners[:, 0], corners[:, 1], color="#b9c0cc", linewidth=4.5, zorder=zorder + 0.1, solid_capstyle="round")
+    for sign, color in ((1.0, BLUE), (-1.0, VERMILION)):
+        here = np.sign(series.det_a) == sign
+        x = np.where(here, series.platform[:, 0], np.nan) * 1e3
+        y = np.where(here, series.platform[:, 1], np.nan) * 1e3
+        axes.plot(x, y, color=color, linewidth=1.9, zorder=zorder + 0.2)
+
+
+def _name_waypoints(axes: Axes, run: Findings) -> None:
+    for number, (x, y) in enumerate(dict.fromkeys(run.scenario.waypoints)):
+        axes.plot(1e3 * x, 1e3 * y, marker="o", markersize=5, color=INK, mec="white", zorder=7.0)
+        axes.annotate(
+            chr(ord("A") + number) if number < 26 else str(number),
+            (1e3 * x, 1e3 * y),
+            (-9 if x < 0.0 else 9, 2),
+            textcoords="offset points",
+            ha="right" if x < 0.0 else "left",
+            fontweight="bold",
+            path_effects=[withStroke(linewidth=3, foreground="white")],
+            zorder=8.0,
+        )
+
+
+def _legend(run: Findings) -> list[Line2D | Patch]:
+    return [
+        Line2D([], [], color="#b9c0cc", linewidth=4.5, label="reference path"),
+        Line2D([], [], color=BLUE, label="actual path, det A > 0"),
+        Line2D([], [], color=VERMILION, label="actual path, det A < 0"),
+        Line2D([], [], color=PURPLE, linewidth=2.2, label="Type 2 locus, det A = 0"),
+        Line2D([], [], color=GREY, linewidth=1.4, label="Type 1: end of the legs' reach"),
+        Patch(facecolor=POSITIVE, edgecolor=BLUE, linewidth=0.5, label="assembly mode det A > 0"),
+        Patch(facecolor=NEGATIVE, edgecolor=VERMILION, linewidth=0.5, label="assembly mode det A < 0"),
+        *(Line2D([], [], color=color, linewidth=3.6, label=name) for _, color, name in _postures(run)),
+    ]

@@ -1,0 +1,44 @@
+"""From the directory of a run to its report."""
+
+from __future__ import annotations
+
+import json
+
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.tail import replace_file
+from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.page import html_page
+from fivebar_bringup.report.series import read_series
+from fivebar_bringup.report.summary import Summary, summarize
+from fivebar_bringup.report.timing import read_timing
+from fivebar_bringup.run_directory import RunDirectory
+from fivebar_description.strict_yaml import InputError
+
+
+def write_report(run: RunDirectory) -> Summary:
+    """Write figures, page and summary of a run into its directory, each file in one step, and return the summary.
+
+    Raises:
+        InputError: the directory does not hold a run, or the report cannot be written.
+        BagError: the bag cannot be read or does not hold a run of the scenario.
+    """
+    # here, because matplotlib takes as long to load as all the rest of the command
+    from fivebar_bringup.report.gallery import draw_pictures
+
+    scenario = run.read_scenario()
+    timing = read_timing(run.timing)
+    recording = read_bag(run.bag)
+    series = read_series(recording, scenario)
+    summary = summarize(recording, series, scenario, timing)
+    pictures = draw_pictures(Findings(scenario, scenario.plan(), scenario.five_bar(), series, summary))
+    page = html_page(scenario, summary, pictures)
+    text = json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n"
+    try:
+        run.figures.mkdir(exist_ok=True)
+        for picture in pictures:
+            replace_file(run.figures / f"{picture.name}.png", picture.png)
+        replace_file(run.page, page.encode("utf-8"))
+        replace_file(run.summary, text.encode("utf-8"))
+    except OSError as error:
+        raise InputError(f"{run.path}: the report cannot be written: {error.strerror}") from error
+    return summary

@@ -1,0 +1,222 @@
+"""The blender: the torque it commands, what it takes for a fault, and that a fault stays until it is reset."""
+
+from __future__ import annotations
+
+import math
+import signal
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from graph_probe import Bench, Probe
+from middle_motion import MiddleMotion, Pair
+from std_msgs.msg import String
+
+from fivebar_control.controllers.blend import blend
+from fivebar_control.controllers.torque import Torque
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    CTC_TORQUE,
+    FAULTS,
+    JOINT_STATES,
+    REFERENCE,
+    SUPERVISOR_STATE,
+    TORQUE_COMMAND,
+    VHC_TORQUE,
+)
+
+INPUTS = (JOINT_STATES, REFERENCE, CTC_TORQUE, VHC_TORQUE, SUPERVISOR_STATE)
+CTC, VHC = (1.1, -0.7), (0.3, 0.9)
+UNDEFINED = (math.nan, math.nan)
+ZERO = (0.0, 0.0)
+DEADLINE_MS = 1500.0
+
+
+class Rig:
+    """A blender, and the rest of the graph played by a probe."""
+
+    def __init__(self, bench: Bench, motion: MiddleMotion, namespace: str = "") -> None:
+        self.bench = bench
+        self.motion = motion
+        self.node = f"{namespace}/blender"
+        self.process = bench.start("blender", namespace, candidate_deadline_ms=DEADLINE_MS)
+        self.probe: Probe = bench.probe(namespace)
+        self.probe.join("blender", [*INPUTS, FAULTS], [TORQUE_COMMAND, FAULTS])
+        self.sample = 0
+        self.faults_seen = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Start over at sample 0, with candidates that ask for no torque."""
+        probe, motion = self.probe, self.motion
+        inputs = [
+            (JOINT_STATES, motion.joint_states_message(0)),
+            (REFERENCE, motion.reference_message(0)),
+            (CTC_TORQUE, motion.torque_message(0, ZERO)),
+            (VHC_TORQUE, motion.torque_message(0, ZERO)),
+            (SUPERVISOR_STATE, motion.supervisor_message(0, 0.5)),
+        ]
+        probe.ask(inputs, [TORQUE_COMMAND], 0)
+
+    def publish(self, sigma: float = 0.5, ctc: Pair = CTC, vhc: Pair = VHC, dx: float = 0.0, without: str = "") -> int:
+        """Publish all inputs of the next sample, save for one topic; return its number."""
+        self.sample += 1
+        sample, motion = self.sample, self.motion
+        messages = {
+            REFERENCE: motion.reference_message(sample, dx),
+            CTC_TORQUE: motion.torque_message(sample, ctc),
+            VHC_TORQUE: motion.torque_message(sample, vhc),
+            SUPERVISOR_STATE: motion.supervisor_message(sample, sigma),
+            JOINT_STATES: motion.joint_states_message(sample),
+        }
+        for topic, message in messages.items():
+            if topic.name != without:
+                self.probe.publish(topic, message)
+        return sample
+
+    def command(self, sample: int) -> Pair:
+        """Return the torque commanded for a sample."""
+        message = self.probe.answer(TORQUE_COMMAND, sample)
+        assert tuple(message.name) == ACTIVE_JOINTS
+        assert (len(message.position), len(message.velocity)) == (0, 0)
+        tau1, tau2 = message.effort
+        return tau1, tau2
+
+    def next_fault(self) -> str:
+        """Wait for a fault that has not been seen yet."""
+        faults = self.probe.got(FAULTS)
+        self.probe.wait_for(lambda: len(faults) > self.faults_seen, "a fault")
+        self.faults_seen += 1
+        assert len(faults) == self.faults_seen
+        return faults[-1].data
+
+    def expect_latched_until_reset(self, name: str) -> None:
+        """Further samples get no torque, however good they are, until the reset."""
+        for _ in range(2):
+            assert self.command(self.publish()) == ZERO
+        status, _ = self.probe.health(self.node)
+        assert status.level == DiagnosticStatus.ERROR
+        assert status.message.startswith(f"{name}: ")
+        response = self.probe.reset(self.node)
+        assert response.success
+        assert response.message.startswith(f"cleared {name}: ")
+        assert self.command(self.publish()) == blend(0.5, Torque(*CTC), Torque(*VHC))
+        assert self.probe.reset(self.node).message == "no fault was latched"
+        assert len(self.probe.got(FAULTS)) == self.faults_seen
+
+
+@pytest.fixture(scope="module")
+def rig(shared_bench: Bench, motion: MiddleMotion) -> Rig:
+    return Rig(shared_bench, motion)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "ctc", "vhc", "wanted"),
+    [
+        (0.0, CTC, VHC, CTC),
+        (1.0, CTC, VHC, VHC),
+        (0.3, CTC, VHC, (0.7 * 1.1 + 0.3 * 0.3, 0.7 * -0.7 + 0.3 * 0.9)),
+        (0.0, CTC, UNDEFINED, CTC),
+        (1.0, UNDEFINED, VHC, VHC),
+        (0.0, (1e6, -1e6), VHC, (1e6, -1e6)),
+    ],
+)
+def test_blends_by_sigma(rig: Rig, sigma: float, ctc: Pair, vhc: Pair, wanted: Pair) -> None:
+    assert rig.command(rig.publish(sigma, ctc, vhc)) == wanted
+    assert not rig.probe.got(FAULTS)
+
+
+@pytest.mark.parametrize("sigma", [0.5, 1.0])
+def test_an_undefined_candidate_that_counts_is_a_fault(rig: Rig, sigma: float) -> None:
+    sample = rig.publish(sigma, vhc=(0.1, math.nan))
+    assert rig.command(sample) == ZERO
+    assert rig.next_fault().startswith("torque_undefined: ")
+    assert f"at sample {sample}, sigma = {sigma:.3f}" in rig.probe.got(FAULTS)[-1].data
+    rig.expect_latched_until_reset("torque_undefined")
+
+
+def test_a_platform_far_from_its_reference_is_a_fault(rig: Rig) -> None:
+    # the limit is 50 mm, and the robot itself is up to 1.1 mm off
+    assert rig.command(rig.publish(0.0, dx=0.048)) == CTC
+    sample = rig.publish(0.0, dx=-0.052)
+    assert rig.command(sample) == ZERO
+    fault = rig.next_fault()
+    assert fault.startswith("tracking_lost: ")
+    assert f"at sample {sample}, limit 50.0 mm" in fault
+    assert 50.8 < float(fault.split()[1]) < 53.2
+    rig.expect_latched_until_reset("tracking_lost")
+
+
+@pytest.mark.parametrize("topic", [CTC_TORQUE, SUPERVISOR_STATE], ids=lambda topic: topic.name)
+def test_a_missing_candidate_is_a_fault(rig: Rig, topic: object) -> None:
+    sample = rig.publish(without=topic.name)  # type: ignore[attr-defined]
+    assert rig.command(sample) == ZERO
+    fault = f"candidate_missing: no {topic.name} for sample {sample} within 1500 ms"  # type: ignore[attr-defined]
+    assert rig.next_fault() == fault
+    # a latecomer to the latched topic gets it too
+    late = rig.bench.probe()
+    late.listen(FAULTS)
+    late.wait_for(lambda: fault in [message.data for message in late.got(FAULTS)], "the latched fault")
+    late.close()
+    rig.expect_latched_until_reset("candidate_missing")
+
+
+def test_a_fault_of_another_node_stops_the_robot(rig: Rig) -> None:
+    answered = rig.publish()
+    assert rig.command(answered) == blend(0.5, Torque(*CTC), Torque(*VHC))
+    waiting = rig.publish(without=VHC_TORQUE.name)
+    rig.probe.publish(FAULTS, String(data="drive_hot: 90 degrees"))
+    # at once, without the deadline of the missing candidate, which is no fault of its own any more
+    assert rig.command(waiting) == ZERO
+    before = len(rig.probe.got(TORQUE_COMMAND))
+    rig.probe.publish(JOINT_STATES, rig.motion.joint_states_message(waiting))
+    rig.probe.wait_for(lambda: len(rig.probe.got(TORQUE_COMMAND)) > before, "an answer to the repeated sample")
+    assert tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO
+    assert rig.next_fault() == "drive_hot: 90 degrees"
+    rig.expect_latched_until_reset("drive_hot")
+
+
+def test_a_repeated_sample_gets_no_torque_after_a_fault(rig: Rig) -> None:
+    sample = rig.publish()
+    assert rig.command(sample) != ZERO
+    rig.probe.publish(FAULTS, String(data="stop: pressed"))
+    rig.next_fault()
+    commands = rig.probe.got(TORQUE_COMMAND)
+    # the fault and the repeat travel on different topics, so the first repeats may still come before the fault
+
+    def repeat_is_zero() -> bool:
+        before = len(commands)
+        rig.probe.publish(JOINT_STATES, rig.motion.joint_states_message(sample))
+        rig.probe.wait_for(lambda: len(commands) > before, "an answer to the repeated sample")
+        return tuple(commands[-1].effort) == ZERO
+
+    rig.probe.wait_for(repeat_is_zero, "zero torque for a repeated sample", deadline=2.0)
+    assert rig.probe.samples(TORQUE_COMMAND)[-1] == sample
+    rig.expect_latched_until_reset("stop")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_zero_torque_is_the_last_word(bench: Bench, motion: MiddleMotion, number: signal.Signals) -> None:
+    rig = Rig(bench, motion)
+    for _ in range(3):
+        sample = rig.publish()
+        assert rig.command(sample) != ZERO
+    before = len(rig.probe.got(TORQUE_COMMAND))
+    rig.process.send(number)
+    assert rig.process.wait(1.0) == 0
+    rig.probe.wait_for(lambda: len(rig.probe.got(TORQUE_COMMAND)) > before, "a last command")
+    assert rig.probe.samples(TORQUE_COMMAND)[before:] == [sample]
+    assert rig.command(sample) == ZERO
+    assert rig.process.stderr == ""
+
+
+def test_without_blending_the_ctc_torque_is_the_command(bench: Bench, motion: MiddleMotion) -> None:
+    bench.start("blender", candidates="ctc")
+    probe = bench.probe()
+    probe.join("blender", [JOINT_STATES, REFERENCE, CTC_TORQUE, FAULTS], [TORQUE_COMMAND])
+    inputs = [
+        (CTC_TORQUE, motion.torque_message(0, CTC)),
+        (REFERENCE, motion.reference_message(0)),
+        (JOINT_STATES, motion.joint_states_message(0)),
+    ]
+    probe.ask(inputs, [TORQUE_COMMAND], 0)
+    assert tuple(probe.got(TORQUE_COMMAND)[-1].effort) == CTC

@@ -1,0 +1,173 @@
+"""Parameters: every node starts with its defaults and explains them, bad values end it in one line, gains can be tuned."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from graph_probe import Bench, ChildProcess, Probe, node_modules
+from middle_motion import MiddleMotion
+from rcl_interfaces.msg import ParameterDescriptor, ParameterType
+
+from fivebar_control.controllers.laws import CtcLaw, Gains
+from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
+
+NODES = sorted(node_modules())
+OF_ROS = ("use_sim_time", "start_type_description_service")
+"""Parameters that every ROS node has."""
+
+NUMBERS = (ParameterType.PARAMETER_DOUBLE, ParameterType.PARAMETER_INTEGER, ParameterType.PARAMETER_DOUBLE_ARRAY)
+
+
+@pytest.fixture(scope="module")
+def descriptors(shared_bench: Bench) -> dict[str, dict[str, ParameterDescriptor]]:
+    """Each node with its defaults, alone in its namespace, asked for its parameters."""
+    probe = shared_bench.probe()
+    found = {}
+    # the plant first: alone, it gives up after some seconds
+    for node in sorted(NODES, key=lambda name: name != "plant"):
+        process = shared_bench.start(node, f"/{node}")
+        found[node] = {one.name: one for one in probe.describe(f"/{node}/{node}") if one.name not in OF_ROS}
+        assert process.status is None
+        assert process.stderr == ""
+        process.close()
+    return found
+
+
+def test_there_are_nodes() -> None:
+    assert {"blender", "plant", "bag_recorder", "trajectory_generator", "supervisor"} < set(NODES)
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_every_parameter_is_explained(descriptors: dict[str, dict[str, ParameterDescriptor]], node: str) -> None:
+    assert descriptors[node]
+    for name, descriptor in descriptors[node].items():
+        assert len(descriptor.description.split()) >= 2, f"{name}: {descriptor.description!r}"
+        assert descriptor.type != ParameterType.PARAMETER_NOT_SET
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_every_number_has_a_unit_or_a_range(descriptors: dict[str, dict[str, ParameterDescriptor]], node: str) -> None:
+    for name, descriptor in descriptors[node].items():
+        if descriptor.type in NUMBERS:
+            ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+            assert ranges or "unit: " in descriptor.additional_constraints, name
+            assert all(one.from_value < one.to_value for one in ranges), name
+
+
+REFUSED: list[tuple[str, dict[str, Any], str]] = [
+    ("ctc_controller", {"kp": -1.0}, "parameter kp: expected 0.0 to 1000000.0 1/s^2"),
+    ("ctc_controller", {"kd": "much"}, "parameter kd: "),
+    ("ctc_controller", {"kp": math.nan}, "parameter kp: "),
+    ("ctc_controller", {"kp": math.inf}, "parameter kp: "),
+    ("ctc_controller", {"working_mode": [1, 0]}, "working_mode: [1, 0]: expected two signs"),
+    ("vhc_controller", {"resolution": "best"}, "parameter resolution: "),
+    ("vhc_controller", {"rate_hz": 7}, "parameter rate_hz: "),
+    ("supervisor", {"waypoints": [0.0, 0.15, 0.3, 0.15, 0.0, 0.15]}, "segment 1: (0.3000, 0.1500) m is out of reach"),
+    ("supervisor", {"waypoints": [0.0, 0.15, math.nan, 0.15, 0.0, 0.15]}, "parameter waypoints: "),
+    ("trajectory_generator", {"waypoints": [0.0, 0.15, 0.0]}, "waypoints: 3 numbers: expected pairs"),
+    ("trajectory_generator", {"segment_durations": [1.0]}, "segment_duration: 1 given for 2 segments"),
+    ("trajectory_generator", {"segment_durations": [1.0, -1.0]}, "segment 2: duration -1.0 s"),
+    ("trajectory_generator", {"robot": "hexapod"}, "robot 'hexapod': expected one of dextar"),
+    ("blender", {"robot": "no/such/file.yaml"}, "no/such/file.yaml: cannot be read"),
+    ("blender", {"candidate_deadline_ms": 0.0}, "parameter candidate_deadline_ms: expected 1.0 to 60000.0 ms"),
+    ("blender", {"rate_hz": 300}, "parameter rate_hz: "),
+    ("imu_listener", {"rate_hz": 0}, "parameter rate_hz: expected 1 to 10000 Hz"),
+    ("imu_listener", {"rate_hz": 7}, "expected a rate that divides 1e9"),
+    ("plant", {"mode": "fast"}, "parameter mode: "),
+    ("plant", {"initial_joints": [0.0, 0.0]}, "initial_joints: "),
+    ("plant", {"initial_joints": [0.0, 0.0, 0.0, 0.0]}, "initial_joints: "),
+    ("plant", {"mass_scale": math.nan}, "parameter mass_scale: "),
+    ("plant", {"rate_hz": 7}, "parameter rate_hz: "),
+    ("bag_recorder", {"topics": ["joint_states", "gossip"]}, "topics: 'gossip': expected some of joint_states"),
+    ("bag_recorder", {"directory": "."}, "directory: .: exists already"),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def refused(tmp_path_factory: pytest.TempPathFactory) -> list[ChildProcess]:
+    """All refused nodes; they run side by side, since none of them is to join a graph."""
+    with Bench(tmp_path_factory.mktemp("refused")) as bench:
+        processes = [bench.start(node, f"/n{number}", **bad) for number, (node, bad, _) in enumerate(REFUSED)]
+        for process in processes:
+            process.wait(60.0)
+        return processes
+
+
+@pytest.mark.parametrize("number", range(len(REFUSED)), ids=[f"{node}-{next(iter(bad))}" for node, bad, _ in REFUSED])
+def test_a_bad_value_ends_the_node_in_one_line(refused: list[ChildProcess], number: int) -> None:
+    process, (_, _, wanted) = refused[number], REFUSED[number]
+    assert process.status == 2
+    lines = process.stderr.splitlines()
+    assert len(lines) == 1, process.stderr
+    assert wanted in lines[0]
+    assert "None" not in lines[0]
+    assert process.stdout == ""
+
+
+@pytest.mark.parametrize("arguments", [["-p", "kp:="], ["--params-file", "nowhere.yaml"], ["--no-such-option"]])
+def test_arguments_that_ros_refuses_end_the_node_without_traceback(bench: Bench, arguments: list[str]) -> None:
+    process = bench.start("ctc_controller", arguments=arguments)
+    assert process.wait() == 2
+    assert "Traceback" not in process.stderr
+    assert arguments[-1] in process.stderr.splitlines()[-1]
+
+
+def test_a_parameter_file_for_all_namespaces_is_read(bench: Bench, tmp_path: Path) -> None:
+    path = tmp_path / "parameters.yaml"
+    path.write_text("/**:\n  ros__parameters:\n    kp: -3.5\n", encoding="utf-8")
+    process = bench.start("ctc_controller", "/somewhere", arguments=["--params-file", str(path)])
+    assert process.wait() == 2
+    assert "-3.5" in process.stderr
+
+
+class Tuning:
+    """A ctc_controller whose gains are changed while it runs."""
+
+    def __init__(self, bench: Bench, motion: MiddleMotion) -> None:
+        bench.start("ctc_controller")
+        self.probe: Probe = bench.probe()
+        self.probe.join("ctc_controller", [JOINT_STATES, REFERENCE], [CTC_TORQUE])
+        self._motion = motion
+        self._sample = 0
+
+    def torque(self) -> tuple[float, ...]:
+        """Ask for the torque of a sample that is not asked again."""
+        self._sample += 1
+        messages = (
+            (REFERENCE, self._motion.reference_message(self._sample)),
+            (JOINT_STATES, self._motion.joint_states_message(self._sample)),
+        )
+        self.probe.ask(messages, [CTC_TORQUE], self._sample)
+        return tuple(self.probe.answer(CTC_TORQUE, self._sample).effort)
+
+    def expected(self, kp: float, kd: float) -> tuple[float, ...]:
+        """Return what the law gives for the sample asked last."""
+        law = CtcLaw(self._motion.robot, Gains(kp, kd))
+        return law(self._sample, self._motion.state(self._sample), self._motion.reference(self._sample))
+
+
+def test_gains_can_be_changed_while_the_node_runs(bench: Bench, motion: MiddleMotion) -> None:
+    tuning = Tuning(bench, motion)
+    assert tuning.torque() == tuning.expected(2500.0, 100.0)
+    assert tuning.probe.set_parameter("/ctc_controller", "kp", 900.0).successful
+    assert tuning.torque() == tuning.expected(900.0, 100.0) != tuning.expected(2500.0, 100.0)
+    assert tuning.probe.set_parameter("/ctc_controller", "kd", 60.0).successful
+    assert tuning.torque() == tuning.expected(900.0, 60.0)
+    bad = (
+        ("kp", math.nan, "kp"),
+        ("kp", -0.5, "out of range"),
+        ("kp", 2e6, "out of range"),
+        ("kd", math.inf, "kd"),
+        ("kd", "high", "kd"),
+        ("rate_hz", 1000, "read-only"),
+        ("waypoints", [0.0, 0.1], "read-only"),
+        ("no_such_parameter", 1.0, "no_such_parameter"),
+    )
+    for name, value, reason in bad:
+        result = tuning.probe.set_parameter("/ctc_controller", name, value)
+        assert not result.successful, (name, value)
+        assert reason in result.reason, (name, value, result.reason)
+    assert tuning.torque() == tuning.expected(900.0, 60.0)

@@ -1,0 +1,155 @@
+"""The rules of the house that no single module can keep: which way imports run, where ROS is, what is documented."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+SRC = Path(__file__).parents[2] / "src"
+
+MAY_IMPORT = {
+    "fivebar_description": set(),
+    "fivebar_control": {"fivebar_description"},
+    "fivebar_sim": {"fivebar_description"},
+    "fivebar_bringup": {"fivebar_description", "fivebar_control", "fivebar_sim"},
+}
+"""What each package may import besides itself."""
+
+ROS_PREFIXES = (
+    "rclpy",
+    "rcl_interfaces",
+    "rosidl",
+    "ament",
+    "rpyutils",
+    "builtin_interfaces",
+    "unique_identifier_msgs",
+)
+ROS_SUFFIXES = ("_msgs", "_srvs", "_interfaces")
+
+
+def modules() -> list[Path]:
+    """Every module of the packages; neither setup.py nor launch files belong to one."""
+    return sorted(path for package in MAY_IMPORT for path in (SRC / package / package).rglob("*.py"))
+
+
+def names(paths: list[Path]) -> list[str]:
+    return [str(path.relative_to(SRC)) for path in paths]
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Full names of everything that a module imports, wherever in its text the import stands."""
+    inside = path.relative_to(SRC).parts[1:-1]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = ".".join(inside[: len(inside) - node.level + 1]) if node.level else ""
+            module = ".".join(part for part in (above, node.module) if part)
+            yield from (f"{module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if called in ("import_module", "__import__"):
+                yield str(node.args[0].value)
+
+
+def is_ros(name: str) -> bool:
+    package = name.split(".")[0]
+    return package.startswith(ROS_PREFIXES) or package.endswith(ROS_SUFFIXES)
+
+
+def may_use_ros(path: Path) -> bool:
+    parts = path.relative_to(SRC).parts
+    return "nodes" in parts[2:-1] or parts[:3] == ("fivebar_description", "fivebar_description", "ros")
+
+
+def test_the_packages_are_the_ones_of_the_house() -> None:
+    assert {path.name for path in SRC.iterdir() if (path / "package.xml").is_file()} == set(MAY_IMPORT)
+    assert len(modules()) > 40
+
+
+@pytest.mark.parametrize("path", modules(), ids=names(modules()))
+def test_imports_run_one_way(path: Path) -> None:
+    """bringup -> {control, sim} -> description; control and sim are each other's check and never meet."""
+    own = path.relative_to(SRC).parts[0]
+    packages = {name.split(".")[0] for name in imported(path)}
+    used = {package for package in packages if package.startswith("fivebar_")}
+    assert used <= MAY_IMPORT[own] | {own}
+
+
+@pytest.mark.parametrize("path", modules(), ids=names(modules()))
+def test_ros_stays_in_the_nodes_and_in_one_folder_of_the_description(path: Path) -> None:
+    """Everything else is plain Python. What runs the graph (in bringup) may import nodes, never ROS itself."""
+    if may_use_ros(path):
+        return
+    found = list(imported(path))
+    assert not [name for name in found if is_ros(name)]
+    if path.relative_to(SRC).parts[0] != "fivebar_bringup":
+        dressed = ("fivebar_description.ros.", "fivebar_control.nodes.", "fivebar_sim.nodes.", "fivebar_bringup.")
+        assert not [name for name in found if f"{name}.".startswith(dressed)]
+
+
+PLAIN_IMPORTS = """
+import importlib, sys
+
+class NoRos:
+    def find_spec(self, name, path=None, target=None):
+        package = name.split(".")[0]
+        if package.startswith(("rclpy", "rosidl")) or package.endswith(("_msgs", "_srvs", "_interfaces")):
+            raise ImportError(f"{name} is ROS")
+
+sys.meta_path.insert(0, NoRos())
+for name in sys.argv[1:]:
+    importlib.import_module(name)
+"""
+
+
+def test_laws_plant_and_offline_runner_need_no_ros() -> None:
+    """Import them where every import of ROS fails."""
+    plain = [path for path in modules() if not may_use_ros(path) and "fivebar_bringup" not in path.parts]
+    wanted = [".".join(path.relative_to(SRC).with_suffix("").parts[1:]).removesuffix(".__init__") for path in plain]
+    command = [sys.executable, "-c", PLAIN_IMPORTS, *wanted, "fivebar_bringup.offline", "fivebar_bringup.scenario"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("package", sorted(MAY_IMPORT))
+def test_package_xml_names_the_packages_that_are_imported(package: str) -> None:
+    root = ElementTree.parse(SRC / package / "package.xml").getroot()
+    declared = {element.text for kind in ("depend", "exec_depend") for element in root.findall(kind)}
+    used = {name.split(".")[0] for path in (SRC / package / package).rglob("*.py") for name in imported(path)}
+    ours = {name for name in used if name.startswith("fivebar_") and name != package}
+    assert ours <= declared
+
+
+def undocumented(tree: ast.Module) -> Iterator[str]:
+    """Names of the module, classes, functions and methods that people call and that say nothing about themselves."""
+    if not ast.get_docstring(tree):
+        yield "the module"
+
+    def visit(body: list[ast.stmt], prefix: str) -> Iterator[str]:
+        for node in body:
+            if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+                if node.name.startswith("_"):
+                    continue
+                overload = any(ast.unparse(decorator).endswith("overload") for decorator in node.decorator_list)
+                if not overload and not ast.get_docstring(node):
+                    yield prefix + node.name
+                if isinstance(node, ast.ClassDef):
+                    yield from visit(node.body, f"{prefix}{node.name}.")
+            elif isinstance(node, ast.If | ast.Try | ast.With):
+                yield from visit(node.body, prefix)
+
+    yield from visit(tree.body, "")
+
+
+@pytest.mark.parametrize("path", modules(), ids=names(modules()))
+def test_everything_public_says_what_it_is(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    if tree.body:
+        assert not list(undocumented(tree))
