@@ -5,10 +5,22 @@ from __future__ import annotations
 import pytest
 
 from fivebar_control.controllers.ctc import ctc_torque
-from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, VhcCartesianLaw
+from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
+from fivebar_control.controllers.laws import (
+    ON_LOCUS_LAWS,
+    CtcLaw,
+    Gains,
+    Law,
+    Supervisor,
+    VhcCartesianLaw,
+    VhcJointLaw,
+    on_locus_law,
+)
+from fivebar_control.controllers.multi_model import reduced_ctc_torque
 from fivebar_control.controllers.reference import Reference, reference_from_platform
 from fivebar_control.controllers.resolution import RESOLUTIONS
 from fivebar_control.controllers.vhc_cartesian import Line, vhc_cartesian_torque
+from fivebar_control.controllers.vhc_joint import vhc_joint_torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import Platform, State
@@ -76,3 +88,60 @@ def test_supervisor_uses_the_zone_of_the_nearest_crossing(
     assert early.sigma == pytest.approx(min(1.0, 2.0 - kappa / quick), abs=1e-15)
     assert early.sigma > 0.0
     assert late.sigma == 0.0
+
+
+def test_in_time_the_supervisor_switches_around_the_planned_crossings(
+    plan: Plan, instant: tuple[State, Reference]
+) -> None:
+    """The multi-model method looks at the clock only: 1 for 40 ms, 0 beyond 80 ms, wherever the robot is."""
+    supervisor = Supervisor(plan, RATE_HZ, "sigmoid")
+    state, _ = instant
+    for crossing in plan.crossings:
+        at = round(crossing.time * RATE_HZ)
+        sigmas = [supervisor(at + offset, state).sigma for offset in (-21, -9, 0, 9, 21)]
+        assert sigmas == [0.0, 1.0, 1.0, 1.0, 0.0]
+        assert 0.0 < supervisor(at + 15, state).sigma < 1.0
+    assert supervisor(0, state).inverse_condition == inverse_condition(state)
+
+
+def joint_law(dextar: FiveBar, plan: Plan, adaptive_gain: AdaptiveGainSettings | None) -> VhcJointLaw:
+    return VhcJointLaw(dextar, plan, RATE_HZ, GAINS, "full_inverse", adaptive_gain)
+
+
+def test_joint_law_raises_its_gains_only_inside_a_zone_and_after_a_jump(
+    dextar: FiveBar, plan: Plan, instant: tuple[State, Reference]
+) -> None:
+    """The quick crossing's zone holds this posture at sample 100, the slow one's does not at sample 1000."""
+    state, reference = instant
+    tracked = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, -0.3)
+    on_track = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.13, 0.0, -0.3, 0.0, 0.0))
+    down, up = Line(0.0, 0.15, 0.0, -1.0), Line(0.01, 0.035, 0.0, 1.0)
+
+    def torque(line: Line, factor_p: float, factor_d: float) -> object:
+        gains = (2500.0 * factor_p, 100.0 * factor_d)
+        return vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, RESOLUTIONS["full_inverse"])
+
+    adaptive = joint_law(dextar, plan, AdaptiveGainSettings(alpha=2.0, error_limit=1e-4))
+    adaptive(99, tracked, on_track)
+    assert adaptive(100, state, reference) == torque(down, 4.0, 2.0)
+    assert adaptive(1000, state, reference) == torque(up, 1.0, 1.0)
+    plain = joint_law(dextar, plan, None)
+    plain(99, tracked, on_track)
+    assert plain(100, state, reference) == torque(down, 1.0, 1.0)
+
+
+def test_every_law_on_the_locus_is_found_by_its_name(
+    dextar: FiveBar, plan: Plan, instant: tuple[State, Reference]
+) -> None:
+    state, reference = instant
+    line, resolve = Line(0.0, 0.15, 0.0, -1.0), RESOLUTIONS["min_norm"]
+    gains = (2500.0, 100.0)
+    wanted = {
+        "reduced_ctc": reduced_ctc_torque(dextar, state, reference, *gains),
+        "vhc_joint": vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, resolve),
+        "vhc_cartesian": vhc_cartesian_torque(dextar, state, reference, line, *gains, resolve),
+    }
+    assert set(ON_LOCUS_LAWS) == set(wanted)
+    for name, torque in wanted.items():
+        law: Law = on_locus_law(name, dextar, plan, RATE_HZ, GAINS, "min_norm", None)
+        assert law(0, state, reference) == torque

@@ -136,3 +136,16 @@ def test_it_is_undefined_at_type_1_and_where_the_path_point_is_out_of_reach(dext
     near = Line(0.0, 0.15, 0.0, -1.0)
     torque = vhc_joint_torque(dextar, 1, -1, stretched, reference, near, KP, KD, resolve)
     assert all(math.isnan(value) for value in torque)
+
+
+def test_a_motor_that_was_counted_a_turn_off_makes_no_difference(dextar: FiveBar) -> None:
+    """q11 is near pi on this path, so the measured angle and that of the path point may differ by a turn."""
+    turn = 2.0 * math.pi
+    state = state_from_platform(dextar, 1, -1, -0.0672, 0.0395, 0.0, -0.2)
+    leg1, leg2 = state.leg1, state.leg2
+    rates = (leg1.dq1, leg1.dtheta - leg1.dq1, leg2.dq1, leg2.dtheta - leg2.dq1)
+    wound = state_from_joints(dextar, leg1.q1 - turn, leg1.q2, leg2.q1 + turn, leg2.q2, *rates)
+    line, reference = Line(-0.067, 0.05, 0.0, -1.0), reference_near(dextar, state)
+    resolve = RESOLUTIONS["full_inverse"]
+    plain = vhc_joint_torque(dextar, 1, -1, state, reference, line, KP, KD, resolve)
+    assert vhc_joint_torque(dextar, 1, -1, wound, reference, line, KP, KD, resolve) == pytest.approx(plain, rel=1e-9)

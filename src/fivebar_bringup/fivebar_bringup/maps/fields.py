@@ -92,7 +92,9 @@ def evaluate(robot: FiveBar, loci: Loci, count: int, progress: Progress) -> Fiel
     motor_grid = _motor_grid(robot, count)
     rows, columns = platform_grid.reach.shape
     total = rows + count
-    platform = {modes: PlatformField(*(np.full((rows, columns), math.nan) for _ in range(3))) for modes in WORKING_MODES}
+    platform = {
+        modes: PlatformField(*(np.full((rows, columns), math.nan) for _ in range(3))) for modes in WORKING_MODES
+    }
     for row, y in enumerate(platform_grid.y.tolist()):
         for column in np.flatnonzero(platform_grid.reach[row] > 0.0).tolist():
             x = float(platform_grid.x[column])
@@ -102,7 +104,9 @@ def evaluate(robot: FiveBar, loci: Loci, count: int, progress: Progress) -> Fiel
                 field.kappa[row, column] = inverse_condition(state)
                 field.locus[row, column] = math.copysign(type2_distance(robot, state), det_a(state))
         progress(row + 1, total)
-    motors = {assembly: MotorField(*(np.full((count, count), math.nan) for _ in range(2))) for assembly in ASSEMBLY_MODES}
+    motors = {
+        assembly: MotorField(*(np.full((count, count), math.nan) for _ in range(2))) for assembly in ASSEMBLY_MODES
+    }
     for row, q21 in enumerate(motor_grid.q.tolist()):
         for column in np.flatnonzero(motor_grid.closure[row] > 0.0).tolist():
             q11 = float(motor_grid.q[column])

@@ -245,9 +245,7 @@ def _bend_2(state: State) -> float:
     return state.leg2.sin_q2
 
 
-def _turning_points(
-    robot: FiveBar, closed: Closed, samples: int, quantity: Callable[[State], float]
-) -> list[float]:
+def _turning_points(robot: FiveBar, closed: Closed, samples: int, quantity: Callable[[State], float]) -> list[float]:
     """Return where along a closed curve a quantity changes its sign, refined to rounding."""
 
     def value(s: float) -> float:

@@ -91,7 +91,11 @@ def vhc_error(run: Findings) -> Figure:
 def supervisor(run: Findings) -> Figure:
     """Draw the weight, what it follows from, and what the candidate laws ask for."""
     series = run.series
-    use = "answers to section 4.1.2" if run.blends else "this controller does not use σ"
+    use = "answers to section 4.1.2"
+    if not run.blends:
+        use = "this controller does not use σ"
+    elif not run.blends_by_condition:
+        use = "σ is a function of time with this controller"
     figure = new_figure("Supervisor and candidate torques", use, 7.6)
     panels = figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 1.2, 1.7])
     panels[0].plot(series.time, series.sigma, color=PURPLE)

@@ -43,9 +43,9 @@ def draw_pictures(run: Findings) -> list[Picture]:
             ),
             "supervisor": (
                 figures.supervisor(run),
-                "Weight σ of the law on the locus, the distance 1/cond(A) from the Type 2 locus from which it"
-                " follows, and the torque that each candidate law asks for along this run. Answers to the"
-                " supervisory block of section 4.1.2.",
+                "Weight σ of the law on the locus, the distance 1/cond(A) from the Type 2 locus, and the torque"
+                " that each candidate law asks for along this run. Answers to the supervisory block of section"
+                " 4.1.2.",
             ),
             "tracking": (
                 figures.tracking(run),

@@ -90,9 +90,12 @@ def _setting(summary: Summary) -> str:
 
 def _verdict(summary: Summary) -> str:
     if summary.completed:
+        asked = summary.torque_saturated_samples
+        beyond = f" {asked} samples asked for more torque than the drives can give." if asked else ""
         return (
             '<div class="verdict"><strong>Completed</strong>: all'
-            f" {summary.samples} samples, {summary.assembly_mode_changes} changes of assembly mode, no fault.</div>"
+            f" {summary.samples} samples, {summary.assembly_mode_changes} changes of assembly mode, no fault."
+            f"{beyond}</div>"
         )
     reasons = "".join(f"<li>{escape(reason)}</li>" for reason in summary.not_completed_because)
     return f'<div class="verdict failed"><strong>Not completed</strong>, because<ul>{reasons}</ul></div>'

@@ -50,7 +50,7 @@ def survey_run(run: Findings) -> Map:
 
 def lowest(run: Findings) -> float:
     """Return from which y (m) upwards a run is shown."""
-    return min(LOWEST, min(y for _, y in run.scenario.waypoints) - 0.015)
+    return min(LOWEST, min(y for _, y in run.scenario.waypoints) - 0.03)
 
 
 def path(run: Findings, plane: Map) -> Figure:
@@ -94,13 +94,17 @@ def hero(run: Findings, plane: Map) -> Figure:
 def _headline(run: Findings) -> tuple[str, str]:
     """Return title and subtitle of the front page's picture."""
     summary = run.summary
-    applied, asked = plain(peak(run.series.torque_applied), "Nm"), plain(peak(run.series.torque_ctc), "Nm")
-    if not summary.completed:
-        return "The crossing was not completed", f"applied torque up to {applied}"
-    subtitle = f"{summary.assembly_mode_changes} changes of assembly mode with at most {applied}"
-    if run.blends:
+    subtitle = f"{summary.assembly_mode_changes} changes of assembly mode"
+    subtitle += f" with at most {plain(peak(run.series.torque_applied), 'Nm')}"
+    if run.limits_bite:
+        subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were asked for"
+    elif run.blends and run.plan.crossings:
+        asked = plain(peak(run.series.torque_ctc), "Nm")
         subtitle += f"; the computed torque law alone asks for up to {asked} on the way"
-    return "Through the Type 2 singularity", subtitle
+    if not summary.completed:
+        return "The motion was not completed", subtitle
+    crossing = "Through the Type 2 singularity" if run.plan.crossings else "Within one assembly mode"
+    return crossing, subtitle
 
 
 def _draw_crossing(axes: Axes, run: Findings, plane: Map) -> None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
+from matplotlib.patheffects import withStroke
 
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.report.style import GREY, INK, PURPLE
@@ -109,6 +110,7 @@ def draw_base(axes: Axes, robot: FiveBar) -> None:
             va="top",
             fontsize=9,
             color=INK,
+            path_effects=[withStroke(linewidth=3, foreground="white", alpha=0.8)],
             zorder=6.0,
         )
 

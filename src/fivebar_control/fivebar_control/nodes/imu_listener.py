@@ -23,6 +23,9 @@ from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 LONGEST_GAP = 5
 """Samples without IMU data after which they are reported as missing."""
 
+QUEUE_DEPTH = 2000
+"""Messages that may wait: the control loop does not wait for this node, so it must be able to catch up."""
+
 
 def read_imu(message: Imu) -> Vector3:
     """Return the linear acceleration (m/s^2) of an IMU message, in the IMU's frame.
@@ -49,10 +52,8 @@ class ImuListener(SamplingNode):
         self._saturated = 0
         self._missing = 0
         self._error = self.advertise(IMU_ERROR)
-        self.join(
-            values["rate_hz"],
-            (Input(IMU_DATA, read_imu), Input(REFERENCE, fields_of(REFERENCE_NAMES, "position", "velocity"))),
-        )
+        inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, fields_of(REFERENCE_NAMES, "position", "velocity")))
+        self.join(values["rate_hz"], inputs, QUEUE_DEPTH)
 
     def restart(self) -> None:
         """Begin with a low-pass that has no memory of the last run."""

@@ -29,14 +29,17 @@ def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> 
 class SamplingNode(GraphNode):
     """Joins inputs by stamp. The first input drives: its repeats are answered again, its sample 0 starts anew."""
 
-    def join(self, rate_hz: int, inputs: Sequence[Input]) -> None:
-        """Subscribe to the inputs, the driving one first; call once, after everything that answers is in place."""
+    def join(self, rate_hz: int, inputs: Sequence[Input], depth: int | None = None) -> None:
+        """Subscribe to the inputs, the driving one first; call once, after everything that answers is in place.
+
+        `depth` is how many messages may wait, for a node whose answer nobody waits for; by default that of the topic.
+        """
         self.rate_hz = rate_hz
         self._join = StampJoin([one.topic.name for one in inputs])
         self._driver = inputs[0].topic
         # the driver last: when its message arrives, those of the same sample are the likelier to be there
         for one in (*inputs[1:], inputs[0]):
-            self.listen(one.topic, self._receiver(one))
+            self.listen(one.topic, self._receiver(one), depth)
 
     @abstractmethod
     def answer(self, sample: int, *values: Any) -> None:
