@@ -1,4 +1,4 @@
-"""Parameters: every node starts with its defaults and explains them; bad values end it in one line; gains can be tuned."""
+"""Parameters: every node starts with its defaults and explains them, bad values end it, gains can be tuned."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def test_gains_can_be_changed_while_the_node_runs(bench: Bench, motion: MiddleMo
         ("kd", "high", "Wrong parameter type"),
         ("rate_hz", 1000, "read-only"),
         ("waypoints", [0.0, 0.1], "read-only"),
-        ("no_such_parameter", 1.0, "no_such_parameter"),
+        ("no_such_parameter", 1.0, "undeclared"),
     )
     for name, value, reason in bad:
         result = tuning.probe.set_parameter("/ctc_controller", name, value)

@@ -20,7 +20,7 @@ from fivebar_bringup.bag.recording import BagError
 from fivebar_bringup.graph import Mode, crossing_graph
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.run import run_offline, run_with_ros
+from fivebar_bringup.run import RunFailed, run_offline, run_with_ros
 from fivebar_bringup.run_directory import RunDirectory
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_description.strict_yaml import InputError
@@ -157,12 +157,15 @@ def _print_summary(directory: RunDirectory, summary: Summary) -> None:
 
 @contextmanager
 def _input_errors() -> Iterator[None]:
-    """Turn bad input into one line on standard error and exit status 2."""
+    """Turn bad input, and a run without a result, into one line on standard error and exit status 2 or 1."""
     try:
         yield
     except (InputError, BagError) as error:
         print(f"fivebar: {error}", file=sys.stderr)
         raise typer.Exit(BAD_INPUT) from error
+    except RunFailed as error:
+        print(f"fivebar: the run failed: {error}", file=sys.stderr)
+        raise typer.Exit(FAILED) from error
 
 
 @contextmanager

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from fivebar_bringup.bag.recording import BagError
 from fivebar_bringup.domain import private_domain
 from fivebar_bringup.graph import Mode, crossing_graph
 from fivebar_bringup.launcher import Progress, run_graph
@@ -17,6 +18,10 @@ from fivebar_bringup.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 
 
+class RunFailed(Exception):
+    """A run that failed so early that there is nothing to report on; the text says why."""
+
+
 def run_with_ros(
     scenario: Scenario, mode: Mode, out: Path | None, domain: int | None, progress: Progress
 ) -> tuple[RunDirectory, Summary]:
@@ -24,6 +29,7 @@ def run_with_ros(
 
     Raises:
         InputError: the motion is refused or the output directory cannot be used.
+        RunFailed: the run left no bag that can be reported on.
     """
     run = new_run_directory(out, scenario)
     nodes = crossing_graph(scenario, mode, run.bag)
@@ -42,7 +48,10 @@ def run_with_ros(
             "faults": outcome.faults,
         },
     )
-    return run, write_report(run)
+    try:
+        return run, write_report(run)
+    except BagError as error:
+        raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
 
 
 def run_offline(scenario: Scenario, out: Path | None, progress: Progress) -> tuple[RunDirectory, Summary]:

@@ -88,7 +88,9 @@ class Plant:
             raise InputError(f"initial_joints: {list(joints)}: expected four finite angles in rad")
         if v.shape != (4,) or not np.all(np.isfinite(v)):
             raise InputError(f"initial velocities: {list(velocities)}: expected four finite speeds in rad/s")
-        q, v, gap = self._loop.close(q, v)
+        # of a posture that cannot be closed at all, the gap tells
+        with np.errstate(divide="ignore", invalid="ignore"):
+            q, v, gap = self._loop.close(q, v)
         if gap > POSTURE_TOLERANCE:
             raise InputError(
                 f"initial_joints: {list(joints)}: the legs end {gap * 1e3:.3f} mm apart, expected a closed loop"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fivebar_control.controllers.ctc import ctc_torque
 from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
+from fivebar_control.controllers.ctc import ctc_torque
 from fivebar_control.controllers.laws import (
     ON_LOCUS_LAWS,
     CtcLaw,

@@ -13,6 +13,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import AbstractPathEffect, withStroke
+from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from fivebar_bringup.maps.fields import WORKING_MODES, Fields, FloatArray
@@ -25,8 +26,14 @@ Places = Sequence[tuple[float, float]]
 
 MM = 1e3
 TURN = 360.0
+TEXT_EDGE = 4.0
+"""Room (mm) between a text in a corner and the edge."""
+
 EDGE = 12.0
 """Room (mm) around what is drawn in the platform's plane."""
+
+GAP = 0.1
+"""Angles (rad) on a circle that are farther apart belong to different arcs."""
 
 POINT = 1e-6
 """A curve of motor angles (rad) that is no larger is a single point."""
@@ -70,6 +77,11 @@ def outline(width: float = 3.0) -> list[AbstractPathEffect]:
 def mode_name(modes: tuple[int, int]) -> str:
     """Return a working mode as a person writes it."""
     return "(" + ", ".join("+1" if mode > 0 else "−1" for mode in modes) + ")"
+
+
+def assembly_name(assembly: int) -> str:
+    """Return an assembly mode as a person writes it."""
+    return f"assembly mode det A {'>' if assembly > 0 else '<'} 0"
 
 
 def platform_limits(robot: FiveBar, fields: Fields) -> tuple[float, float, float]:
@@ -157,9 +169,22 @@ def _cover(axes: Axes, x: FloatArray, y: FloatArray, margin: FloatArray, color: 
 
 
 def platform_type1(axes: Axes, loci: Loci) -> None:
-    """Draw Type 1 in the platform's plane."""
-    for edge in loci.type1:
-        _line(axes, MM * edge.curve.platform, INK, TYPE1_WIDTH, edge.shape)
+    """Draw Type 1 in the platform's plane, where several pieces cover the same arc, each arc once."""
+    for leg in LEG_COLORS:
+        for shape in DASHES:
+            curves = [edge.curve for edge in loci.type1 if (edge.leg, edge.shape) == (leg, shape)]
+            if curves:
+                angles = np.concatenate([curve.joints[:, 0 if leg == 1 else 2] for curve in curves])
+                points = np.concatenate([curve.platform for curve in curves])
+                _line(axes, MM * _once_around(angles, points), INK, TYPE1_WIDTH, shape)
+
+
+def _once_around(angles: FloatArray, points: FloatArray) -> FloatArray:
+    """Return points [n, 2] on a circle in the order of their angles (rad), with NaN between its arcs."""
+    order = np.argsort(angles)
+    order = np.append(order, order[0])
+    gaps = np.flatnonzero(np.diff(angles[order]) % (2.0 * np.pi) > GAP)
+    return np.insert(points[order], gaps + 1, np.nan, axis=0)
 
 
 def platform_type2(axes: Axes, loci: Loci, modes: tuple[int, int], cased: bool = False) -> None:
@@ -207,7 +232,7 @@ def _line(axes: Axes, points: FloatArray, color: str, width: float, shape: Shape
 
 
 def name_region(
-    axes: Axes, text: str, x: FloatArray, y: FloatArray, inside: FloatArray, keep_off: Places = ()
+    axes: Axes, text: str, x: FloatArray, y: FloatArray, inside: NDArray[np.bool_], keep_off: Places = ()
 ) -> tuple[float, float] | None:
     """Write a name where a region [n, m] is widest, away from some places, and return where; None in a tiny region."""
     room = distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
@@ -222,30 +247,32 @@ def name_region(
     return found
 
 
-def name_curves(axes: Axes, loci: Loci, modes: tuple[int, int], keep_off: Places) -> None:
-    """Write on the longest piece of either shape of the Type 2 locus what it is, away from some places (mm)."""
-    away = np.array(keep_off)
+def name_curves(axes: Axes, loci: Loci, modes: tuple[int, int]) -> None:
+    """Write in a free corner of the platform's plane what either shape of the Type 2 locus is, with a line to it."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    corners = [(x, y) for y in (top, bottom) for x in (left, right)]
     for shape in DASHES:
-        pieces = [piece.curve for piece in loci.type2 if piece.working_mode == modes and piece.shape == shape]
+        pieces = [p.curve.platform for p in loci.type2 if p.working_mode == modes and p.shape == shape]
         if pieces:
-            points = MM * max(pieces, key=lambda curve: curve.length).platform
-            room = np.min(np.hypot(*(points[:, None, :] - away[None, :, :]).transpose(2, 0, 1)), axis=1)
-            x, y = points[int(np.argmax(room))].tolist()
-            _write(axes, f"Type 2, {shape}", (x, y), PURPLE)
+            points = MM * np.concatenate(pieces)
+            apart = [np.hypot(points[:, 0] - x, points[:, 1] - y) for x, y in corners]
+            nearest = int(np.argmin([np.min(distances) for distances in apart]))
+            x, y = corners.pop(nearest)
+            axes.annotate(
+                f"Type 2:\ndistal links {shape}",
+                points[int(np.argmin(apart[nearest]))],
+                (x + TEXT_EDGE * np.sign(left + right - 2.0 * x), y + TEXT_EDGE * np.sign(bottom + top - 2.0 * y)),
+                color=PURPLE,
+                fontsize=9,
+                ha="left" if x == left else "right",
+                va="bottom" if y == bottom else "top",
+                arrowprops={"arrowstyle": "-", "color": PURPLE, "linewidth": 0.9, "shrinkB": 1.0},
+                zorder=2.5,
+            )
 
 
-def _write(axes: Axes, text: str, place: tuple[float, float], color: str = INK) -> None:
-    axes.text(
-        *place,
-        text,
-        color=color,
-        ha="center",
-        va="center",
-        fontsize=9.5,
-        path_effects=outline(),
-        zorder=6.0,
-        clip_on=True,
-    )
+def _write(axes: Axes, text: str, place: tuple[float, float]) -> None:
+    axes.text(*place, text, ha="center", va="center", fontsize=9.5, path_effects=outline(), zorder=6.0)
 
 
 def outline_texts(axes: Axes) -> None:
@@ -286,10 +313,7 @@ def type3_key() -> Line2D:
 
 def assembly_keys() -> list[Patch]:
     """Return the legend's entries for the assembly modes."""
-    return [
-        Patch(facecolor=ASSEMBLY_TINTS[sign], label=f"assembly mode det A {'>' if sign > 0 else '<'} 0")
-        for sign in (1, -1)
-    ]
+    return [Patch(facecolor=ASSEMBLY_TINTS[sign], label=assembly_name(sign)) for sign in (1, -1)]
 
 
 def mode_keys() -> list[Patch]:

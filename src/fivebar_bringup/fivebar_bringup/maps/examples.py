@@ -17,8 +17,8 @@ from fivebar_description.parameters import FiveBar
 EVERY = 7
 """One in so many of the postures known is looked at."""
 
-MIDDLE = 2.0
-"""How much (1/m) a posture loses by being away from the line x = 0: those near it are easier to read."""
+ABOVE, MIDDLE = 3.0, 0.8
+"""How much a posture gains above the base line, and loses away from x = 0, per length of the plane's longer half."""
 
 
 class Examples(NamedTuple):
@@ -41,14 +41,19 @@ class Examples(NamedTuple):
 def choose(robot: FiveBar, loci: Loci, fields: Fields) -> Examples:
     """Return the postures to draw."""
     grid = fields.platform_grid
+    scale = max(float(grid.x[-1]), float(grid.y[-1]))
     cells = [(float(grid.x[column]), float(grid.y[row])) for row, column in np.argwhere(grid.reach > 0.0)[::EVERY]]
-    regular = {
-        modes: max(
-            (state_from_platform(robot, *modes, x, y, 0.0, 0.0) for x, y in cells),
-            key=_readable(lambda state: min(type1_margin(state), inverse_condition(state))),
-        )
-        for modes in WORKING_MODES
-    }
+
+    def regularity(state: State) -> float:
+        return min(type1_margin(state), inverse_condition(state))
+
+    def best(states: Iterable[State], quality: Callable[[State], float]) -> State | None:
+        return max(states, key=lambda state: quality(state) + _readability(state, scale), default=None)
+
+    regular = {}
+    for modes in WORKING_MODES:
+        states = [state_from_platform(robot, *modes, x, y, 0.0, 0.0) for x, y in cells]
+        regular[modes] = best(states, regularity) or states[0]
     first = regular[WORKING_MODES[0]]
     at_once = (state_from_joints(robot, *point.joints, 0.0, 0.0, 0.0, 0.0) for point in loci.type3)
     stretched = [piece.curve for piece in loci.type1 if piece.shape == "stretched"]
@@ -56,21 +61,17 @@ def choose(robot: FiveBar, loci: Loci, fields: Fields) -> Examples:
     return Examples(
         regular,
         posture(robot, -1 if det_a(first) > 0.0 else 1, first.leg1.q1, first.leg2.q1),
-        _best(robot, stretched or [piece.curve for piece in loci.type1], inverse_condition),
-        _best(robot, crossing or [piece.curve for piece in loci.type2], type1_margin),
+        best(_along(robot, stretched or [piece.curve for piece in loci.type1]), inverse_condition),
+        best(_along(robot, crossing or [piece.curve for piece in loci.type2]), type1_margin),
         max(at_once, key=lambda state: state.y, default=None),
     )
 
 
-def _readable(quality: Callable[[State], float]) -> Callable[[State], float]:
-    """Return a quality in [0, 1] that counts more above the base line and near x = 0."""
-    return lambda state: quality(state) + (1.0 if state.y > 0.0 else 0.0) - MIDDLE * abs(state.x)
+def _readability(state: State, scale: float) -> float:
+    return min(ABOVE * state.y / scale, 1.0) - MIDDLE * abs(state.x) / scale
 
 
-def _best(robot: FiveBar, curves: Iterable[Curve], quality: Callable[[State], float]) -> State | None:
-    states = (
-        state_from_joints(robot, *joints, 0.0, 0.0, 0.0, 0.0)
-        for curve in curves
-        for joints in curve.joints[::EVERY].tolist()
-    )
-    return max(states, key=_readable(quality), default=None)
+def _along(robot: FiveBar, curves: Iterable[Curve]) -> Iterable[State]:
+    for curve in curves:
+        for q11, q12, q21, q22 in curve.joints[::EVERY].tolist():
+            yield state_from_joints(robot, q11, q12, q21, q22, 0.0, 0.0, 0.0, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 WORKING_MODES: tuple[tuple[int, int], ...] = ((1, -1), (-1, 1), (1, 1), (-1, -1))
-ASSEMBLY_MODES: tuple[Literal[1, -1], ...] = (1, -1)
+ASSEMBLY_MODES = (1, -1)
 
 FINEST = 1e-5
 """A grid is refined at most to cells of this size (m)."""

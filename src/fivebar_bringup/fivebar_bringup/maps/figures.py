@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fivebar_bringup.maps import drawing
-from fivebar_bringup.maps.drawing import ASSEMBLY_COLORS, MM, Places, mode_name
+from fivebar_bringup.maps.drawing import ASSEMBLY_COLORS, MM, assembly_name, mode_name
 from fivebar_bringup.maps.examples import Examples
-from fivebar_bringup.maps.fields import ASSEMBLY_MODES, WORKING_MODES, Fields
+from fivebar_bringup.maps.fields import ASSEMBLY_MODES, WORKING_MODES, Fields, FloatArray
 from fivebar_bringup.maps.loci import Loci
 from fivebar_bringup.maps.measures import Measures
 from fivebar_bringup.report.style import GREY, INK, PURPLE, VERMILION, WIDTH, new_figure
@@ -22,7 +22,14 @@ from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
 
-POSTURE_MARKER = {"linestyle": "none", "marker": "o", "markersize": 7.5, "mfc": INK, "mec": "white", "mew": 1.3}
+POSTURE_MARKER: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 7.5,
+    "mfc": INK,
+    "mec": "white",
+    "mew": 1.3,
+}
 
 ARROW = 42.0
 """Length (mm) of half a double arrow."""
@@ -44,7 +51,7 @@ def postures(survey: Survey) -> Figure:
     width = 12.0
     figure = new_figure(
         "Two assembly modes, three kinds of singular posture",
-        f"{survey.name}: the grey area is the workspace, where both legs reach: {survey.measures.workspace_area:.0f} cm²",
+        f"{survey.name}: both legs reach the grey area, the workspace: {survey.measures.workspace_area:.0f} cm²",
         _tall(survey, 4, width) + 1.6,
         width,
     )
@@ -52,8 +59,8 @@ def postures(survey: Survey) -> Figure:
     titles = (
         "the same motor angles\nin both assembly modes",
         "Type 1: a leg is stretched\nor folded",
-        "Type 2: the distal links\nare aligned",
-        "Type 3: both at once",
+        "Type 2: distal links aligned,\nfree to move along the arrow",
+        "Type 3: both at once,\nin all working modes",
     )
     grid = survey.fields.platform_grid
     for axes, title in zip(panels, titles, strict=True):
@@ -84,8 +91,8 @@ def assembly_modes(survey: Survey) -> Figure:
     """Draw both assembly modes' regions and all loci in each working mode."""
     figure = new_figure(
         "Assembly modes and singularities, by working mode",
-        f"{survey.name}: a working mode names the side of both elbows, +1 to the left on the way from motor to platform",
-        2.0 * _tall(survey, 2, WIDTH) + 3.3,
+        f"{survey.name}: working mode: side of each elbow, +1 to the left on the way from motor to platform",
+        2.0 * _tall(survey, 2, WIDTH) + 3.6,
     )
     grid = survey.fields.platform_grid
     for axes, mode in zip(figure.subplots(2, 2).flat, survey.measures.modes, strict=True):
@@ -95,15 +102,16 @@ def assembly_modes(survey: Survey) -> Figure:
         state = survey.examples.regular[mode.working_mode]
         _robot(axes, survey, state, INK)
         busy = _occupied(survey, state)
+        busy += [(MM * point.x, MM * point.y) for point in survey.loci.type3]
         for sign, text in ((1.0, "det A > 0"), (-1.0, "det A < 0")):
             place = drawing.name_region(axes, text, MM * grid.x, MM * grid.y, sign * det > 0.0, busy)
             busy += [place] if place is not None else []
-        drawing.name_curves(axes, survey.loci, mode.working_mode, busy)
         axes.set_title(
             f"working mode {mode_name(mode.working_mode)}\n"
             f"{mode.area_positive:.0f} cm² with det A > 0, {mode.area_negative:.0f} cm² with det A < 0",
         )
         _finish_plane(axes, survey)
+        drawing.name_curves(axes, survey.loci, mode.working_mode)
     keys = [*drawing.assembly_keys(), drawing.type3_key(), *drawing.type2_keys(), *drawing.type1_keys()]
     figure.legend(handles=keys, loc="outside lower center", ncols=3)
     return figure
@@ -114,7 +122,7 @@ def conditioning(survey: Survey) -> Figure:
     figure = new_figure(
         "How far from Type 2: 1/cond(A), by working mode",
         f"{survey.name}: 0 on the locus, 1 where the distal links are at right angles",
-        2.0 * _tall(survey, 2, WIDTH) + 3.5,
+        2.0 * _tall(survey, 2, WIDTH) + 3.8,
     )
     panels = figure.subplots(2, 2)
     for axes, modes in zip(panels.flat, WORKING_MODES, strict=True):
@@ -134,9 +142,9 @@ def motor_modes(survey: Survey) -> Figure:
     """Draw where the loop closes over the motor angles, and the working modes, in each assembly mode."""
     figure = new_figure(
         "The plane of the motor angles, by assembly mode",
-        f"{survey.name}: the loop closes for {100.0 * survey.measures.closing_share:.0f} % of all pairs of motor angles;"
-        " elsewhere, pale grey, the distal links do not meet",
-        7.6,
+        f"{survey.name}: the loop closes for {100.0 * survey.measures.closing_share:.0f} % of all pairs of angles;"
+        " where it is pale grey, the distal links do not meet",
+        7.3,
         11.5,
     )
     degrees = np.degrees(survey.fields.motor_grid.q)
@@ -149,11 +157,11 @@ def motor_modes(survey: Survey) -> Figure:
             for state in survey.examples.regular.values()
             if det_a(state) * assembly > 0.0
         ]
-        axes.plot([q[0] for q in drawn], [q[1] for q in drawn], **POSTURE_MARKER, zorder=5.6)
+        axes.plot([q[0] for q in drawn], [q[1] for q in drawn], **POSTURE_MARKER, zorder=5.6, clip_on=False)
         for index, modes in enumerate(WORKING_MODES):
             busy = [(float(q[0]), float(q[1])) for q in drawn]
             drawing.name_region(axes, mode_name(modes), degrees, degrees, field == index, busy)
-        axes.set_title(_assembly_name(assembly))
+        axes.set_title(assembly_name(assembly))
         drawing.motor_frame(axes)
     keys = [*drawing.mode_keys(), *drawing.leg_keys(), *drawing.type2_keys(), drawing.type3_key()]
     keys.append(Line2D([], [], **POSTURE_MARKER, label="robot as drawn for its working mode"))
@@ -166,7 +174,7 @@ def motor_conditioning(survey: Survey) -> Figure:
     figure = new_figure(
         "How far from Type 2 over the motor angles: 1/cond(A), by assembly mode",
         f"{survey.name}: the two sheets are joined along the Type 2 locus, where 1/cond(A) is 0",
-        7.7,
+        7.6,
         11.5,
     )
     panels = figure.subplots(1, 2)
@@ -174,16 +182,12 @@ def motor_conditioning(survey: Survey) -> Figure:
         kappa = survey.fields.motors[assembly].kappa
         image = drawing.motor_field(axes, survey.fields, kappa, drawing.KAPPA, 0.0, 1.0)
         drawing.motor_loci(axes, survey.loci, assembly, cased=True)
-        axes.set_title(_assembly_name(assembly))
+        axes.set_title(assembly_name(assembly))
         drawing.motor_frame(axes)
     figure.colorbar(image, ax=panels, location="bottom", shrink=0.6, aspect=40, label="1/cond(A)")
     keys = [*drawing.leg_keys(), *drawing.type2_keys(), drawing.type3_key()]
     figure.legend(handles=keys, loc="outside lower center", ncols=4)
     return figure
-
-
-def _assembly_name(assembly: int) -> str:
-    return f"assembly mode det A {'>' if assembly > 0 else '<'} 0"
 
 
 def _tall(survey: Survey, across: int, width: float) -> float:
@@ -229,7 +233,7 @@ def _occupied(survey: Survey, state: State) -> list[tuple[float, float]]:
     return places
 
 
-def _between(start: np.ndarray, end: np.ndarray) -> list[tuple[float, float]]:
+def _between(start: FloatArray, end: FloatArray) -> list[tuple[float, float]]:
     marks = MM * (start + np.linspace(0.0, 1.0, 6)[:, None] * (end - start))
     return [(float(x), float(y)) for x, y in marks]
 

@@ -11,13 +11,18 @@ from types import FrameType
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
-from rclpy.experimental import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
+
+try:
+    from rclpy.experimental import EventsExecutor as NodeExecutor
+except ImportError:
+    # early releases of Jazzy lack it; this one does the same for more processor time
+    from rclpy.executors import SingleThreadedExecutor as NodeExecutor
 
 WAKE_PERIOD = 0.1
 """Longest time (s) the executor sleeps before a signal is noticed."""
@@ -59,7 +64,7 @@ def run_node(make: Callable[[], GraphNode]) -> None:
         print(error, file=sys.stderr)
         rclpy.try_shutdown()
         sys.exit(BAD_INPUT)
-    executor = EventsExecutor()
+    executor = NodeExecutor()
     executor.add_node(node)
     # what start-up has made stays; the collector need never walk it again
     gc.collect()

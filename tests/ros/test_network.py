@@ -1,0 +1,162 @@
+"""What a node opens to the network by default, and that ordinary ROS tools of the same machine still reach it."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from graph_probe import DDS_VARIABLES, Bench
+from middle_motion import MiddleMotion
+
+from fivebar_description.interface import JOINT_STATES, SUPERVISOR_STATE
+from fivebar_description.ros.run import use_local_network_only
+
+LOOPBACK = "127.0.0.1"
+
+PLAIN_TOOL = """
+import json, sys
+import rclpy
+from rcl_interfaces.srv import GetParameters
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+rclpy.init()
+node = Node("tool")
+seen = []
+node.create_subscription(JointState, "supervisor/state", seen.append, 10)
+client = node.create_client(GetParameters, "/supervisor/get_parameters")
+future = None
+print("listening", flush=True)
+while not (seen and future and future.done()):
+    rclpy.spin_once(node, timeout_sec=0.1)
+    if future is None and client.service_is_ready():
+        future = client.call_async(GetParameters.Request(names=["rate_hz"]))
+print(json.dumps({
+    "names": list(seen[0].name),
+    "rate_hz": future.result().values[0].integer_value,
+    "nodes": sorted(node.get_node_names()),
+}))
+"""
+"""An rclpy program that knows nothing of this project, as `ros2 topic echo` and `ros2 param get` are."""
+
+
+class Socket(NamedTuple):
+    """A bound IP socket of a process."""
+
+    protocol: str
+    address: str
+    port: int
+
+
+def sockets(pid: int) -> list[Socket]:
+    """Return the bound IP sockets of a process, from what the kernel tells of it."""
+    inodes = set()
+    for entry in Path(f"/proc/{pid}/fd").iterdir():
+        target = os.readlink(entry)
+        if target.startswith("socket:["):
+            inodes.add(target[len("socket:[") : -1])
+    found = []
+    for protocol in ("udp", "udp6", "tcp", "tcp6", "raw"):
+        for line in Path(f"/proc/{pid}/net/{protocol}").read_text(encoding="ascii").splitlines()[1:]:
+            fields = line.split()
+            if fields[9] in inodes:
+                address, _, port = fields[1].partition(":")
+                found.append(Socket(protocol, _dotted(address), int(port, 16)))
+    return found
+
+
+def _dotted(address: str) -> str:
+    """Return an IPv4 address, which the kernel prints as one little-endian number, in the usual form."""
+    if len(address) != 8:
+        return address
+    return ".".join(str(byte) for byte in bytes.fromhex(address)[::-1])
+
+
+def well_known_ports(domain: int) -> range:
+    """Return the ports that the DDS standard gives to a domain: where others send discovery and data to."""
+    base = 7400 + 250 * domain
+    return range(base, base + 250)
+
+
+def test_discovery_and_data_are_received_on_loopback_only(bench: Bench) -> None:
+    """The rest is two sockets on ports of the kernel's choice: Fast DDS sends from them, and announces them nowhere."""
+    process = bench.start("supervisor")
+    probe = bench.probe()
+    probe.health("/supervisor")
+    found = sockets(process.pid)
+    ports = well_known_ports(bench.domain)
+    known = [socket for socket in found if socket.port in ports]
+    # one for discovery and one for data
+    assert len(known) >= 2
+    assert {(socket.protocol, socket.address) for socket in known} == {("udp", LOOPBACK)}
+    rest = [socket for socket in found if socket.address != LOOPBACK]
+    first_ephemeral, last_ephemeral = map(
+        int, Path("/proc/sys/net/ipv4/ip_local_port_range").read_text(encoding="ascii").split()
+    )
+    assert all(socket.protocol == "udp" for socket in rest)
+    assert all(first_ephemeral <= socket.port <= last_ephemeral for socket in rest)
+    assert len(rest) <= 2
+
+
+def test_without_the_defaults_a_node_does_listen_everywhere(bench: Bench) -> None:
+    """Shows that the test above can see what it looks for."""
+    process = bench.run(
+        [sys.executable, "-m", "fivebar_control.nodes.supervisor"],
+        ROS_AUTOMATIC_DISCOVERY_RANGE="SUBNET",
+        FASTDDS_DEFAULT_PROFILES_FILE="",
+        FASTRTPS_DEFAULT_PROFILES_FILE="",
+    )
+    probe = bench.probe()
+    probe.health("/supervisor")
+    ports = well_known_ports(bench.domain)
+    assert "0.0.0.0" in {socket.address for socket in sockets(process.pid) if socket.port in ports}
+
+
+def test_the_defaults_give_way_to_the_environment() -> None:
+    environment: dict[str, str] = {}
+    use_local_network_only(environment)
+    assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+    profiles = [environment[name] for name in DDS_VARIABLES if name.endswith("PROFILES_FILE")]
+    assert len(profiles) == 2
+    assert all(Path(profile).is_file() for profile in profiles)
+    chosen = {
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
+        "FASTDDS_DEFAULT_PROFILES_FILE": "mine.xml",
+        "FASTRTPS_DEFAULT_PROFILES_FILE": "mine.xml",
+    }
+    environment = dict(chosen)
+    use_local_network_only(environment)
+    assert environment == chosen
+
+
+@pytest.mark.parametrize("started_first", ["node", "tool"])
+def test_tools_without_the_profile_see_and_call_the_node(
+    bench: Bench, motion: MiddleMotion, started_first: str
+) -> None:
+    command = [sys.executable, "-c", PLAIN_TOOL]
+    probe = bench.probe()
+    if started_first == "tool":
+        tool = bench.run(command)
+        probe.wait_for(lambda: "listening" in tool.stdout, "the tool listens")
+        bench.start("supervisor")
+    else:
+        bench.start("supervisor")
+        probe.health("/supervisor")
+        tool = bench.run(command)
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE])
+
+    def tool_has_ended() -> bool:
+        probe.publish(JOINT_STATES, motion.joint_states_message(0))
+        probe.spin_for(0.1)
+        return tool.status is not None
+
+    probe.wait_for(tool_has_ended, "the tool has seen all it looks for")
+    assert tool.status == 0, tool.stderr
+    seen = json.loads(tool.stdout.splitlines()[-1])
+    assert seen["names"] == ["sigma", "inverse_condition"]
+    assert seen["rate_hz"] == 500
+    assert {"supervisor", "tool"} <= set(seen["nodes"])

@@ -1,0 +1,221 @@
+"""The plant as a node: lockstep advances with the commands and with nothing else, real time with the clock."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+from graph_probe import Bench, ChildProcess, Probe
+from std_msgs.msg import String
+
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    FAULTS,
+    IMU_DATA,
+    IMU_FRAME,
+    JOINT_STATES,
+    JOINTS,
+    RUN_READY,
+    RUN_STATUS,
+    TORQUE_COMMAND,
+    sample_stamp_ns,
+)
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.messages import joint_state, stamp_of
+from fivebar_sim.nodes.plant_parameters import START_JOINTS
+from fivebar_sim.plant import Plant
+
+RATE_HZ = 500
+OUTPUTS = [JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS]
+
+
+def start(bench: Bench, **parameters: Any) -> tuple[ChildProcess, Probe]:
+    """Start a plant that waits for the probe, so that the probe misses nothing."""
+    process = bench.start("plant", wait_for_nodes=["probe"], **parameters)
+    probe = bench.probe()
+    probe.join("plant", [TORQUE_COMMAND, RUN_READY], OUTPUTS)
+    probe.publish(RUN_READY, String(data="probe"))
+    return process, probe
+
+
+def command(sample: int, torque: tuple[float, float], rate_hz: int = RATE_HZ) -> Any:
+    return joint_state(sample_stamp_ns(sample, rate_hz), ACTIVE_JOINTS, effort=torque)
+
+
+def torque_of(sample: int) -> tuple[float, float]:
+    return 0.1 * sample + 1.0 / 3.0, -0.05 * sample
+
+
+def status(probe: Probe) -> dict[str, Any]:
+    messages = probe.got(RUN_STATUS)
+    return json.loads(messages[-1].data) if messages else {}
+
+
+def faults(probe: Probe) -> list[str]:
+    return [message.data for message in probe.got(FAULTS)]
+
+
+def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> None:
+    last = 6
+    process, probe = start(bench, samples=last)
+    # sample 0 again and again, every 100 ms, until it is answered
+    arrivals: list[float] = []
+
+    def arrived() -> bool:
+        if len(probe.got(JOINT_STATES)) > len(arrivals):
+            arrivals.append(time.monotonic())
+        return len(arrivals) == 11
+
+    probe.wait_for(arrived, "ten repeats of sample 0")
+    assert 0.09 < (arrivals[-1] - arrivals[0]) / 10 < 0.15
+    assert set(probe.samples(JOINT_STATES)) == {0}
+    assert all(message == probe.got(JOINT_STATES)[0] for message in probe.got(JOINT_STATES))
+    assert all(message == probe.got(IMU_DATA)[0] for message in probe.got(IMU_DATA))
+
+    for sample in range(last):
+        # of a later sample, off the grid, before the start, of an older sample: none of them advances anything
+        foreign = [command(sample + 1, (9.0, 9.0)), command(sample, (9.0, 9.0)), command(sample, (9.0, 9.0))]
+        foreign[1].header.stamp.nanosec += 1
+        foreign[2].header.stamp.sec = 0
+        for message in (*foreign, *([command(sample - 1, (9.0, 9.0))] if sample else [])):
+            probe.publish(TORQUE_COMMAND, message)
+        for bad in (
+            joint_state(sample_stamp_ns(sample, RATE_HZ), ("q11", "q12"), effort=(9.0, 9.0)),
+            joint_state(sample_stamp_ns(sample, RATE_HZ), ACTIVE_JOINTS, effort=(9.0, float("nan"))),
+            joint_state(sample_stamp_ns(sample, RATE_HZ), ACTIVE_JOINTS, effort=(9.0,)),
+        ):
+            probe.publish(TORQUE_COMMAND, bad)
+        probe.publish(TORQUE_COMMAND, command(sample, torque_of(sample)))
+        probe.answer(JOINT_STATES, sample + 1)
+        # the answer once more, as after a repeat
+        probe.publish(TORQUE_COMMAND, command(sample, (9.0, 9.0)))
+        if sample == 2:
+            # three foreign stamps for each sample, and three bad contents; of sample 0 there is no older command, and
+            # a repeated one is no mistake
+            probe.wait_for_dropped("/plant", 3 * 6)
+    assert process.status is None
+    probe.publish(TORQUE_COMMAND, command(last, (0.0, 0.0)))
+    assert process.wait() == 0
+    assert process.stderr.count("Traceback") == 0
+    probe.wait_for(lambda: status(probe).get("state") == "completed", "the run is completed")
+    assert status(probe) == {"state": "completed", "sample": last, "samples": last, "overruns": 0}
+    assert faults(probe) == []
+
+    # what was published is what the same commands make of the plain plant
+    plant = Plant(load_robot("dextar"), START_JOINTS, RATE_HZ)
+    first = probe.samples(JOINT_STATES).count(0) - 1
+    joint_states, imu = probe.got(JOINT_STATES)[first:], probe.got(IMU_DATA)[first:]
+    assert len(joint_states) == len(imu) == last + 1
+    for sample in range(last + 1):
+        measured, reading = plant.measure(), plant.measure_imu()
+        assert stamp_of(joint_states[sample]) == stamp_of(imu[sample]) == sample_stamp_ns(sample, RATE_HZ)
+        assert tuple(joint_states[sample].name) == JOINTS
+        assert tuple(joint_states[sample].position) == measured.position
+        assert tuple(joint_states[sample].velocity) == measured.velocity
+        assert tuple(joint_states[sample].effort) == measured.effort
+        if sample:
+            tau1, tau2 = torque_of(sample - 1)
+            assert tuple(joint_states[sample].effort) == (tau1, 0.0, tau2, 0.0)
+        linear, angular = imu[sample].linear_acceleration, imu[sample].angular_velocity
+        assert (linear.x, linear.y, linear.z) == reading.acceleration
+        assert (angular.x, angular.y, angular.z) == reading.angular_velocity
+        assert imu[sample].header.frame_id == IMU_FRAME
+        assert imu[sample].orientation_covariance[0] == -1.0
+        plant.advance(torque_of(sample))
+
+
+def test_lockstep_without_answers_is_a_fault(bench: Bench) -> None:
+    process, probe = start(bench, command_timeout_s=0.4)
+    probe.answer(JOINT_STATES, 0)
+    began = time.monotonic()
+    probe.publish(TORQUE_COMMAND, command(0, (0.1, 0.1)))
+    probe.answer(JOINT_STATES, 1)
+    assert process.wait() == 1
+    assert time.monotonic() - began > 0.4
+    probe.wait_for(lambda: faults(probe), "a fault")
+    assert faults(probe) == ["command_timeout: no torque for sample 1 within 0.4 s"]
+    probe.wait_for(lambda: status(probe)["state"] == "failed", "the run has failed")
+    assert set(probe.samples(JOINT_STATES)) == {0, 1}
+
+
+def test_nodes_that_do_not_come_are_a_fault(bench: Bench) -> None:
+    process = bench.start("plant", wait_for_nodes=["probe", "camera"], ready_timeout_s=2.0)
+    probe = bench.probe()
+    probe.join("plant", [TORQUE_COMMAND, RUN_READY], OUTPUTS)
+    probe.publish(RUN_READY, String(data="probe"))
+    assert process.wait() == 1
+    probe.wait_for(lambda: faults(probe), "a fault")
+    assert faults(probe) == ["nodes_missing: not ready within 2 s: camera"]
+    assert probe.got(JOINT_STATES) == []
+
+
+class Controller:
+    """Answers every sample with a torque, until it is told to be silent."""
+
+    def __init__(self, probe: Probe, rate_hz: int) -> None:
+        self.silent = False
+        self.applied: list[tuple[int, tuple[float, float]]] = []
+        self._probe = probe
+        self._rate_hz = rate_hz
+
+    def on_sample(self, message: Any) -> None:
+        sample = (stamp_of(message) - sample_stamp_ns(0, self._rate_hz)) * self._rate_hz // 1_000_000_000
+        self.applied.append((sample, (message.effort[0], message.effort[2])))
+        if not self.silent:
+            self._probe.publish(TORQUE_COMMAND, command(sample, (0.01, -0.02), self._rate_hz))
+
+
+def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench: Bench) -> None:
+    rate_hz, last = 100, 600
+    process = bench.start(
+        "plant", wait_for_nodes=["probe"], mode="realtime", rate_hz=rate_hz, samples=last, freshness_samples=30
+    )
+    probe = bench.probe()
+    controller = Controller(probe, rate_hz)
+    probe.listen(JOINT_STATES, callback=controller.on_sample)
+    probe.join("plant", [TORQUE_COMMAND, RUN_READY], [FAULTS, RUN_STATUS])
+    controller.silent = True
+    began = time.monotonic()
+    probe.publish(RUN_READY, String(data="probe"))
+
+    # no command ever comes: samples come all the same, and before long a fault
+    probe.wait_for(lambda: len(controller.applied) > 20, "samples without commands")
+    probe.wait_for(lambda: faults(probe), "a fault")
+    # sample 30 still waited for the torque of sample 0, so its age was beyond the limit
+    assert faults(probe) == ["command_stale: sample 30 still waits for the torque of sample 0, limit 30 samples"]
+
+    # commands do not help while the fault is latched
+    controller.silent = False
+    seen = len(controller.applied)
+    probe.wait_for(lambda: len(controller.applied) > seen + 10, "samples with commands")
+    assert {torque for _, torque in controller.applied} == {(0.0, 0.0)}
+
+    response = probe.reset("/plant")
+    assert response.success
+    assert response.message.startswith("cleared command_stale: ")
+    probe.wait_for(lambda: controller.applied[-1][1] == (0.01, -0.02), "torque after the reset")
+
+    # silence again: the last command is held until it is stale, then there is no torque any more
+    controller.silent = True
+    last_command = controller.applied[-1][0]
+    probe.wait_for(lambda: len(faults(probe)) == 2, "a second fault")
+    seen = len(controller.applied)
+    probe.wait_for(lambda: len(controller.applied) > seen + 10, "samples after the fault")
+    assert controller.applied[-1][1] == (0.0, 0.0)
+    words = faults(probe)[1].split()
+    still_waits, for_torque_of = int(words[2]), int(words[9])
+    assert for_torque_of == last_command + 1
+    assert still_waits - last_command == 31
+    held = [sample for sample, torque in controller.applied if torque != (0.0, 0.0)]
+    assert held[-1] == still_waits
+
+    assert process.wait() == 0
+    probe.wait_for(lambda: status(probe).get("state") == "failed", "the run has failed")
+    elapsed = time.monotonic() - began
+    assert status(probe)["sample"] == last
+    assert status(probe)["overruns"] > 30
+    # 600 periods of 10 ms by the clock; what is left of the deadline is this process being late to look
+    assert 5.9 < elapsed < 9.0
+    samples = [sample for sample, _ in controller.applied]
+    assert samples == sorted(set(samples))

@@ -1,0 +1,31 @@
+"""SIGINT and SIGTERM end every node at once and in order."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+from graph_probe import Bench, node_modules
+
+from fivebar_bringup.bag.reader import read_bag
+
+LIMIT = 1.0
+"""Longest time (s) from the signal to the end of the process."""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_every_node(bench: Bench, number: signal.Signals) -> None:
+    probe = bench.probe()
+    nodes = sorted(node_modules())
+    processes = {}
+    for node in nodes:
+        more = {"command_timeout_s": 600.0} if node == "plant" else {}
+        processes[node] = bench.start(node, f"/{node}", **more)
+    for node in nodes:
+        # its diagnostics come once it spins
+        probe.health(f"/{node}/{node}")
+    for node, process in processes.items():
+        process.send(number)
+        assert process.wait(LIMIT) == 0, node
+        assert process.stderr == "", node
+    assert read_bag(bench.folder / "processes" / "bag").topics
