@@ -31,7 +31,7 @@ node.create_subscription(JointState, "supervisor/state", seen.append, 10)
 client = node.create_client(GetParameters, "/supervisor/get_parameters")
 future = None
 print("listening", flush=True)
-while not (seen and future and future.done()):
+while not (seen and future and future.done() and "supervisor" in node.get_node_names()):
     rclpy.spin_once(node, timeout_sec=0.1)
     if future is None and client.service_is_ready():
         future = client.call_async(GetParameters.Request(names=["rate_hz"]))

@@ -204,7 +204,7 @@ def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench:
     probe.wait_for(lambda: len(controller.applied) > seen + 10, "samples after the fault")
     assert controller.applied[-1][1] == (0.0, 0.0)
     words = faults(probe)[1].split()
-    still_waits, for_torque_of = int(words[2]), int(words[9])
+    still_waits, for_torque_of = int(words[2]), int(words[10].rstrip(","))
     assert for_torque_of == last_command + 1
     assert still_waits - last_command == 31
     held = [sample for sample, torque in controller.applied if torque != (0.0, 0.0)]

@@ -18,6 +18,7 @@ from rich.table import Table
 
 from fivebar_bringup.bag.recording import BagError
 from fivebar_bringup.graph import Mode, crossing_graph
+from fivebar_bringup.maps.map import make_map, new_map_directory, read_mappable_robot
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.run import RunFailed, run_offline, run_with_ros
@@ -99,6 +100,32 @@ def report(
     _finish(run_directory, summary, as_json)
 
 
+@app.command(name="map")
+def map_robot(
+    robot: Annotated[
+        str, typer.Argument(metavar="ROBOT", help="A shipped robot (dextar, unequal), or a parameter file (.yaml).")
+    ] = "dextar",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/map-ROBOT-DATE-TIME]"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw the workspace of ROBOT and its singularities, over the platform's plane and over the motor angles.
+
+    Example: `fivebar map dextar --out runs/map`
+    """
+    with _input_errors(), _ending_on_sigterm():
+        file = read_mappable_robot(robot)
+        directory = new_map_directory(out, file.name)
+        with _progress_bar(f"map of {file.name}", as_json) as progress:
+            measures = make_map(file, directory, progress)
+    if as_json:
+        print(json.dumps(measures, indent=2, allow_nan=False))
+    else:
+        Console().print(f"look at {directory.page}", soft_wrap=True)
+
+
 @app.command()
 def nodes(
     scenario: ScenarioArgument = "middle",
@@ -123,6 +150,9 @@ def nodes(
         print(json.dumps(listing, indent=2))
         return
     table = Table("node", "package", "subscribes", "publishes", title="The node graph", show_lines=True)
+    table.columns[0].no_wrap = True
+    for column in table.columns[1:]:
+        column.overflow = "fold"
     for node in graph:
         publishes = (f"{topic.name} [dim]{topic.type}[/dim]" for topic in node.publishes)
         subscribes = (topic.name for topic in node.subscribes)
@@ -186,7 +216,8 @@ def _ending_on_sigterm() -> Iterator[None]:
 def _progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
     """Show how many samples are done, on standard error."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=quiet) as progress:
+    # a bar is for watching: in a file or a pipe it would only be a stray line beside the errors
+    with Progress(*columns, console=console, disable=quiet or not console.is_terminal) as progress:
         task = progress.add_task(f"{name}: starting", total=None)
 
         def update(done: int, total: int) -> None:

@@ -8,10 +8,11 @@ inertia besides the platform mass.
 
 from __future__ import annotations
 
+import argparse
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, read_robot
 
 LINK_THICKNESS = 0.008
 """Side of the drawn links, m; it has no effect on the dynamics."""
@@ -76,3 +77,15 @@ def _revolute(root: ElementTree.Element, name: str, parent: str, child: str, at_
     ElementTree.SubElement(
         joint, "limit", lower=repr(-JOINT_RANGE), upper=repr(JOINT_RANGE), effort="10", velocity="50"
     )
+
+
+def main() -> None:
+    """Print the URDF of a robot: `python -m fivebar_description.urdf dextar`."""
+    parser = argparse.ArgumentParser(description="Print the URDF of a robot.")
+    parser.add_argument("robot", help="a shipped parameter file's name, or a path to one")
+    robot = read_robot(parser.parse_args().robot)
+    print(urdf_text(robot.five_bar(), robot.name), end="")
+
+
+if __name__ == "__main__":
+    main()

@@ -19,6 +19,7 @@ from scipy.ndimage import distance_transform_edt
 from fivebar_bringup.maps.fields import WORKING_MODES, Fields, FloatArray
 from fivebar_bringup.maps.loci import Curve, Loci, Shape
 from fivebar_bringup.maps.measures import continued
+from fivebar_bringup.maps.wording import assembly_name, mode_name
 from fivebar_bringup.report.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, ZONE
 from fivebar_description.parameters import FiveBar
 
@@ -72,16 +73,6 @@ TYPE3_MARKER: dict[str, Any] = {
 def outline(width: float = 3.0) -> list[AbstractPathEffect]:
     """Return the white line (points) around texts and lines that sets them off from what is painted under them."""
     return [withStroke(linewidth=width, foreground="white")]
-
-
-def mode_name(modes: tuple[int, int]) -> str:
-    """Return a working mode as a person writes it."""
-    return "(" + ", ".join("+1" if mode > 0 else "−1" for mode in modes) + ")"
-
-
-def assembly_name(assembly: int) -> str:
-    """Return an assembly mode as a person writes it."""
-    return f"assembly mode det A {'>' if assembly > 0 else '<'} 0"
 
 
 def platform_limits(robot: FiveBar, fields: Fields) -> tuple[float, float, float]:

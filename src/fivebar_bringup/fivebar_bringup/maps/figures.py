@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fivebar_bringup.maps import drawing
-from fivebar_bringup.maps.drawing import ASSEMBLY_COLORS, MM, assembly_name, mode_name
+from fivebar_bringup.maps.drawing import ASSEMBLY_COLORS, MM
 from fivebar_bringup.maps.examples import Examples
 from fivebar_bringup.maps.fields import ASSEMBLY_MODES, WORKING_MODES, Fields, FloatArray
 from fivebar_bringup.maps.loci import Loci
 from fivebar_bringup.maps.measures import Measures
+from fivebar_bringup.maps.wording import assembly_name, mode_name
 from fivebar_bringup.report.style import GREY, INK, PURPLE, VERMILION, WIDTH, new_figure
 from fivebar_bringup.report.workspace import draw_base, draw_robot
 from fivebar_control.model.kinematics import det_a

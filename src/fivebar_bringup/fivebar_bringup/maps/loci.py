@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
@@ -92,6 +93,9 @@ class Loci(NamedTuple):
     type3: list[Type3]
 
 
+ROUNDING, SLACK = 1e-16, 1e-6
+"""Angles (rad) that may differ by rounding alone, and that are not told apart where a leg just reaches."""
+
 Closed = Callable[[float], JointAngles]
 """Joint angles (rad) along a closed curve, for s in rad with period 2 pi."""
 
@@ -164,11 +168,17 @@ def _elbows_together(robot: FiveBar) -> list[Closed]:
     own, other = robot.leg1, robot.leg2
     curves: list[Closed] = []
     for side in (1, -1):
-        q11, _ = leg_angles(own._replace(distal=other.proximal), side, other.base_x, 0.0)
-        q21, _ = leg_angles(other._replace(distal=own.proximal), -side, own.base_x, 0.0)
-        if not math.isnan(q11):
-            curves.append(lambda s, q11=q11, q21=q21: JointAngles(q11, wrap(s - q11), q21, wrap(s - q21)))  # type: ignore[misc]
+        q11, bend = leg_angles(own._replace(distal=other.proximal), side, other.base_x, 0.0)
+        elbow_x, elbow_y = _on_circle(own.base_x, own.proximal, q11)
+        q21 = math.atan2(elbow_y, elbow_x - other.base_x)
+        # with the bend straight the two places are one
+        if not math.isnan(q11) and (side > 0 or abs(math.sin(bend)) > SAME_LENGTH):
+            curves.append(partial(_around_elbows, q11, q21))
     return curves
+
+
+def _around_elbows(q11: float, q21: float, s: float) -> JointAngles:
+    return JointAngles(q11, wrap(s - q11), q21, wrap(s - q21))
 
 
 class _Way(NamedTuple):
@@ -188,7 +198,17 @@ class _Way(NamedTuple):
 
 
 def _along(way: _Way, posture: Callable[[float, int], JointAngles]) -> Closed:
-    return lambda s: posture(*way.at(s))
+    """Return the postures along a way; at its ends, where rounding may put them out of reach, the nearest in reach."""
+
+    def at(s: float) -> JointAngles:
+        angle, side = way.at(s)
+        q, step = posture(angle, side), ROUNDING
+        while any(map(math.isnan, q)) and step < SLACK:
+            before, after = posture(angle - step, side), posture(angle + step, side)
+            q, step = after if any(map(math.isnan, before)) else before, 2.0 * step
+        return q
+
+    return at
 
 
 def _on_circle(center_x: float, radius: float, angle: float) -> tuple[float, float]:
@@ -213,8 +233,8 @@ def _ways_around(center_x: float, radius: float, leg: LegParameters) -> list[_Wa
         if any(outside):
             edge = float(brentq(lambda angle, limit=limit: cosine(angle) - limit, 0.0, math.pi, xtol=1e-15))
             ends[outside.index(True)] = edge
-    start, end = _within(cosine, ends[0], 1.0), _within(cosine, ends[1], -1.0)
-    if end - start < SAME_LENGTH:
+    start, end = ends
+    if end - start < SLACK:
         return []
     if start > 0.0 and end < math.pi:
         return [_Way(start, end, 0), _Way(-end, -start, 0)]
@@ -223,14 +243,6 @@ def _ways_around(center_x: float, radius: float, leg: LegParameters) -> list[_Wa
     if start > 0.0:
         return [_Way(start, 2.0 * math.pi - start, 0)]
     return [_Way(0.0, 2.0 * math.pi, 1), _Way(0.0, 2.0 * math.pi, -1)]
-
-
-def _within(cosine: Callable[[float], float], edge: float, direction: float) -> float:
-    """Move the edge of an arc by rounding errors until it is in reach."""
-    step = 0.0
-    while abs(cosine(edge + direction * step)) > 1.0 and step < SAME_LENGTH:
-        step = max(2.0 * step, 1e-16)
-    return edge + direction * step
 
 
 def _state(robot: FiveBar, q: JointAngles) -> State:

@@ -1,0 +1,123 @@
+"""From a robot's parameter file to the map of its workspace and singularities."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.bag.tail import replace_file
+from fivebar_description.parameters import FiveBar, RobotFile, read_robot
+from fivebar_description.strict_yaml import InputError
+
+CELLS = 200
+"""Cells along the longer side of a plane; areas are good to about 0.01 %."""
+
+
+class MapDirectory(NamedTuple):
+    """The directory of one map; every file in it has its place here."""
+
+    path: Path
+
+    @property
+    def page(self) -> Path:
+        """The page to look at."""
+        return self.path / "map.html"
+
+    @property
+    def measures(self) -> Path:
+        """Areas, lengths, Type 3 points."""
+        return self.path / "map.json"
+
+    @property
+    def figures(self) -> Path:
+        """The folder of the PNG figures."""
+        return self.path / "figures"
+
+
+def read_mappable_robot(robot: str) -> RobotFile:
+    """Read a robot by name or parameter file.
+
+    Raises:
+        InputError: the file does not describe a five-bar, or its legs never meet.
+    """
+    file = read_robot(robot)
+    _check_that_legs_meet(file.five_bar(), robot)
+    return file
+
+
+def new_map_directory(out: Path | None, name: str) -> MapDirectory:
+    """Make the directory of a new map, by default runs/map-<robot>-<date>-<time>.
+
+    Raises:
+        InputError: the directory holds something already or cannot be made.
+    """
+    stem = re.sub(r"[^\w.-]+", "-", name)
+    path = out if out is not None else Path("runs") / f"map-{stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        if any(path.iterdir()):
+            raise InputError(f"{path}: is not empty: expected a new or empty directory for the results")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be used for the results: {error.strerror}") from error
+    return MapDirectory(path)
+
+
+def make_map(
+    file: RobotFile, directory: MapDirectory, progress: Callable[[int, int], None], cells: int = CELLS
+) -> dict[str, Any]:
+    """Map a robot, write page, figures and measures into its directory, and return the measures.
+
+    Raises:
+        InputError: the directory cannot be written to.
+    """
+    five_bar = file.five_bar()
+    # here, because matplotlib and scipy take as long to load as all the rest of the command
+    from fivebar_bringup.maps.examples import choose
+    from fivebar_bringup.maps.fields import evaluate
+    from fivebar_bringup.maps.figures import Survey
+    from fivebar_bringup.maps.gallery import PICTURES, draw_pictures
+    from fivebar_bringup.maps.loci import singular_loci
+    from fivebar_bringup.maps.measures import measure
+    from fivebar_bringup.maps.page import html_page
+
+    # a picture takes about as long as this many rows
+    rows_per_picture = cells // 8
+    drawing = rows_per_picture * len(PICTURES)
+    loci = singular_loci(five_bar)
+    fields = evaluate(five_bar, loci, cells, lambda done, total: progress(done, total + drawing))
+    measures = measure(loci, fields)
+    survey = Survey(file.name, five_bar, loci, fields, measures, choose(five_bar, loci, fields))
+    rows = len(fields.platform_grid.y) + cells
+    pictures = []
+    for number, picture in enumerate(draw_pictures(survey), start=1):
+        pictures.append(picture)
+        progress(rows + number * rows_per_picture, rows + drawing)
+    content = {"robot": file.name, "lengths_m": file.lengths_m.model_dump(), **measures.as_json()}
+    try:
+        directory.figures.mkdir(exist_ok=True)
+        for picture in pictures:
+            replace_file(directory.figures / f"{picture.name}.png", picture.png)
+        replace_file(directory.page, html_page(file.name, five_bar, measures, pictures).encode("utf-8"))
+        replace_file(directory.measures, (json.dumps(content, indent=2, allow_nan=False) + "\n").encode("utf-8"))
+    except OSError as error:
+        raise InputError(f"{directory.path}: the map cannot be written: {error.strerror}") from error
+    return content
+
+
+def _check_that_legs_meet(robot: FiveBar, source: str) -> None:
+    """Refuse a robot whose legs reach no place in common: its rings lie side by side or one in the other's hole."""
+    apart = robot.leg2.base_x - robot.leg1.base_x
+    reach = [leg.proximal + leg.distal for leg in (robot.leg1, robot.leg2)]
+    hole = [abs(leg.proximal - leg.distal) for leg in (robot.leg1, robot.leg2)]
+    if apart >= sum(reach):
+        raise InputError(f"{source}: lengths_m.a: {apart:g}: expected less than {sum(reach):g}, the reach of both legs")
+    for own, other in ((0, 1), (1, 0)):
+        if apart + reach[own] <= hole[other]:
+            raise InputError(
+                f"{source}: lengths_m: the legs never meet: leg {own + 1} stays within {apart + reach[own]:g} m of"
+                f" motor {other + 1}, and leg {other + 1} gets no closer to it than {hole[other]:g} m"
+            )

@@ -1,0 +1,107 @@
+"""The page of a map: one file with everything in it, which asks nothing of the network."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from fivebar_bringup.maps.measures import Measures
+from fivebar_bringup.maps.wording import mode_name
+from fivebar_bringup.report.page import CSS
+from fivebar_bringup.report.picture import Picture
+from fivebar_description.parameters import FiveBar
+
+TITLES = {
+    "postures": "The robot, and what is meant by singular",
+    "assembly_modes": "Where the platform gets, and in which assembly mode",
+    "conditioning": "How far from the Type 2 locus",
+    "motor_modes": "Seen from the motors",
+    "motor_conditioning": "How far from the Type 2 locus, seen from the motors",
+}
+
+MEASURED = ("working mode", "det A > 0", "det A < 0", "Type 2, distal links stretched", "Type 2, distal links folded")
+TYPE3 = ("x", "y", "q₁₁", "q₂₁", "aligned", "where the working modes meet")
+
+
+def html_page(name: str, robot: FiveBar, measures: Measures, pictures: Sequence[Picture]) -> str:
+    """Return the page: lengths and areas, the explained pictures, the Type 3 points."""
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
+<title>{escape(name)}: workspace and singularities</title>
+<style>{CSS}</style>
+</head>
+<body>
+<main>
+<h1>{escape(name)}</h1>
+<p class="setting">{_lengths(robot)}</p>
+<p>The platform gets to {measures.workspace_area:.1f} cm². The loop of links closes for
+{100.0 * measures.closing_share:.1f} % of all pairs of motor angles.</p>
+<h2>The four working modes</h2>
+{_table(MEASURED, _mode_rows(measures))}
+<p>Areas of both assembly modes, and lengths of the Type 2 locus that divides them. A working mode names the side of
+each leg's elbow: +1 to the left on the way from the motor to the platform, −1 to the right.</p>
+{_figures(pictures)}
+<h2>Type 3 points</h2>
+{_type3(measures)}
+</main>
+</body>
+</html>
+"""
+
+
+def _lengths(robot: FiveBar) -> str:
+    legs = (robot.leg1, robot.leg2)
+    parts = [f"motors {1e3 * (robot.leg2.base_x - robot.leg1.base_x):.4g} mm apart"]
+    parts += [
+        f"leg {number}: {1e3 * leg.proximal:.4g} mm proximal, {1e3 * leg.distal:.4g} mm distal"
+        for number, leg in enumerate(legs, start=1)
+    ]
+    return " · ".join(parts)
+
+
+def _mode_rows(measures: Measures) -> Iterable[tuple[str, ...]]:
+    for mode in measures.modes:
+        yield (
+            mode_name(mode.working_mode),
+            f"{mode.area_positive:.1f} cm²",
+            f"{mode.area_negative:.1f} cm²",
+            f"{mode.length_stretched:.2f} cm",
+            f"{mode.length_folded:.2f} cm",
+        )
+
+
+def _type3(measures: Measures) -> str:
+    if not measures.type3:
+        return "<p>This robot has none.</p>"
+    rows = (
+        (
+            f"{1e3 * point.x:.2f} mm",
+            f"{1e3 * point.y:.2f} mm",
+            f"{point.joints.q11:.4f} rad",
+            f"{point.joints.q21:.4f} rad",
+            f"leg {point.leg} {point.shape}, distal links {point.distal_links}",
+            " ".join(mode_name(modes) for modes in point.working_modes),
+        )
+        for point in measures.type3
+    )
+    return _table(TYPE3, rows)
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    titles = "".join(f'<th scope="col">{escape(title)}</th>' for title in head)
+    body = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f'<div class="scroll"><table>\n<thead><tr>{titles}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table></div>'
+
+
+def _figures(pictures: Sequence[Picture]) -> str:
+    return "\n".join(
+        f'<h2>{escape(TITLES[picture.name])}</h2>\n<figure><img alt="{escape(TITLES[picture.name], quote=True)}"'
+        f' src="data:image/png;base64,{base64.b64encode(picture.png).decode("ascii")}">'
+        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
+        for picture in pictures
+    )

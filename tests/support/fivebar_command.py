@@ -1,0 +1,129 @@
+"""The `fivebar` command as a person runs it, and what it leaves behind: directories and processes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+import uuid
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from graph_probe import ChildProcess, Probe, clean_environment
+
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
+from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND
+
+FIVEBAR = Path(sys.executable).with_name("fivebar")
+MARK = "FIVEBAR_TEST_RUN"
+"""Environment variable by which all processes of a run are found, whoever their parent has become."""
+
+RUN_DEADLINE = 90.0
+"""Longest time (s) for a command that takes some ten seconds on an idle machine."""
+
+
+class FivebarCommand(ChildProcess):
+    """One call of the command, in a folder of its own."""
+
+    def __init__(self, folder: Path, *arguments: str, domain: int = 0) -> None:
+        self.folder = folder
+        self.domain = domain
+        self._mark = f"{MARK}={uuid.uuid4()}"
+        name, _, value = self._mark.partition("=")
+        super().__init__([str(FIVEBAR), *arguments], folder, {**clean_environment(domain, folder), name: value})
+
+    def finish(self, deadline: float = RUN_DEADLINE) -> int:
+        """Wait for the end and return the exit status."""
+        return self.wait(deadline)
+
+    def json(self) -> Any:
+        return json.loads(self.stdout)
+
+    def processes(self) -> dict[int, str]:
+        """Return all living processes of this call, itself included, with their command lines."""
+        found = {}
+        for entry in Path("/proc").iterdir():
+            if not entry.name.isdecimal():
+                continue
+            try:
+                environment = (entry / "environ").read_bytes()
+                line = (entry / "cmdline").read_bytes()
+            except OSError:
+                continue
+            # a zombie has no command line any more
+            if line and self._mark.encode() in environment.split(b"\0"):
+                found[int(entry.name)] = line.replace(b"\0", b" ").decode()
+        return found
+
+    def node(self, name: str) -> int:
+        """Return the process number of a node."""
+        (pid,) = (pid for pid, line in self.processes().items() if f".nodes.{name} " in line)
+        return pid
+
+    def expect_no_process(self, deadline: float) -> None:
+        """Fail where a process of this call still lives after a time (s)."""
+        end = time.monotonic() + deadline
+        while alive := self.processes():
+            if time.monotonic() > end:
+                pytest.fail(f"still there after {deadline} s: {alive}")
+            time.sleep(0.05)
+
+    def close(self) -> None:
+        """End whatever is left of this call."""
+        super().close()
+        for pid in self.processes():
+            os.kill(pid, signal.SIGKILL)
+
+
+class GraphRun:
+    """A `fivebar run` in the background, and a probe in its domain."""
+
+    def __init__(self, folder: Path, domain: int, probe: Probe, segment_duration: float) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.probe = probe
+        scenario = folder / "scenario.yaml"
+        content = {
+            "name": "interrupted",
+            "waypoints": [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]],
+            "segment_duration": segment_duration,
+        }
+        scenario.write_text(yaml.safe_dump(content), encoding="utf-8")
+        self.out = folder / "out"
+        probe.listen(JOINT_STATES, TORQUE_COMMAND)
+        self.command = FivebarCommand(
+            folder, "run", str(scenario), "--json", "--out", str(self.out), "--domain", str(domain), domain=domain
+        )
+
+    def wait_for_sample(self, sample: int) -> None:
+        """Wait until the run has got to a sample."""
+
+        def reached() -> bool:
+            if self.command.status is not None:
+                pytest.fail(f"the run has ended: {self.command.stdout}{self.command.stderr}")
+            reached = self.probe.samples(JOINT_STATES)[-1:]
+            return bool(reached) and (reached[0] or 0) >= sample
+
+        self.probe.wait_for(reached, f"sample {sample}", deadline=RUN_DEADLINE)
+
+    def finish(self) -> dict[str, Any]:
+        """Wait for the end of a failing run, hearing all of it, and return its summary."""
+        self.probe.wait_for(lambda: self.command.status is not None, "the end of the run", deadline=RUN_DEADLINE)
+        assert self.command.finish() == 1, self.command.stderr
+        assert "Traceback" not in self.command.stderr
+        summary = self.command.json()
+        assert summary["completed"] is False
+        assert json.loads((self.out / "summary.json").read_text(encoding="utf-8")) == summary
+        return summary
+
+    def bag(self) -> Recording:
+        return read_bag(self.out / "bag")
+
+    def last_command(self) -> tuple[float, ...]:
+        """Return the last torque command that was heard."""
+        self.probe.spin_for(0.1)
+        return tuple(self.probe.got(TORQUE_COMMAND)[-1].effort)

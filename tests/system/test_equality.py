@@ -1,0 +1,87 @@
+"""Two runs of the node graph, and a run without ROS, leave the same figures to the last bit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fivebar_command import FivebarCommand
+
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
+from fivebar_description.interface import IMU_DATA, JOINT_STATES, REFERENCE, TOPICS, TORQUE_COMMAND, Topic
+
+SCENARIO = "name: short\nwaypoints: [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]]\nsegment_duration: 0.5\n"
+SAMPLES = 501
+
+STAMPED = [topic for topic in TOPICS if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")]
+FIELDS = {"sensor_msgs/msg/JointState": ("position", "velocity", "effort")}
+IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
+
+TIMING = ("wall_s", "cycle_time_ms", "overruns", "runner", "mode")
+"""Figures of a summary that are no property of the motion."""
+
+
+class Runs:
+    """The same scenario run with nodes, with nodes again, and without."""
+
+    def __init__(self, fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
+        scenario = folder / "short.yaml"
+        scenario.write_text(SCENARIO, encoding="utf-8")
+        self.summaries: dict[str, Any] = {}
+        self.bags: dict[str, Recording] = {}
+        for name, command in (("ros", "run"), ("ros again", "run"), ("offline", "simulate")):
+            out = folder / name.replace(" ", "_")
+            call = fivebar(command, str(scenario), "--json", "--out", str(out))
+            assert call.finish() == 0, call.stderr
+            assert call.stderr == ""
+            self.summaries[name] = call.json()
+            self.bags[name] = read_bag(out / "bag")
+            call.expect_no_process(0.0)
+
+
+@pytest.fixture(scope="module")
+def runs(fivebar: Callable[..., FivebarCommand], folder: Path) -> Runs:
+    return Runs(fivebar, folder)
+
+
+def contents(bag: Recording, topic: Topic) -> list[tuple[int, bytes]]:
+    """Return stamp and figures of every message, in order; of one that came again only the first."""
+    fields = IMU_FIELDS if topic is IMU_DATA else ("position", "velocity", "effort")
+    rows = np.hstack([bag.field(topic, field) for field in fields])
+    return list(dict.fromkeys(zip(bag.stamps(topic).tolist(), [row.tobytes() for row in rows], strict=True)))
+
+
+def test_the_run_is_completed(runs: Runs) -> None:
+    for name, summary in runs.summaries.items():
+        assert summary["completed"] is True, (name, summary["not_completed_because"])
+        assert summary["samples"] == SAMPLES
+        assert summary["assembly_mode_changes"] == 2
+        assert summary["faults"] == []
+        assert summary["dropped_messages"] == 0
+        assert max(summary["torque_peak_nm"]) < 10.0
+
+
+def test_there_are_stamped_topics() -> None:
+    assert {JOINT_STATES, REFERENCE, IMU_DATA, TORQUE_COMMAND} < set(STAMPED)
+
+
+@pytest.mark.parametrize("other", ["ros again", "offline"])
+@pytest.mark.parametrize("topic", STAMPED, ids=lambda topic: topic.name)
+def test_every_stamped_message_is_equal(runs: Runs, topic: Topic, other: str) -> None:
+    first, second = runs.bags["ros"], runs.bags[other]
+    assert contents(first, topic) == contents(second, topic)
+    assert len(contents(first, topic)) >= SAMPLES
+    if topic is not IMU_DATA:
+        assert first.joint_names(topic) == second.joint_names(topic)
+
+
+@pytest.mark.parametrize("other", ["ros again", "offline"])
+def test_every_figure_of_the_summary_is_equal(runs: Runs, other: str) -> None:
+    first, second = dict(runs.summaries["ros"]), dict(runs.summaries[other])
+    for name in TIMING:
+        first.pop(name), second.pop(name)
+    assert first == second

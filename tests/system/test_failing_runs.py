@@ -1,0 +1,115 @@
+"""Runs that go wrong: they end by themselves, without torque, with a cause by name and a bag to look at."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+from fivebar_command import RUN_DEADLINE, FivebarCommand, GraphRun
+from mcap.reader import make_reader
+from rosbags.rosbag2 import Reader
+
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_description.interface import FAULTS, JOINT_STATES, NANOSECONDS, TORQUE_COMMAND
+
+ZERO = (0.0, 0.0)
+
+
+def test_ctc_alone_asks_for_too_much_on_the_locus(fivebar: Callable[..., FivebarCommand]) -> None:
+    call = fivebar("run", "ctc_middle", "--json", "--out", "out")
+    assert call.finish() == 1
+    assert call.stderr == ""
+    summary = call.json()
+    assert summary["completed"] is False
+    assert max(summary["torque_requested_peak_nm"]) > 100.0
+    assert summary["faults"]
+    assert all(name.isidentifier() for name in summary["faults"])
+    bag = read_bag(call.folder / "out" / "bag")
+    assert [text.partition(":")[0] for text in bag.texts(FAULTS)] == summary["faults"]
+    assert tuple(bag.field(TORQUE_COMMAND, "effort")[-1]) == ZERO
+    call.expect_no_process(0.0)
+
+
+CAUSES = {
+    "ctc_controller": (
+        "candidate_missing: no ctc/torque for sample ",
+        "node_died: ctc_controller ended with status -9",
+    ),
+    "supervisor": ("candidate_missing: no supervisor/state for sample ", "node_died: supervisor ended with status -9"),
+    "trajectory_generator": (
+        "candidate_missing: no reference",
+        "node_died: trajectory_generator ended with status -9",
+    ),
+    "blender": ("command_timeout: no torque for sample ", "node_died: blender ended with status -9"),
+    "plant": ("node_died: plant ended with status -9",),
+    "bag_recorder": ("node_died: bag_recorder ended with status -9",),
+}
+
+
+@pytest.mark.parametrize("victim", CAUSES)
+def test_a_killed_node_ends_the_run(graph_run: Callable[..., GraphRun], victim: str) -> None:
+    run = graph_run()
+    run.wait_for_sample(150)
+    killed_at = time.time_ns()
+    os.kill(run.command.node(victim), signal.SIGKILL)
+    summary = run.finish()
+    run.command.expect_no_process(0.0)
+    for cause in CAUSES[victim]:
+        assert any(detail.startswith(cause) for detail in summary["fault_details"]), summary["fault_details"]
+    bag = run.bag()
+    assert bag.count(JOINT_STATES) > 100
+    if victim != "blender":
+        assert run.last_command() == ZERO
+    if victim not in ("blender", "bag_recorder"):
+        assert tuple(bag.field(TORQUE_COMMAND, "effort")[-1]) == ZERO
+    if victim == "bag_recorder":
+        expect_at_most_a_second_lost(run, killed_at)
+
+
+def expect_at_most_a_second_lost(run: GraphRun, killed_at: int) -> None:
+    bag = run.bag()
+    for topic in (JOINT_STATES, TORQUE_COMMAND):
+        assert bag.log_times(topic)[-1] > killed_at - NANOSECONDS
+        # the part that is there has no gap
+        stamps = sorted(set(bag.stamps(topic).tolist()))
+        assert {after - before for before, after in pairwise(stamps)} == {2_000_000}
+    directory = run.out / "bag"
+    with Reader(directory) as reader:
+        assert reader.message_count == sum(1 for _ in reader.messages())
+    (path,) = directory.glob("*.mcap")
+    with path.open("rb") as stream:
+        assert sum(1 for _ in make_reader(stream).iter_messages()) == reader.message_count
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_ends_in_order(graph_run: Callable[..., GraphRun], number: signal.Signals) -> None:
+    run = graph_run()
+    run.wait_for_sample(150)
+    nodes = [pid for pid in run.command.processes() if pid != run.command.pid]
+    assert len(nodes) == 8
+    run.command.send(number)
+    # the robot stops at once; figures and page take the launcher some more seconds
+    run.probe.wait_for(lambda: not set(nodes) & set(run.command.processes()), "the end of all nodes", deadline=4.0)
+    summary = run.finish()
+    assert summary["faults"] == ["interrupted"]
+    assert 100 < summary["samples"] < summary["planned_samples"]
+    assert run.last_command() == ZERO
+    assert tuple(run.bag().field(TORQUE_COMMAND, "effort")[-1]) == ZERO
+    assert run.bag().custom_data["dropped"] == "0"
+    run.command.expect_no_process(0.0)
+
+
+def test_a_run_that_never_gets_going_ends_too(fivebar: Callable[..., FivebarCommand]) -> None:
+    """The interrupt comes while the nodes still start."""
+    call = fivebar("run", "middle", "--json", "--out", "out")
+    end = time.monotonic() + RUN_DEADLINE
+    while len(call.processes()) < 4 and time.monotonic() < end:
+        time.sleep(0.02)
+    call.send(signal.SIGINT)
+    assert call.finish() == 1
+    assert "Traceback" not in call.stderr
+    call.expect_no_process(0.0)
