@@ -105,8 +105,8 @@ class GraphRun:
         def reached() -> bool:
             if self.command.status is not None:
                 pytest.fail(f"the run has ended: {self.command.stdout}{self.command.stderr}")
-            reached = self.probe.samples(JOINT_STATES)[-1:]
-            return bool(reached) and (reached[0] or 0) >= sample
+            # both: the probe is not awaited, and one topic may be discovered later than the other
+            return all((self.probe.samples(topic) or [0])[-1] >= sample for topic in (JOINT_STATES, TORQUE_COMMAND))
 
         self.probe.wait_for(reached, f"sample {sample}", deadline=RUN_DEADLINE)
 

@@ -116,7 +116,7 @@ class Probe:
         self.domain = domain
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node("probe", namespace=namespace, context=self._context)
+        self.node = Node("probe", namespace=namespace, context=self._context, enable_rosout=False)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._publishers: dict[str, Publisher[Any]] = {}

@@ -37,7 +37,7 @@ def graph_run(folder: Path) -> Iterator[Callable[..., GraphRun]]:
     with ExitStack() as stack:
         runs: list[GraphRun] = []
 
-        def start(segment_duration: float = 2.0) -> GraphRun:
+        def start(segment_duration: float = 1.5) -> GraphRun:
             bench = stack.enter_context(Bench(folder / f"run{len(runs)}"))
             run = GraphRun(bench.folder, bench.domain, bench.probe(), segment_duration)
             runs.append(run)

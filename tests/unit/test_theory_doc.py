@@ -21,7 +21,7 @@ SLIPS = re.findall(r"^\| (S\d+) \|(.*)\|$", TEXT, flags=re.MULTILINE)
 
 
 @cache
-def tests_in(path: Path) -> frozenset[str]:
+def names_of_tests(path: Path) -> frozenset[str]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     return frozenset(
         node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
@@ -58,7 +58,7 @@ def test_named_functions_exist(name: str) -> None:
 
 @pytest.mark.parametrize(("file", "test"), TESTS)
 def test_named_tests_exist(file: str, test: str) -> None:
-    assert test in tests_in(ROOT / file)
+    assert test in names_of_tests(ROOT / file)
 
 
 @pytest.mark.parametrize("file", FILES)
@@ -78,7 +78,7 @@ def test_every_slip_names_the_test_that_decides_it(number: str, row: str) -> Non
 def test_every_test_of_a_slip_is_named() -> None:
     named = set(TESTS)
     for path in sorted((ROOT / SLIP_TESTS).glob("test_*.py")):
-        for test in tests_in(path):
+        for test in names_of_tests(path):
             assert (str(path.relative_to(ROOT)), test) in named, test
 
 

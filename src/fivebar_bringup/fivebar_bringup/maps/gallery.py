@@ -15,8 +15,8 @@ POSTURES = (
     "Two legs carry the platform. For one pair of motor angles there are two places for it: the assembly modes, told"
     " apart by the sign of det A. Type 1: a leg is stretched or folded, the platform cannot move along it, and the"
     " workspace ends here; the line is that end. Type 2: the distal links lie on one line, and no motor torque resists"
-    " a motion across it, along the arrow; the purple line is all such places for the elbows as drawn. Type 3: a leg and"
-    " the distal links are aligned at once."
+    " a motion across it, along the arrow; the purple line is all such places for the elbows as drawn. Type 3: a leg"
+    " and the distal links are aligned at once."
 )
 ASSEMBLY_MODES = (
     "Each leg can reach a place with its elbow on either side, which makes four working modes. In each of them the Type"

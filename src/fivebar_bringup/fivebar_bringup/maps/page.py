@@ -21,7 +21,7 @@ TITLES = {
 }
 
 MEASURED = ("working mode", "det A > 0", "det A < 0", "Type 2, distal links stretched", "Type 2, distal links folded")
-TYPE3 = ("x", "y", "q₁₁", "q₂₁", "aligned", "where the working modes meet")
+TYPE3 = ("x in mm", "y in mm", "q₁₁ in rad", "q₂₁ in rad", "aligned", "working modes that meet there")
 
 
 def html_page(name: str, robot: FiveBar, measures: Measures, pictures: Sequence[Picture]) -> str:
@@ -80,16 +80,21 @@ def _type3(measures: Measures) -> str:
         return "<p>This robot has none.</p>"
     rows = (
         (
-            f"{1e3 * point.x:.2f} mm",
-            f"{1e3 * point.y:.2f} mm",
-            f"{point.joints.q11:.4f} rad",
-            f"{point.joints.q21:.4f} rad",
+            _number(1e3 * point.x, 2),
+            _number(1e3 * point.y, 2),
+            _number(point.joints.q11, 4),
+            _number(point.joints.q21, 4),
             f"leg {point.leg} {point.shape}, distal links {point.distal_links}",
             " ".join(mode_name(modes) for modes in point.working_modes),
         )
         for point in measures.type3
     )
     return _table(TYPE3, rows)
+
+
+def _number(value: float, decimals: int) -> str:
+    """Return a number with a proper minus sign, and none before a zero."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

@@ -89,6 +89,26 @@ def test_3_17_drops_a_term_that_3_3_has() -> None:
     assert slope * lift == pytest.approx(-1.2774, abs=1e-3)
 
 
+def test_without_that_term_an_oblique_path_is_held_with_less_than_the_gain() -> None:
+    """In the posture of 3.45, at rest 10 um beside a vertical path: 0.821 of Kp h as 3.17 has it, all of it by 3.3."""
+    moving = beside().state
+    at = case(moving.x, moving.y, 0.0, 0.0)
+    off, kp = 1e-5, 2500.0
+    line = Line(moving.x - off, moving.y + 0.05, 0.0, -1.0)
+    v = np.array([-kp * one.h for one in path_constraints(ROBOT, *MODE, at.state, line)])
+    v1, d = at.a[0], np.array([0.0, -1.0])
+    row = np.linalg.solve(at.b, at.a @ v1)
+    slope = np.linalg.solve(at.b, at.a @ d)
+    pull = {}
+    for name, column in (("3.17", row), ("3.3", row - slope * (d @ v1))):
+        alpha = float(column @ v / (column @ column))
+        q_ddot = row * alpha
+        tau = row / (row @ row) * (row @ ZZ @ q_ddot + MASS * alpha)
+        pull[name] = float(pinocchio_motion(at.state, tau)[1][0]) / (-kp * off)
+    assert pull["3.17"] == pytest.approx(0.9059**2, abs=1e-3)
+    assert pull["3.3"] == pytest.approx(1.0, abs=1e-3)
+
+
 def test_qddot_of_3_18_is_not_hddot() -> None:
     """On the path at 0.3 m/s the motors must turn with phi'' ydot^2 = 11.8 rad/s^2 while v_1 = hddot = 0.
 

@@ -1,0 +1,220 @@
+"""An extended Kalman filter of the platform's motion from the two motor encoders and the applied torques.
+
+The state is (x, y, vx, vy, d1, d2): the platform's position and velocity, and one disturbance torque per motor as a
+random walk. It lives in platform coordinates because (x, working mode) fixes the joint angles on both sides of the
+Type 2 locus: the measurement, the inverse geometry of the two motor angles, is single-valued there, and so the filter
+follows a change of assembly mode by itself as long as its velocity tells it that the robot went through.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.estimation.covariance import (
+    Covariance,
+    ProcessNoise,
+    Row,
+    Transition,
+    diagonal,
+    measured,
+    propagated,
+)
+from fivebar_control.estimation.platform_motion import (
+    acceleration_derivatives,
+    leg_motion,
+    platform_acceleration,
+)
+from fivebar_control.model.geometry import wrap
+from fivebar_description.parameters import FiveBar
+
+EXACT_ANGLE = 1e-6
+"""Standard deviation (rad) that is assumed of an encoder without counts."""
+
+STIFFNESS_LIMIT = 2.0
+"""Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
+
+
+class Estimate(NamedTuple):
+    """Platform position (m) and velocity (m/s), disturbance torque of each motor (Nm)."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    d1: float
+    d2: float
+
+
+class Belief(NamedTuple):
+    """An estimate and its covariance."""
+
+    estimate: Estimate
+    covariance: Covariance
+
+
+class EkfSettings(NamedTuple):
+    """What the filter assumes.
+
+    Attributes:
+        acceleration_noise: density of the acceleration that the model does not know (m/s^2 per root Hz). It is what
+            the uncertainty along t_s grows by on the locus, where nothing else acts on the platform (1.19).
+        disturbance_rate: how fast the disturbances may wander (Nm per root s).
+        disturbance_initial: standard deviation of each disturbance at the start (Nm).
+        homing_tolerance: largest angle (rad) between an encoder and the declared homing posture.
+        mirror_deviations: distance of the other assembly mode, in standard deviations, below which the estimate is
+            ambiguous.
+        dwell_limit: time (s) with 1/cond(A) < `DWELL_KAPPA` after which it is ambiguous whatever the covariance says.
+    """
+
+    acceleration_noise: float = 0.02
+    disturbance_rate: float = 1.0
+    disturbance_initial: float = 0.1
+    homing_tolerance: float = 0.02
+    mirror_deviations: float = 5.0
+    dwell_limit: float = 0.2
+
+
+class EncoderFilter:
+    """The filter's two steps for one robot in one working mode; it keeps no state of its own."""
+
+    def __init__(
+        self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, encoder_counts: int | None, settings: EkfSettings
+    ) -> None:
+        """Bind the filter to a robot, its working mode, the sampling rate and the counts per revolution.
+
+        An encoder rounds down to a count: on average it reads half a count too little, with the variance of a uniform
+        distribution, a twelfth of the square of a count.
+        """
+        self._robot = robot
+        self._mode1, self._mode2 = mode1, mode2
+        self._settings = settings
+        self._period = 1.0 / rate_hz
+        self._noise = ProcessNoise(settings.acceleration_noise, settings.disturbance_rate, self._period)
+        count = 0.0 if encoder_counts is None else 2.0 * math.pi / encoder_counts
+        self.offset = 0.5 * count
+        """What a reading lacks on average (rad)."""
+        self.variance = max(count * count / 12.0, EXACT_ANGLE * EXACT_ANGLE)
+        """Variance of a reading (rad^2)."""
+        stiffness = max(leg.coulomb / (leg.width * leg.inertia) for leg in (robot.leg1, robot.leg2))
+        self._steps = max(1, math.ceil(0.5 * self._period * stiffness / STIFFNESS_LIMIT))
+        self._step = 0.5 * self._period / self._steps
+
+    def begin(self, x: float, y: float) -> Belief:
+        """Return the belief of a robot at rest whose platform the encoders put at (x, y) m.
+
+        The position's covariance is that of both angles, (N^T N)^-1 times their variance.
+        """
+        leg1 = leg_motion(self._robot.leg1, self._mode1, x, y, 0.0, 0.0)
+        leg2 = leg_motion(self._robot.leg2, self._mode2, x, y, 0.0, 0.0)
+        determinant = leg1.n_x * leg2.n_y - leg1.n_y * leg2.n_x
+        scale = self.variance / (determinant * determinant)
+        still = self._noise.velocity
+        disturbance = self._settings.disturbance_initial * self._settings.disturbance_initial
+        rows = [list(row) for row in diagonal((0.0, 0.0, still, still, disturbance, disturbance))]
+        rows[0][0] = scale * (leg1.n_y * leg1.n_y + leg2.n_y * leg2.n_y)
+        rows[1][1] = scale * (leg1.n_x * leg1.n_x + leg2.n_x * leg2.n_x)
+        rows[0][1] = rows[1][0] = -scale * (leg1.n_x * leg1.n_y + leg2.n_x * leg2.n_y)
+        covariance: Covariance = tuple(tuple(row) for row in rows)  # type: ignore[assignment]
+        return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0), covariance)
+
+    def predict(self, belief: Belief, tau1: float, tau2: float) -> Belief:
+        """Return the belief one period later, under torques (Nm) that were applied throughout it."""
+        middle = self._half(belief.estimate, tau1, tau2)
+        later = self._half(middle, tau1, tau2)
+        return Belief(later, propagated(belief.covariance, self.transition(middle, tau1, tau2), self._noise))
+
+    def advance(self, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
+        """Return the estimate one period later, without its covariance."""
+        return self._half(self._half(estimate, tau1, tau2), tau1, tau2)
+
+    def _half(self, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
+        """Integrate over half a period by classical Runge-Kutta, in steps that the friction's slope allows."""
+        robot, mode1, mode2 = self._robot, self._mode1, self._mode2
+        x, y, vx, vy, d1, d2 = estimate
+        g1, g2 = tau1 + d1, tau2 + d2
+        h = self._step
+        half, sixth = 0.5 * h, h / 6.0
+        for _ in range(self._steps):
+            ax1, ay1 = platform_acceleration(robot, mode1, mode2, x, y, vx, vy, g1, g2)
+            vx2, vy2 = vx + half * ax1, vy + half * ay1
+            ax2, ay2 = platform_acceleration(robot, mode1, mode2, x + half * vx, y + half * vy, vx2, vy2, g1, g2)
+            vx3, vy3 = vx + half * ax2, vy + half * ay2
+            ax3, ay3 = platform_acceleration(robot, mode1, mode2, x + half * vx2, y + half * vy2, vx3, vy3, g1, g2)
+            vx4, vy4 = vx + h * ax3, vy + h * ay3
+            ax4, ay4 = platform_acceleration(robot, mode1, mode2, x + h * vx3, y + h * vy3, vx4, vy4, g1, g2)
+            x, y = x + sixth * (vx + 2.0 * (vx2 + vx3) + vx4), y + sixth * (vy + 2.0 * (vy2 + vy3) + vy4)
+            vx, vy = vx + sixth * (ax1 + 2.0 * (ax2 + ax3) + ax4), vy + sixth * (ay1 + 2.0 * (ay2 + ay3) + ay4)
+        return Estimate(x, y, vx, vy, d1, d2)
+
+    def transition(self, middle: Estimate, tau1: float, tau2: float) -> Transition:
+        """Return F over one period, from the derivatives in its middle by the implicit trapezoidal rule.
+
+        With da = P dp + V dv + G dd and W = 1 - V h/2 - P h^2/4: W dv' = (2 - W) dv + P h dp + G h dd and
+        dp' = dp + (dv + dv') h/2. Second order, and bounded however steep the friction is around zero speed.
+        """
+        x, y, vx, vy, d1, d2 = middle
+        a = acceleration_derivatives(
+            self._robot, self._mode1, self._mode2, x, y, vx, vy, tau1 + d1, tau2 + d2
+        )
+        h = self._period
+        half, quarter = 0.5 * h, 0.25 * h * h
+        w_xx = 1.0 - half * a.v_xx - quarter * a.p_xx
+        w_xy = -half * a.v_xy - quarter * a.p_xy
+        w_yx = -half * a.v_yx - quarter * a.p_yx
+        w_yy = 1.0 - half * a.v_yy - quarter * a.p_yy
+        determinant = w_xx * w_yy - w_xy * w_yx
+        i_xx, i_xy, i_yx, i_yy = w_yy / determinant, -w_xy / determinant, -w_yx / determinant, w_xx / determinant
+        # W^-1 (2 - W) = 2 W^-1 - 1
+        u: Row = (
+            h * (i_xx * a.p_xx + i_xy * a.p_yx),
+            h * (i_xx * a.p_xy + i_xy * a.p_yy),
+            2.0 * i_xx - 1.0,
+            2.0 * i_xy,
+            h * (i_xx * a.t_x1 + i_xy * a.t_y1),
+            h * (i_xx * a.t_x2 + i_xy * a.t_y2),
+        )
+        v: Row = (
+            h * (i_yx * a.p_xx + i_yy * a.p_yx),
+            h * (i_yx * a.p_xy + i_yy * a.p_yy),
+            2.0 * i_yx,
+            2.0 * i_yy - 1.0,
+            h * (i_yx * a.t_x1 + i_yy * a.t_y1),
+            h * (i_yx * a.t_x2 + i_yy * a.t_y2),
+        )
+        return (
+            (1.0 + half * u[0], half * u[1], half * (1.0 + u[2]), half * u[3], half * u[4], half * u[5]),
+            (half * v[0], 1.0 + half * v[1], half * v[2], half * (1.0 + v[3]), half * v[4], half * v[5]),
+            u,
+            v,
+        )
+
+    def correct(self, belief: Belief, q11: float, q21: float) -> Belief:
+        """Return the belief after readings of both encoders (rad), which are as long as they are in any turn."""
+        (x, y, vx, vy, d1, d2), covariance = belief
+        leg1 = leg_motion(self._robot.leg1, self._mode1, x, y, 0.0, 0.0)
+        leg2 = leg_motion(self._robot.leg2, self._mode2, x, y, 0.0, 0.0)
+        innovation1 = _angle(q11 + self.offset, leg1.r_x, leg1.r_y)
+        innovation2 = _angle(q21 + self.offset, leg2.r_x, leg2.r_y)
+        # one after the other, which for independent encoders is the same as both at once
+        covariance, k = measured(covariance, leg1.n_x, leg1.n_y, self.variance)
+        dx, dy = k[0] * innovation1, k[1] * innovation1
+        rest = innovation2 - leg2.n_x * dx - leg2.n_y * dy
+        covariance, g = measured(covariance, leg2.n_x, leg2.n_y, self.variance)
+        return Belief(
+            Estimate(
+                x + dx + g[0] * rest,
+                y + dy + g[1] * rest,
+                vx + k[2] * innovation1 + g[2] * rest,
+                vy + k[3] * innovation1 + g[3] * rest,
+                d1 + k[4] * innovation1 + g[4] * rest,
+                d2 + k[5] * innovation1 + g[5] * rest,
+            ),
+            covariance,
+        )
+
+
+def _angle(reading: float, r_x: float, r_y: float) -> float:
+    """Return by how much a reading (rad) is ahead of the direction r, in (-pi, pi]; NaN for no direction."""
+    ahead = reading - math.atan2(r_y, r_x)
+    return wrap(ahead) if math.isfinite(ahead) else math.nan

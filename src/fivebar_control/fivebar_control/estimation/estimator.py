@@ -1,0 +1,141 @@
+"""From motor readings to the joint states that the controllers take: what the node and the offline runner call.
+
+Moments. Sample k is measured at t_k, and the command that answers it acts from t_(k+d) on, d being the drives' delay
+in samples. The filter's estimate at t_k is therefore advanced by d periods under the torques that are on their way, the
+commands of samples k-d to k-1. What is published under the stamp of sample k, the measurement that it answers, is the
+state at t_(k+d); the reference under that stamp must be that of t_(k+d) too (`lead_samples` of the motion).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.controllers.guard import Fault
+from fivebar_control.estimation.covariance import Row
+from fivebar_control.estimation.ekf import Belief, EkfSettings, EncoderFilter, Estimate
+from fivebar_control.estimation.homing import Homing, check_declared, homed_platform
+from fivebar_control.estimation.mirror import MirrorWatch
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_description.parameters import FiveBar
+
+
+class Drives(NamedTuple):
+    """What the estimator knows of encoders and drives.
+
+    Attributes:
+        encoder_counts: per revolution of each motor, None for exact angles.
+        delay_samples: periods between a command and its effect.
+        torque_limit: largest torque that they apply (Nm), None for no limit.
+    """
+
+    encoder_counts: int | None = None
+    delay_samples: int = 0
+    torque_limit: float | None = None
+
+    def limited(self, torque: float) -> float:
+        """Return what becomes of a commanded torque (Nm)."""
+        if self.torque_limit is None:
+            return torque
+        return max(-self.torque_limit, min(self.torque_limit, torque))
+
+
+class JointEstimate(NamedTuple):
+    """What is published for a sample.
+
+    Attributes:
+        position, velocity: of q11, q12, q21, q22 (rad, rad/s) when the answering torque begins to act.
+        effort: applied torque over the period before the sample (Nm), 0 for the passive joints.
+        deviations: standard deviations of x, y (m), vx, vy (m/s), d1, d2 (Nm) when the sample was measured.
+    """
+
+    position: tuple[float, float, float, float]
+    velocity: tuple[float, float, float, float]
+    effort: tuple[float, float, float, float]
+    deviations: Row
+
+
+class StateEstimator:
+    """The filter over a run: starts from the homing posture, and latches the first fault."""
+
+    def __init__(
+        self, robot: FiveBar, homing: Homing, rate_hz: int, drives: Drives, settings: EkfSettings
+    ) -> None:
+        """Make an estimator for a robot that stands still in a declared posture.
+
+        Raises:
+            HomingContradicted: the declared posture contradicts itself.
+        """
+        check_declared(robot, homing)
+        self._robot = robot
+        self._homing = homing
+        self._drives = drives
+        self._settings = settings
+        self._filter = EncoderFilter(robot, homing.mode1, homing.mode2, rate_hz, drives.encoder_counts, settings)
+        self._watch = MirrorWatch(robot, homing.mode1, homing.mode2, rate_hz, settings)
+        # before sample 0 the drives are at zero torque
+        self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
+        self._answer: JointEstimate | None = None
+        self.belief: Belief | None = None
+        """At the moment of the sample taken last, before it is advanced; None before the first."""
+        self.fault: Fault | None = None
+
+    def commanded(self, sample: int, tau1: float, tau2: float) -> None:
+        """Take note of the torque (Nm) that was commanded in answer to a sample; of several the first counts."""
+        if self._drives.delay_samples > 0:
+            self._commands.setdefault(sample, (self._drives.limited(tau1), self._drives.limited(tau2)))
+
+    def awaits(self, sample: int) -> bool:
+        """Return whether a command that still acts on the moment of this sample's answer has not been noted."""
+        return self._drives.delay_samples > 0 and sample - 1 not in self._commands
+
+    def take(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> JointEstimate:
+        """Return the joint states for a sample's motor angles (rad) and the torques applied before it (Nm).
+
+        A command that was not noted is taken for that of the sample before it, as the drives do.
+
+        Raises:
+            HomingContradicted: the first angles are not those of the declared posture.
+        """
+        belief = self._believe(q11, q21, tau1, tau2)
+        x, y, vx, vy, _, _ = self._advanced(sample, belief.estimate)
+        state = state_from_platform(self._robot, self._homing.mode1, self._homing.mode2, x, y, vx, vy)
+        leg1, leg2 = state.leg1, state.leg2
+        velocity = (leg1.dq1, leg1.dtheta - leg1.dq1, leg2.dq1, leg2.dtheta - leg2.dq1)
+        effort = (tau1, 0.0, tau2, 0.0)
+        if not math.isfinite(sum(velocity)):
+            self._latch("estimate_lost", f"at sample {sample} the estimated platform ({x:.4f}, {y:.4f}) m is out of reach")
+            if self._answer is not None:
+                return self._answer._replace(effort=effort)
+        elif (reason := self._watch.look(belief)) is not None:
+            self._latch("estimate_ambiguous", f"at sample {sample}: {reason}")
+        variances = (row[i] for i, row in enumerate(belief.covariance))
+        a, b, c, d, e, f = (math.sqrt(max(0.0, variance)) for variance in variances)
+        self._answer = JointEstimate((leg1.q1, leg1.q2, leg2.q1, leg2.q2), velocity, effort, (a, b, c, d, e, f))
+        return self._answer
+
+    @property
+    def least_mirror_deviations(self) -> float:
+        """Fewest standard deviations there have been between the estimate and the other assembly mode."""
+        return self._watch.least
+
+    def _believe(self, q11: float, q21: float, tau1: float, tau2: float) -> Belief:
+        if self.belief is None:
+            offset, tolerance = self._filter.offset, self._settings.homing_tolerance
+            x, y = homed_platform(self._robot, self._homing, tolerance, q11 + offset, q21 + offset)
+            self.belief = self._filter.begin(x, y)
+        else:
+            self.belief = self._filter.correct(self._filter.predict(self.belief, tau1, tau2), q11, q21)
+        return self.belief
+
+    def _advanced(self, sample: int, estimate: Estimate) -> Estimate:
+        delay = self._drives.delay_samples
+        torque = self._commands.pop(sample - delay - 1, (0.0, 0.0))
+        for number in range(sample - delay, sample):
+            torque = self._commands.setdefault(number, torque)
+            estimate = self._filter.advance(estimate, *torque)
+        return estimate
+
+    def _latch(self, name: str, detail: str) -> None:
+        if self.fault is None:
+            self.fault = Fault(name, detail)

@@ -1,0 +1,74 @@
+"""Where the filter starts: a posture in which the robot was put by somebody, checked against the encoders."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.singularity import inverse_condition
+from fivebar_description.parameters import FiveBar
+from fivebar_description.strict_yaml import InputError
+
+MIN_HOMING_KAPPA = 0.1
+"""Least 1/cond(A) of a homing posture: nearer to the locus the encoders do not tell the assembly mode apart."""
+
+
+class HomingContradicted(InputError):
+    """The declared posture is impossible, or the encoders say that the robot is not in it."""
+
+
+class Homing(NamedTuple):
+    """The declared posture: platform (m), elbow side of each leg, and the sign of det A."""
+
+    x: float
+    y: float
+    mode1: int
+    mode2: int
+    assembly: int
+
+
+def homing_at(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> Homing:
+    """Return the posture with the platform at (x, y) m in a working mode, in the assembly mode that belongs to it."""
+    return Homing(x, y, mode1, mode2, 1 if det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)) > 0.0 else -1)
+
+
+def check_declared(robot: FiveBar, homing: Homing) -> None:
+    """Refuse a posture that contradicts itself.
+
+    Raises:
+        HomingContradicted: out of reach, too near to the Type 2 locus, or in the other assembly mode.
+    """
+    place = f"({homing.x:.4f}, {homing.y:.4f}) m"
+    state = state_from_platform(robot, homing.mode1, homing.mode2, homing.x, homing.y, 0.0, 0.0)
+    if not math.isfinite(state.leg1.dq1 + state.leg2.dq1):
+        raise HomingContradicted(f"homing_contradicted: {place} is out of reach")
+    kappa = inverse_condition(state)
+    if kappa < MIN_HOMING_KAPPA:
+        raise HomingContradicted(
+            f"homing_contradicted: at {place} the assembly mode cannot be told: 1/cond(A) = {kappa:.3f},"
+            f" expected at least {MIN_HOMING_KAPPA}"
+        )
+    if det_a(state) * homing.assembly < 0.0:
+        raise HomingContradicted(
+            f"homing_contradicted: at {place} in working mode [{homing.mode1}, {homing.mode2}] the assembly mode is"
+            f" {-homing.assembly}, declared is {homing.assembly}"
+        )
+
+
+def homed_platform(robot: FiveBar, homing: Homing, tolerance: float, q11: float, q21: float) -> tuple[float, float]:
+    """Return the platform's place (m) for the first angles (rad) of both motors.
+
+    Raises:
+        HomingContradicted: an angle is further than the tolerance (rad) from that of the declared posture.
+    """
+    expected = inverse_geometry(robot, homing.mode1, homing.mode2, homing.x, homing.y)
+    for name, angle, declared in (("q11", q11, expected.q11), ("q21", q21, expected.q21)):
+        difference = wrap(angle - declared)
+        if not abs(difference) <= tolerance:
+            raise HomingContradicted(
+                f"homing_contradicted: {name} reads {angle:.4f} rad, {difference:+.4f} rad from the declared posture,"
+                f" allowed are {tolerance:g} rad"
+            )
+    return direct_geometry(robot, homing.assembly, q11, q21)

@@ -1,0 +1,112 @@
+"""Whether the other assembly mode would explain the encoders as well.
+
+Motor angles alone fit two postures, mirror images in the line through both elbows, which meet on the Type 2 locus.
+There the two histories of a robot, "it went through" and "it turned back", agree in every angle so far and differ in
+nothing but the sign of the velocity across that line. Only the platform's momentum tells them apart, so the estimate
+is worth no more than its velocity is certain: a slow crossing leaves both open.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.estimation.covariance import Covariance
+from fivebar_control.estimation.ekf import Belief, EkfSettings
+from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
+from fivebar_description.parameters import FiveBar
+
+DWELL_KAPPA = 0.05
+"""Within this 1/cond(A) the time is counted."""
+
+TEST_KAPPA = 0.1
+"""Within this 1/cond(A) the mirrored state is tested; further off it is many millimetres away."""
+
+
+class Mirror(NamedTuple):
+    """By how much the mirrored platform differs, along the unit normal of the elbow line: m and m/s."""
+
+    normal_x: float
+    normal_y: float
+    position: float
+    velocity: float
+
+
+def mirrored(robot: FiveBar, leg1: LegMotion, leg2: LegMotion, belief: Belief) -> Mirror | None:
+    """Return where the other assembly mode with the same motor angles and speeds is; None where both elbows coincide.
+
+    With e the unit vector from elbow to elbow, n its normal and s = n . (P - E_1), the platform is mirrored to
+    P - 2 s n; along n the velocity changes by -2 ds/dt.
+    """
+    estimate = belief.estimate
+    one, two = robot.leg1, robot.leg2
+    e1_x, e1_y = one.base_x + one.proximal * leg1.r_x, one.proximal * leg1.r_y
+    e2_x, e2_y = two.base_x + two.proximal * leg2.r_x, two.proximal * leg2.r_y
+    length = math.hypot(e2_x - e1_x, e2_y - e1_y)
+    if not length > 0.0:
+        return None
+    n_x, n_y = -(e2_y - e1_y) / length, (e2_x - e1_x) / length
+    speed1, speed2 = one.proximal * leg1.dq1, two.proximal * leg2.dq1
+    v1_x, v1_y = -speed1 * leg1.r_y, speed1 * leg1.r_x
+    v2_x, v2_y = -speed2 * leg2.r_y, speed2 * leg2.r_x
+    turn = ((v2_x - v1_x) * n_x + (v2_y - v1_y) * n_y) / length
+    x, y = estimate.x - e1_x, estimate.y - e1_y
+    # dn/dt = -turn e, and e = (n_y, -n_x)
+    rate = (estimate.vx - v1_x) * n_x + (estimate.vy - v1_y) * n_y - turn * (x * n_y - y * n_x)
+    return Mirror(n_x, n_y, -2.0 * (x * n_x + y * n_y), -2.0 * rate)
+
+
+def deviations(mirror: Mirror, covariance: Covariance) -> float:
+    """Return how many standard deviations the mirrored state is from the estimate (Mahalanobis).
+
+    Of position and velocity along the normal alone: what the other states say could only add to the distance.
+    """
+    n_x, n_y = mirror.normal_x, mirror.normal_y
+    p_x, p_y, p_u, p_v, _, _ = covariance
+    pp = n_x * (n_x * p_x[0] + n_y * p_x[1]) + n_y * (n_x * p_y[0] + n_y * p_y[1])
+    pv = n_x * (n_x * p_x[2] + n_y * p_x[3]) + n_y * (n_x * p_y[2] + n_y * p_y[3])
+    vv = n_x * (n_x * p_u[2] + n_y * p_u[3]) + n_y * (n_x * p_v[2] + n_y * p_v[3])
+    determinant = pp * vv - pv * pv
+    if not determinant > 0.0:
+        return math.inf
+    s, ds = mirror.position, mirror.velocity
+    return math.sqrt(max(0.0, (vv * s * s - 2.0 * pv * s * ds + pp * ds * ds) / determinant))
+
+
+class MirrorWatch:
+    """Looks at every sample for the moment from which on the assembly mode is no longer known."""
+
+    def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings) -> None:
+        """Bind the watch to a robot, its working mode, the sampling rate and the limits."""
+        self._robot = robot
+        self._mode1, self._mode2 = mode1, mode2
+        self._period = 1.0 / rate_hz
+        self._settings = settings
+        self._near = 0
+        self.least = math.inf
+        """Fewest standard deviations seen between the estimate and its mirror image."""
+
+    def look(self, belief: Belief) -> str | None:
+        """Return why the estimate of this sample is ambiguous, None where it is not; call it once per sample."""
+        x, y, vx, vy, _, _ = belief.estimate
+        leg1 = leg_motion(self._robot.leg1, self._mode1, x, y, vx, vy)
+        leg2 = leg_motion(self._robot.leg2, self._mode2, x, y, vx, vy)
+        determinant = leg1.u_x * leg2.u_y - leg1.u_y * leg2.u_x
+        kappa = abs(determinant) / (1.0 + abs(leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y))
+        self._near = self._near + 1 if kappa < DWELL_KAPPA else 0
+        if self._near * self._period > self._settings.dwell_limit:
+            return (
+                f"1/cond(A) below {DWELL_KAPPA} for {self._near * self._period:.3f} s,"
+                f" limit {self._settings.dwell_limit:g} s"
+            )
+        if not kappa < TEST_KAPPA:
+            return None
+        mirror = mirrored(self._robot, leg1, leg2, belief)
+        distance = 0.0 if mirror is None else deviations(mirror, belief.covariance)
+        self.least = min(self.least, distance)
+        if distance >= self._settings.mirror_deviations:
+            return None
+        return (
+            f"the other assembly mode is {distance:.1f} standard deviations away,"
+            f" limit {self._settings.mirror_deviations:g}"
+        )

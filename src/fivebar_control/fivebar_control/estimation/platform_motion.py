@@ -1,0 +1,205 @@
+"""The direct dynamics in platform coordinates without angles, and its derivatives: the process model of the filter.
+
+M(x) xddot = N^T (tau + d - f - ZZ B^-1 c), N = B^-1 A, as in `fivebar_control.model.dynamics`, but with every unit
+vector taken from the platform's position by algebra (one square root per leg), because the filter evaluates it eight
+times per sample. Regular on the Type 2 locus, NaN at Type 1 and out of reach.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_description.parameters import FiveBar, LegParameters
+
+NAN = math.nan
+
+
+class LegMotion(NamedTuple):
+    """Leg i as the platform's position and velocity have it.
+
+    Attributes:
+        r_x, r_y: unit vector along the proximal link.
+        u_x, u_y: unit vector along the distal link.
+        cos_q2, sin_q2: of the passive relative angle.
+        b: l_i1 sin q_i2 (m).
+        n_x, n_y: d q_i1 / d (x, y) = u_i / b (rad/m), row i of N.
+        w_x, w_y: d theta_i / d (x, y) = -r_i / (l_i2 sin q_i2) (rad/m).
+        dq1: motor speed (rad/s).
+        dtheta: rate of the distal link (rad/s).
+        drift: c_i / b (rad/s^2), the motor acceleration that goes with xddot = 0.
+    """
+
+    r_x: float
+    r_y: float
+    u_x: float
+    u_y: float
+    cos_q2: float
+    sin_q2: float
+    b: float
+    n_x: float
+    n_y: float
+    w_x: float
+    w_y: float
+    dq1: float
+    dtheta: float
+    drift: float
+
+
+UNREACHABLE = LegMotion(*(NAN,) * 14)
+
+
+def leg_motion(leg: LegParameters, mode: int, x: float, y: float, vx: float, vy: float) -> LegMotion:
+    """Return leg i for the platform at (x, y) m with velocity (vx, vy) m/s in a working mode."""
+    l_1, l_2 = leg.proximal, leg.distal
+    dx = x - leg.base_x
+    squared = dx * dx + y * y
+    cos_q2 = (squared - l_1 * l_1 - l_2 * l_2) / (2.0 * l_1 * l_2)
+    sine_squared = (1.0 - cos_q2) * (1.0 + cos_q2)
+    if not sine_squared > 0.0:
+        return UNREACHABLE
+    sin_q2 = -mode * math.sqrt(sine_squared)
+    # P - O = (along + i across) r as complex numbers
+    along, across = (l_1 + l_2 * cos_q2) / squared, l_2 * sin_q2 / squared
+    r_x, r_y = along * dx + across * y, along * y - across * dx
+    u_x, u_y = (dx - l_1 * r_x) / l_2, (y - l_1 * r_y) / l_2
+    b = l_1 * sin_q2
+    n_x, n_y = u_x / b, u_y / b
+    lever = -1.0 / (l_2 * sin_q2)
+    w_x, w_y = lever * r_x, lever * r_y
+    dq1 = n_x * vx + n_y * vy
+    dtheta = w_x * vx + w_y * vy
+    drift = (l_2 * dtheta * dtheta + l_1 * cos_q2 * dq1 * dq1) / b
+    return LegMotion(r_x, r_y, u_x, u_y, cos_q2, sin_q2, b, n_x, n_y, w_x, w_y, dq1, dtheta, drift)
+
+
+def platform_acceleration(
+    robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float, tau1: float, tau2: float
+) -> tuple[float, float]:
+    """Return xddot (m/s^2) under motor torques (Nm), friction taken off by the model at the motors' own speeds."""
+    one, two = robot.leg1, robot.leg2
+    leg1 = leg_motion(one, mode1, x, y, vx, vy)
+    leg2 = leg_motion(two, mode2, x, y, vx, vy)
+    zz1, zz2 = one.inertia, two.inertia
+    n1_x, n1_y, n2_x, n2_y = leg1.n_x, leg1.n_y, leg2.n_x, leg2.n_y
+    drive1 = tau1 - one.coulomb * math.tanh(leg1.dq1 / one.width) - one.offset - zz1 * leg1.drift
+    drive2 = tau2 - two.coulomb * math.tanh(leg2.dq1 / two.width) - two.offset - zz2 * leg2.drift
+    m_xx = robot.mass + zz1 * n1_x * n1_x + zz2 * n2_x * n2_x
+    m_xy = zz1 * n1_x * n1_y + zz2 * n2_x * n2_y
+    m_yy = robot.mass + zz1 * n1_y * n1_y + zz2 * n2_y * n2_y
+    force_x, force_y = n1_x * drive1 + n2_x * drive2, n1_y * drive1 + n2_y * drive2
+    determinant = m_xx * m_yy - m_xy * m_xy
+    return (m_yy * force_x - m_xy * force_y) / determinant, (m_xx * force_y - m_xy * force_x) / determinant
+
+
+class Derivatives(NamedTuple):
+    """Derivatives of xddot: by the position (1/s^2), by the velocity (1/s), by the motor torques (m/(s^2 Nm)).
+
+    Each is 2x2, row by row: xx is d ax / d x, xy is d ax / d y, yx is d ay / d x; of the torques x1 is d ax / d tau1.
+    """
+
+    p_xx: float
+    p_xy: float
+    p_yx: float
+    p_yy: float
+    v_xx: float
+    v_xy: float
+    v_yx: float
+    v_yy: float
+    t_x1: float
+    t_x2: float
+    t_y1: float
+    t_y2: float
+
+
+def acceleration_derivatives(
+    robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float, tau1: float, tau2: float
+) -> Derivatives:
+    """Return the derivatives of `platform_acceleration`, analytically.
+
+    From m a = sum_i n_i p_i with p_i = tau_i - f_i - zz_i (n_i . a + drift_i), differentiated along a direction e:
+    M da = sum_i [ dn_i p_i - n_i (f_i' d(dq_i) + zz_i (dn_i . a + d(drift_i))) ].
+    """
+    ax, ay = platform_acceleration(robot, mode1, mode2, x, y, vx, vy, tau1, tau2)
+    m_xx = m_yy = robot.mass
+    m_xy = 0.0
+    px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
+    rows = []
+    for leg, mode, tau in ((robot.leg1, mode1, tau1), (robot.leg2, mode2, tau2)):
+        moving = leg_motion(leg, mode, x, y, vx, vy)
+        n_x, n_y, zz = moving.n_x, moving.n_y, leg.inertia
+        smooth = math.tanh(moving.dq1 / leg.width)
+        slope = leg.coulomb * (1.0 - smooth * smooth) / leg.width
+        p = tau - leg.coulomb * smooth - leg.offset - zz * (n_x * ax + n_y * ay + moving.drift)
+        # by the position: the force on the platform changes by dn p - n (f' d(dq) + zz (dn . a + d drift))
+        x_nx, x_ny, x_load = _along(leg, moving, vx, vy, ax, ay, slope, 1.0, 0.0)
+        y_nx, y_ny, y_load = _along(leg, moving, vx, vy, ax, ay, slope, 0.0, 1.0)
+        px_x += x_nx * p - n_x * x_load
+        px_y += x_ny * p - n_y * x_load
+        py_x += y_nx * p - n_x * y_load
+        py_y += y_ny * p - n_y * y_load
+        # by the velocity: only friction and drift change
+        turn = 2.0 * leg.distal * moving.dtheta / moving.b
+        swing = 2.0 * leg.proximal * moving.cos_q2 * moving.dq1 / moving.b
+        load_x = slope * n_x + zz * (turn * moving.w_x + swing * n_x)
+        load_y = slope * n_y + zz * (turn * moving.w_y + swing * n_y)
+        vx_x -= n_x * load_x
+        vx_y -= n_y * load_x
+        vy_x -= n_x * load_y
+        vy_y -= n_y * load_y
+        m_xx += zz * n_x * n_x
+        m_xy += zz * n_x * n_y
+        m_yy += zz * n_y * n_y
+        rows.append((n_x, n_y))
+    determinant = m_xx * m_yy - m_xy * m_xy
+    i_xx, i_xy, i_yy = m_yy / determinant, -m_xy / determinant, m_xx / determinant
+    (n1_x, n1_y), (n2_x, n2_y) = rows
+    return Derivatives(
+        p_xx=i_xx * px_x + i_xy * px_y,
+        p_xy=i_xx * py_x + i_xy * py_y,
+        p_yx=i_xy * px_x + i_yy * px_y,
+        p_yy=i_xy * py_x + i_yy * py_y,
+        v_xx=i_xx * vx_x + i_xy * vx_y,
+        v_xy=i_xx * vy_x + i_xy * vy_y,
+        v_yx=i_xy * vx_x + i_yy * vx_y,
+        v_yy=i_xy * vy_x + i_yy * vy_y,
+        t_x1=i_xx * n1_x + i_xy * n1_y,
+        t_x2=i_xx * n2_x + i_xy * n2_y,
+        t_y1=i_xy * n1_x + i_yy * n1_y,
+        t_y2=i_xy * n2_x + i_yy * n2_y,
+    )
+
+
+def _along(
+    leg: LegParameters,
+    moving: LegMotion,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    slope: float,
+    e_x: float,
+    e_y: float,
+) -> tuple[float, float, float]:
+    """Return dn (1/m^2 per m) and the change of the load (Nm/m) when the platform moves along (e_x, e_y).
+
+    q_i1 and theta_i turn by n . e and w . e; every other change follows from these two.
+    """
+    d_q1 = moving.n_x * e_x + moving.n_y * e_y
+    d_theta = moving.w_x * e_x + moving.w_y * e_y
+    d_q2 = d_theta - d_q1
+    stretch = moving.cos_q2 * d_q2 / moving.sin_q2
+    dn_x = -moving.u_y * d_theta / moving.b - moving.n_x * stretch
+    dn_y = moving.u_x * d_theta / moving.b - moving.n_y * stretch
+    lever = -1.0 / (leg.distal * moving.sin_q2)
+    dw_x = -moving.r_y * d_q1 * lever - moving.w_x * stretch
+    dw_y = moving.r_x * d_q1 * lever - moving.w_y * stretch
+    d_speed = dn_x * vx + dn_y * vy
+    d_turn = dw_x * vx + dw_y * vy
+    d_c = (
+        2.0 * leg.distal * moving.dtheta * d_turn
+        - leg.proximal * moving.sin_q2 * d_q2 * moving.dq1 * moving.dq1
+        + 2.0 * leg.proximal * moving.cos_q2 * moving.dq1 * d_speed
+    )
+    d_drift = d_c / moving.b - moving.drift * stretch
+    return dn_x, dn_y, slope * d_speed + leg.inertia * (dn_x * ax + dn_y * ay + d_drift)

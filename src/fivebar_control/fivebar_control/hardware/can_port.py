@@ -1,0 +1,89 @@
+"""The CAN interface: opening it, sending, and a thread that receives whatever comes and survives it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import can
+
+from fivebar_control.hardware.configuration import Bus
+from fivebar_control.hardware.fault import DriveError, Fault
+
+WAKE_PERIOD = 0.1
+"""Longest time (s) until the receiving thread notices that it should end."""
+
+BUS_OFF_CLASS = 0x40
+"""Bit of a socketcan error frame's id that says that the controller has gone off the bus."""
+
+
+def open_bus(bus: Bus) -> can.BusABC:
+    """Open the CAN interface that a configuration names.
+
+    Raises:
+        DriveError: it cannot be opened.
+    """
+    options: dict[str, Any] = {"interface": bus.interface, "channel": bus.channel}
+    if bus.interface == "udp_multicast":
+        # hop limit 0 keeps the frames on this machine
+        options |= {"port": bus.port, "hop_limit": 0, "fd": False}
+    elif bus.interface == "socketcan":
+        options |= {"bitrate": bus.bitrate}
+    try:
+        return can.Bus(**options)
+    except (can.CanError, OSError, ValueError) as error:
+        raise DriveError(Fault("bus_missing", f"{bus.interface} {bus.channel}: {error}")) from error
+
+
+class CanPort:
+    """An open CAN interface. Frames are handed on in a thread of their own; what cannot be one is counted."""
+
+    def __init__(self, bus: can.BusABC, handle: Callable[[int, bytes], None]) -> None:
+        """Start to receive; `handle` gets id and data of every data frame with an 11-bit id."""
+        self.bus = bus
+        self._handle = handle
+        self._ending = threading.Event()
+        self.unreadable = 0
+        """Frames that were no data frames with an 11-bit id, that could not be decoded, or that broke their handler."""
+        self.off = False
+        """Whether the controller has reported bus off."""
+        self._thread = threading.Thread(target=self._receive, name="can", daemon=True)
+        self._thread.start()
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send a data frame.
+
+        Raises:
+            can.CanError, OSError: it cannot be sent.
+        """
+        self.bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+
+    def close(self) -> None:
+        """Stop receiving and close the interface."""
+        self._ending.set()
+        self._thread.join()
+        self.bus.shutdown()
+
+    def _receive(self) -> None:
+        while not self._ending.is_set():
+            try:
+                message = self.bus.recv(WAKE_PERIOD)
+                if message is not None:
+                    self._take(message)
+            except (can.CanOperationError, OSError):
+                self.unreadable += 1
+                # an interface that has gone fails at once, again and again
+                self._ending.wait(0.001)
+            except Exception:
+                # whatever a frame can break, the next one must still be heard
+                self.unreadable += 1
+
+    def _take(self, message: can.Message) -> None:
+        if message.is_error_frame:
+            self.off = self.off or bool(message.arbitration_id & BUS_OFF_CLASS)
+            self.unreadable += 1
+        elif message.is_extended_id or message.is_remote_frame or message.is_fd:
+            self.unreadable += 1
+        else:
+            self._handle(message.arbitration_id, bytes(message.data))

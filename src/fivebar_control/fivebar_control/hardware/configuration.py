@@ -1,0 +1,205 @@
+"""What is particular to one robot's bus and drives, read from a file and checked before anything is sent."""
+
+from __future__ import annotations
+
+import ipaddress
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fivebar_description.parameters import Positive
+from fivebar_description.share import share_file
+from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+
+NodeId = Annotated[int, Field(ge=1, le=127)]
+Unsigned32 = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
+Milliseconds = Annotated[int, Field(ge=1, le=0xFFFF)]
+
+MICROSECONDS = 1_000_000
+"""Microseconds in a second."""
+
+LARGEST_RAW_TORQUE = 0x7FFF
+"""Largest value of 0x6071, which has 16 bits and a sign."""
+
+
+class Bus(StrictModel):
+    """Section `bus`: which CAN interface.
+
+    `channel` is the network device for socketcan ("can0"), an IPv4 multicast address for udp_multicast, and any word
+    for virtual. `bitrate` (bit/s) is that of the wire; socketcan's is set by the operating system and must agree.
+    """
+
+    interface: Literal["socketcan", "udp_multicast", "virtual"]
+    channel: Annotated[str, Field(min_length=1)]
+    bitrate: Literal[125_000, 250_000, 500_000, 800_000, 1_000_000] = 1_000_000
+    port: Annotated[int, Field(ge=1024, le=65535)] = 43113
+
+    @model_validator(mode="after")
+    def _channel_fits_interface(self) -> Self:
+        if self.interface == "udp_multicast":
+            try:
+                good = ipaddress.IPv4Address(self.channel).is_multicast
+            except ValueError:
+                good = False
+            if not good:
+                raise ValueError(f"channel {self.channel!r}: expected an IPv4 multicast address such as 239.74.163.2")
+        return self
+
+
+class Master(StrictModel):
+    """Section `master`: our own node, whose heartbeat the drives watch.
+
+    A drive that has not heard it for `timeout_ms` must stop by itself (0x1016).
+    """
+
+    node_id: NodeId = 127
+    heartbeat_ms: Milliseconds = 20
+    timeout_ms: Milliseconds = 100
+
+    @model_validator(mode="after")
+    def _timeout_leaves_room(self) -> Self:
+        if self.timeout_ms < 2 * self.heartbeat_ms:
+            raise ValueError(f"timeout_ms {self.timeout_ms}: expected at least twice heartbeat_ms {self.heartbeat_ms}")
+        return self
+
+
+class Identity(StrictModel):
+    """Section `identity` of a drive: what 0x1018 must say."""
+
+    vendor: Unsigned32
+    product: Unsigned32
+
+
+class Stall(StrictModel):
+    """Section `stall` of a drive: this torque (Nm, at the joint) for this long (ms) must move the encoder."""
+
+    torque_nm: Positive
+    time_ms: Milliseconds
+
+
+class Drive(StrictModel):
+    """One drive: how its raw figures translate, and what it may do.
+
+    Attributes:
+        node_id: its CANopen node id.
+        identity: what its object 0x1018 must say; not checked when left out.
+        counts_per_revolution: encoder counts (0x6064) per revolution of the motor.
+        gear_ratio: motor revolutions per revolution of the joint; 1 for a direct drive.
+        sign: +1 where counts grow with the joint angle, else -1.
+        home_offset_rad: joint angle where 0x6064 reads 0.
+        rated_torque_nm: rated torque of the motor, at its shaft; must agree with 0x6076 (mNm).
+        torque_units_per_rated: value of 0x6071 and 0x6077 that means rated torque; 1000 for per mille.
+        velocity_units_per_rev_s: value of 0x606C at one motor revolution per second: 60 for rpm,
+            counts_per_revolution for counts per second.
+        velocity_in_pdo: whether 0x606C comes along every cycle; without it, positions are differenced.
+        torque_limit_nm: largest torque that is ever asked for, at the joint.
+        heartbeat_ms: period of the drive's heartbeat (0x1017).
+        heartbeat_timeout_ms: age of its last heartbeat beyond which it counts as lost.
+        stall: when an encoder counts as frozen; not watched when left out.
+    """
+
+    node_id: NodeId
+    identity: Identity | None = None
+    counts_per_revolution: Annotated[int, Field(ge=1, le=2**31 - 1)]
+    gear_ratio: Positive = 1.0
+    sign: Literal[1, -1] = 1
+    home_offset_rad: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
+    rated_torque_nm: Positive
+    torque_units_per_rated: Annotated[int, Field(ge=1, le=LARGEST_RAW_TORQUE)] = 1000
+    velocity_units_per_rev_s: Positive
+    velocity_in_pdo: bool = True
+    torque_limit_nm: Positive
+    heartbeat_ms: Milliseconds = 20
+    heartbeat_timeout_ms: Milliseconds = 100
+    stall: Stall | None = None
+
+    @model_validator(mode="after")
+    def _figures_fit_together(self) -> Self:
+        if self.heartbeat_timeout_ms < 2 * self.heartbeat_ms:
+            raise ValueError(
+                f"heartbeat_timeout_ms {self.heartbeat_timeout_ms}: expected at least twice heartbeat_ms"
+                f" {self.heartbeat_ms}"
+            )
+        raw = self.torque_limit_nm / self.gear_ratio / self.rated_torque_nm * self.torque_units_per_rated
+        if not 1.0 <= raw <= LARGEST_RAW_TORQUE:
+            raise ValueError(
+                f"torque_limit_nm {self.torque_limit_nm}: is {raw:.3g} units of 0x6071, expected 1 to"
+                f" {LARGEST_RAW_TORQUE}"
+            )
+        return self
+
+
+class DrivePair(StrictModel):
+    """Section `drives`: the drive of each motor joint."""
+
+    q11: Drive
+    q21: Drive
+
+
+class DriveFile(StrictModel):
+    """One configuration file.
+
+    Attributes:
+        name: what people call this set-up.
+        sync_period_us: period of SYNC and thus of the control loop; a whole number of them makes a second.
+        gather_deadline_us: how long after SYNC the drives' answers are waited for.
+        missing_limit: cycles in a row without a drive's answer beyond which it is a fault.
+        sdo_timeout_ms: longest wait for one answer while drives are set up.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    bus: Bus
+    master: Master = Master()
+    sync_period_us: Annotated[int, Field(ge=500, le=100_000)] = 2000
+    gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1200
+    missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
+    sdo_timeout_ms: Milliseconds = 500
+    drives: DrivePair
+
+    @property
+    def rate_hz(self) -> int:
+        """The control loop's rate (Hz)."""
+        return MICROSECONDS // self.sync_period_us
+
+    @property
+    def pair(self) -> tuple[Drive, Drive]:
+        """The drives in the order of the motor joints."""
+        return self.drives.q11, self.drives.q21
+
+    @model_validator(mode="after")
+    def _sections_fit_together(self) -> Self:
+        if MICROSECONDS % self.sync_period_us:
+            raise ValueError(f"sync_period_us {self.sync_period_us}: expected a divisor of 1000000")
+        if self.gather_deadline_us >= self.sync_period_us:
+            raise ValueError(
+                f"gather_deadline_us {self.gather_deadline_us}: expected less than sync_period_us {self.sync_period_us}"
+            )
+        ids = [self.master.node_id, *(drive.node_id for drive in self.pair)]
+        if len(set(ids)) < len(ids):
+            raise ValueError(f"drives: node ids {ids} of master, q11 and q21: expected three different ones")
+        return self
+
+
+def load_drives(drives: str) -> DriveFile:
+    """Read a configuration by its shipped name ("dextar_emulated") or by the path of a YAML file.
+
+    Raises:
+        InputError: the file is missing or not a configuration; the text names file and key.
+    """
+    return read_yaml(drives_path(drives), DriveFile)
+
+
+def drives_path(drives: str) -> Path:
+    """Return the configuration file for a shipped name or a path.
+
+    Raises:
+        InputError: no such name.
+    """
+    if drives.endswith((".yaml", ".yml")):
+        return Path(drives)
+    path = share_file("fivebar_control", "config", "drives", f"{drives}.yaml")
+    if not path.is_file():
+        known = ", ".join(sorted(file.stem for file in path.parent.glob("*.yaml")))
+        raise InputError(f"drives {drives!r}: expected one of {known}, or a path to a .yaml file")
+    return path

@@ -1,0 +1,129 @@
+"""What is known about one drive from its frames: last figures, ages, and what is wrong with it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_control.hardware.cia402 import State, state_of
+from fivebar_control.hardware.configuration import MICROSECONDS, Drive
+from fivebar_control.hardware.fault import ERROR_RESET, Fault, emergency_name
+from fivebar_control.hardware.frames import NMT_STATES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
+from fivebar_control.hardware.units import position_rad, scale_of, torque_nm, velocity_rad_s
+
+
+class Reading(NamedTuple):
+    """One drive at one SYNC: joint angle (rad), velocity (rad/s) and torque (Nm)."""
+
+    position: float
+    velocity: float
+    torque: float
+
+
+class DriveLink:
+    """The receiving side of one drive. Times are seconds of a steady clock, given by the caller."""
+
+    def __init__(self, name: str, drive: Drive, sync_period_us: int, missing_limit: int) -> None:
+        """Make a link to a drive of which nothing is known yet."""
+        self.name = name
+        self.drive = drive
+        self.scale = scale_of(drive)
+        self._period = sync_period_us / MICROSECONDS
+        self._missing_limit = missing_limit
+        self.statusword = 0
+        self.nmt_state: int | None = None
+        self.heard_at: float | None = None
+        """When its last heartbeat came; None before the first."""
+        self.missed = 0
+        """Cycles in a row without its answer."""
+        self._counts: int | None = None
+        self._status: Status | None = None
+        self._effort: Effort | None = None
+        self._still = 0.0
+        self._emergency: Emergency | None = None
+
+    @property
+    def state(self) -> State:
+        """The state that its last statusword tells."""
+        return state_of(self.statusword)
+
+    @property
+    def place(self) -> str:
+        """The joint and node id, for messages."""
+        return f"{self.name} (node {self.drive.node_id})"
+
+    @property
+    def complete(self) -> bool:
+        """Whether both of its answers to the present SYNC are there."""
+        return self._status is not None and self._effort is not None
+
+    def expect(self) -> None:
+        """Begin a cycle: what has come so far answers an older SYNC."""
+        self._status = self._effort = None
+
+    def take(self, frame: Status | Effort | Heartbeat | Emergency, now: float) -> None:
+        """Take a frame of this drive."""
+        if isinstance(frame, Status):
+            self._status = frame
+        elif isinstance(frame, Effort):
+            self._effort = frame
+        elif isinstance(frame, Heartbeat):
+            self.nmt_state, self.heard_at = frame.state, now
+        elif frame.code != ERROR_RESET:
+            self._emergency = frame
+
+    def close_cycle(self) -> Reading | None:
+        """End a cycle: return the reading, or None where an answer is missing."""
+        if self._status is None or self._effort is None:
+            self.missed += 1
+            return None
+        cycles = self.missed + 1
+        self.missed = 0
+        self.statusword = self._status.statusword
+        counts, before = self._status.counts, self._counts
+        if self._effort.velocity is not None:
+            velocity = velocity_rad_s(self.scale, self._effort.velocity)
+        else:
+            moved = 0 if before is None else counts - before
+            velocity = moved / (self.scale.counts_per_rad * self._period * cycles)
+        torque = torque_nm(self.scale, self._effort.torque)
+        self._watch_encoder(counts == before, torque, cycles)
+        self._counts = counts
+        return Reading(position_rad(self.scale, counts), velocity, torque)
+
+    def _watch_encoder(self, same: bool, torque: float, cycles: int) -> None:
+        stall = self.drive.stall
+        pushed = stall is not None and abs(torque) >= stall.torque_nm
+        self._still = self._still + self._period * cycles if same and pushed else 0.0
+
+    def forget(self) -> None:
+        """Forget past emergencies and standstill: the operator has seen them."""
+        self._emergency = None
+        self._still = 0.0
+
+    def fault(self, now: float) -> Fault | None:
+        """Return what is wrong with the drive, the most telling first."""
+        if self.state in (State.FAULT, State.FAULT_REACTION):
+            cause = "no emergency message" if self._emergency is None else _words(self._emergency)
+            return Fault("drive_fault", f"{self.place}: statusword 0x{self.statusword:04X}, {cause}")
+        if self._emergency is not None:
+            return Fault("drive_emergency", f"{self.place}: {_words(self._emergency)}")
+        age = None if self.heard_at is None else (now - self.heard_at) * 1e3
+        if age is None or age > self.drive.heartbeat_timeout_ms:
+            since = "no heartbeat yet" if age is None else f"last heartbeat {age:.0f} ms ago"
+            return Fault("drive_lost", f"{self.place}: {since}, limit {self.drive.heartbeat_timeout_ms} ms")
+        if self.nmt_state != OPERATIONAL:
+            state = NMT_STATES[self.nmt_state or 0]
+            return Fault("drive_restarted", f"{self.place}: NMT state {state}, expected operational")
+        if self.missed > self._missing_limit:
+            return Fault("feedback_missing", f"{self.place}: no complete answer to {self.missed} SYNCs in a row")
+        if self.drive.stall is not None and self._still * 1e3 > self.drive.stall.time_ms:
+            return Fault(
+                "encoder_frozen",
+                f"{self.place}: no count in {self._still * 1e3:.0f} ms under {self.drive.stall.torque_nm:g} Nm or more",
+            )
+        return None
+
+
+def _words(emergency: Emergency) -> str:
+    code = f"0x{emergency.code:04X}"
+    return f"{emergency_name(emergency.code)} ({code}), error register 0x{emergency.register:02X}"

@@ -1,0 +1,102 @@
+"""Drive configurations: the shipped ones are read, and every mistake is named by file and key."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fivebar_control.hardware.configuration import DriveFile, drives_path, load_drives
+from fivebar_description.strict_yaml import InputError
+
+SHIPPED = sorted(path.stem for path in drives_path("dextar_emulated").parent.glob("*.yaml"))
+
+
+@pytest.fixture
+def content() -> dict[str, Any]:
+    loaded = yaml.safe_load(drives_path("dextar_emulated").read_text(encoding="utf-8"))
+    return copy.deepcopy(loaded)
+
+
+def written(folder: Path, content: dict[str, Any]) -> str:
+    path = folder / "mine.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return str(path)
+
+
+def test_there_are_shipped_configurations() -> None:
+    assert SHIPPED == ["dextar_emulated", "dextar_socketcan"]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_configurations_are_read(name: str) -> None:
+    drives = load_drives(name)
+    assert drives.rate_hz == 500
+    assert [drive.node_id for drive in drives.pair] == [1, 2]
+
+
+def test_what_may_be_left_out(tmp_path: Path) -> None:
+    drive = {"counts_per_revolution": 10000, "rated_torque_nm": 1.0, "velocity_units_per_rev_s": 60,
+             "torque_limit_nm": 2}  # fmt: skip
+    content = {
+        "name": "small",
+        "bus": {"interface": "virtual", "channel": "here"},
+        "drives": {"q11": {"node_id": 3, **drive}, "q21": {"node_id": 4, **drive}},
+    }
+    drives = load_drives(written(tmp_path, content))
+    assert drives == DriveFile.model_validate(content)
+    assert (drives.sync_period_us, drives.master.node_id, drives.bus.bitrate) == (2000, 127, 1_000_000)
+    assert drives.drives.q11.identity is None
+    assert drives.drives.q11.stall is None
+
+
+MISTAKES: list[tuple[tuple[str, ...], Any, str]] = [
+    (("bus", "interface"), "pcan", r"bus.interface: 'pcan': input should be 'socketcan'"),
+    (("bus", "channel"), "", r"bus.channel: ''"),
+    (("bus", "channel"), "127.0.0.1", r"expected an IPv4 multicast address"),
+    (("bus", "bitrate"), 9600, r"bus.bitrate: 9600"),
+    (("bus", "baud"), 1, r"bus.baud: unknown key"),
+    (("sync_period_us",), 2000.0, r"sync_period_us: 2000.0"),
+    (("sync_period_us",), 3000, r"sync_period_us 3000: expected a divisor of 1000000"),
+    (("gather_deadline_us",), 2000, r"gather_deadline_us 2000: expected less than sync_period_us 2000"),
+    (("master", "timeout_ms"), 60, r"master: .*timeout_ms 60: expected at least twice heartbeat_ms 50"),
+    (("drives", "q21", "node_id"), 1, r"node ids \[127, 1, 1\] of master, q11 and q21"),
+    (("drives", "q21", "node_id"), 128, r"drives.q21.node_id: 128"),
+    (("drives", "q11", "sign"), 0, r"drives.q11.sign: 0"),
+    (("drives", "q11", "counts_per_revolution"), 0, r"drives.q11.counts_per_revolution: 0"),
+    (("drives", "q11", "rated_torque_nm"), -1.0, r"drives.q11.rated_torque_nm: -1.0"),
+    (("drives", "q11", "rated_torque_nm"), float("nan"), r"drives.q11.rated_torque_nm: nan"),
+    (("drives", "q11", "home_offset_rad"), float("inf"), r"drives.q11.home_offset_rad: inf"),
+    (("drives", "q11", "torque_limit_nm"), 1000.0, r"drives.q11: .*torque_limit_nm 1000.0: is 5e\+05 units of 0x6071"),
+    (("drives", "q11", "torque_limit_nm"), 1e-9, r"drives.q11: .*torque_limit_nm 1e-09: is 5e-07 units of 0x6071"),
+    (
+        ("drives", "q11", "heartbeat_timeout_ms"),
+        99,
+        r"heartbeat_timeout_ms 99: expected at least twice heartbeat_ms 50",
+    ),
+    (("drives", "q11", "identity"), {"vendor": -1, "product": 0}, r"drives.q11.identity.vendor: -1"),
+    (("drives", "q11", "stall"), {"torque_nm": 0.5}, r"drives.q11.stall.time_ms: is missing"),
+    (("drives", "q31"), {}, r"drives.q31: unknown key"),
+]
+
+
+@pytest.mark.parametrize(("keys", "value", "text"), MISTAKES)
+def test_a_mistake_is_named(
+    keys: tuple[str, ...], value: Any, text: str, content: dict[str, Any], tmp_path: Path
+) -> None:
+    section = content
+    for key in keys[:-1]:
+        section = section[key]
+    section[keys[-1]] = value
+    with pytest.raises(InputError, match=text) as caught:
+        load_drives(written(tmp_path, content))
+    assert str(caught.value).startswith(str(tmp_path / "mine.yaml: "))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_name_lists_the_known_ones() -> None:
+    with pytest.raises(InputError, match="drives 'nowhere': expected one of dextar_emulated, dextar_socketcan, or"):
+        load_drives("nowhere")
