@@ -43,7 +43,7 @@ ScenarioArgument = Annotated[
 ]
 OutOption = Annotated[
     Path | None,
-    typer.Option("--out", help="New or empty directory for the results [default: runs/<scenario>-<date>-<time>]"),
+    typer.Option("--out", help="New or empty directory for the results [default: runs/SCENARIO-DATE-TIME]"),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output, nothing else.")]
 

@@ -66,19 +66,31 @@ class RunDirectory(NamedTuple):
         return load_scenario(str(self.scenario))
 
 
-def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
-    """Make the directory of a new run, by default runs/<scenario>-<date>-<time>, and put the scenario into it.
+def new_directory(out: Path | None, name: str) -> Path:
+    """Make a new directory for results, by default runs/NAME-DATE-TIME.
 
     Raises:
         InputError: the directory holds something already or cannot be made.
     """
-    path = out if out is not None else Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    path = out if out is not None else Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     try:
         path.mkdir(parents=True, exist_ok=True)
         if any(path.iterdir()):
             raise InputError(f"{path}: is not empty: expected a new or empty directory for the results")
-        run = RunDirectory(path)
-        run.scenario.write_text(scenario.to_yaml(), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be used for the results: {error.strerror}") from error
+    return path
+
+
+def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
+    """Make the directory of a new run and put the scenario into it.
+
+    Raises:
+        InputError: the directory holds something already or cannot be made or written to.
+    """
+    run = RunDirectory(new_directory(out, scenario.name))
+    try:
+        run.scenario.write_text(scenario.to_yaml(), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{run.path}: cannot be used for the results: {error.strerror}") from error
     return run

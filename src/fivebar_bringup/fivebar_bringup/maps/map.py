@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.bag.tail import replace_file
+from fivebar_bringup.run_directory import new_directory
 from fivebar_description.parameters import FiveBar, RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -50,20 +50,13 @@ def read_mappable_robot(robot: str) -> RobotFile:
 
 
 def new_map_directory(out: Path | None, name: str) -> MapDirectory:
-    """Make the directory of a new map, by default runs/map-<robot>-<date>-<time>.
+    """Make the directory of a new map.
 
     Raises:
         InputError: the directory holds something already or cannot be made.
     """
     stem = re.sub(r"[^\w.-]+", "-", name)
-    path = out if out is not None else Path("runs") / f"map-{stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        if any(path.iterdir()):
-            raise InputError(f"{path}: is not empty: expected a new or empty directory for the results")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be used for the results: {error.strerror}") from error
-    return MapDirectory(path)
+    return MapDirectory(new_directory(out, f"map-{stem}"))
 
 
 def make_map(
