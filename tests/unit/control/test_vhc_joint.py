@@ -64,6 +64,7 @@ def test_constraints_are_the_motors_distance_from_the_path_point(robot: FiveBar,
         ):
             assert found.h == pytest.approx(wrap(leg.q1 - angle), abs=1e-13)
             assert found.dh == pytest.approx(leg.dq1 - rate * speed, abs=1e-3 * (1.0 + abs(rate)))
+            assert found.slope == pytest.approx(rate, abs=1e-3 * (1.0 + abs(rate)))
             assert found.bend == pytest.approx(curve * speed**2, abs=1e-3 * (1.0 + abs(curve) * speed**2))
 
 
@@ -92,7 +93,7 @@ def test_on_the_locus_and_on_the_path_both_constraints_are_kept(
 
 
 def test_beside_the_path_alpha_is_the_least_squares_compromise(robot: FiveBar, locus_states: States) -> None:
-    """full_inverse shows what is asked for: tau = ZZ v + f + B U_1 m alpha / s1, alpha by numpy's lstsq."""
+    """full_inverse shows what is asked for: tau = ZZ qddot + f + B U_1 m alpha / s1, alpha by numpy's lstsq."""
     zz = np.array([robot.leg1.inertia, robot.leg2.inertia])
     for number, state in enumerate(locus_states(40, 82)):
         line, reference = line_through(state, 0.3 * number, aside=1e-3), reference_near(robot, state)
@@ -103,11 +104,31 @@ def test_beside_the_path_alpha_is_the_least_squares_compromise(robot: FiveBar, l
         a = np.array([[state.leg1.u_x, state.leg1.u_y], [state.leg2.u_x, state.leg2.u_y]])
         column = (a @ (svd.v_x, svd.v_y)) / b
         drift = np.array([state.leg1.c, state.leg2.c]) / b
-        (alpha,) = np.linalg.lstsq(column[:, None], v - drift, rcond=None)[0]
+        along = line.direction_x * svd.v_x + line.direction_y * svd.v_y
+        asked = column - np.array([one.slope for one in constraints]) * along
+        (alpha,) = np.linalg.lstsq(asked[:, None], v - drift, rcond=None)[0]
         u1 = np.array([1.0, svd.fold]) / math.sqrt(2.0)
-        wanted = zz * v + (reference.f1, reference.f2) + b * u1 * robot.mass * alpha / svd.s1
+        wanted = zz * (column * alpha + drift) + (reference.f1, reference.f2) + b * u1 * robot.mass * alpha / svd.s1
         found = vhc_joint_torque(robot, *modes(state), state, reference, line, KP, KD, RESOLUTIONS["full_inverse"])
-        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10)
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
+
+
+@EVERY_RESOLUTION
+@pytest.mark.parametrize("authority", [1.0, 0.9, 0.6, 0.35])
+def test_an_oblique_path_is_held_with_the_full_gain(name: str, authority: float, dextar: FiveBar) -> None:
+    """At rest 10 um beside a path that meets the locus at an angle: the pull across it is Kp times the distance."""
+    y = math.sqrt(0.0081 - 0.000961)
+    state = state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0)
+    svd = parallel_svd(state)
+    # the normal n with n . v1 = authority, and the direction that it belongs to
+    across = math.sqrt(1.0 - authority * authority)
+    n_x, n_y = authority * svd.v_x + across * svd.t_x, authority * svd.v_y + across * svd.t_y
+    distance = 1e-5
+    line = Line(-distance * n_x, y - distance * n_y, -n_y, n_x)
+    reference = reference_near(dextar, state)
+    torque = vhc_joint_torque(dextar, 1, -1, state, reference, line, KP, KD, RESOLUTIONS[name])
+    motion = direct_dynamics(dextar, state, *torque, reference.f1, reference.f2)
+    assert n_x * motion.ax + n_y * motion.ay == pytest.approx(-KP * distance, rel=2e-3)
 
 
 @EVERY_RESOLUTION

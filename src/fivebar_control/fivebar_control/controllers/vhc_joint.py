@@ -21,10 +21,11 @@ from fivebar_description.parameters import FiveBar
 
 
 class JointConstraint(NamedTuple):
-    """One motor's virtual constraint: h (rad), its rate (rad/s), and phi'' sdot^2 (rad/s^2)."""
+    """One motor's virtual constraint: h (rad), its rate (rad/s), phi' (rad/m) and phi'' sdot^2 (rad/s^2)."""
 
     h: float
     dh: float
+    slope: float
     bend: float
 
 
@@ -36,6 +37,7 @@ def joint_constraint(measured: Leg, on_path: Leg, speed: float) -> JointConstrai
     return JointConstraint(
         h=wrap(measured.q1 - on_path.q1),
         dh=measured.dq1 - on_path.dq1 * speed,
+        slope=on_path.dq1,
         bend=joint_acceleration(on_path, 0.0, 0.0) * speed * speed,
     )
 
@@ -65,10 +67,13 @@ def vhc_joint_torque(
     kd: float,
     resolve: Resolution,
 ) -> Torque:
-    """Return u2; kp in 1/s^2, kd in 1/s. Undefined (NaN) at Type 1 or where the path point is out of reach.
+    """Return u2; kp in 1/s^2, kd in 1/s.
 
-    v = phi'' sdot^2 - Kp h - Kd hdot (3.17, 3.18 with its term mended), alpha = (N v1)^+ (v - B^-1 c) (3.14 with the
-    drift of the measured motion), and the torque of qddot = v with xddot = alpha v1.
+    Undefined (NaN) at Type 1, where the path runs across t_s, or where the path point is out of reach.
+
+    The constraints ask for qddot = phi'' sdot^2 + phi' sddot - Kp h - Kd hdot (3.3, 3.18; 3.17 drops the term in sddot).
+    With xddot = alpha v1 and its sddot = alpha d . v1, that is (N v1 - phi' d . v1) alpha = v - B^-1 c for
+    v = phi'' sdot^2 - Kp h - Kd hdot: two equations for alpha, solved by least squares (3.14).
     """
     if state.leg1.b == 0.0 or state.leg2.b == 0.0:
         return UNDEFINED
@@ -79,5 +84,10 @@ def vhc_joint_torque(
     n1 = (state.leg1.u_x * svd.v_x + state.leg1.u_y * svd.v_y) / state.leg1.b
     n2 = (state.leg2.u_x * svd.v_x + state.leg2.u_y * svd.v_y) / state.leg2.b
     drift1, drift2 = state.leg1.c / state.leg1.b, state.leg2.c / state.leg2.b
-    alpha = (n1 * (v1 - drift1) + n2 * (v2 - drift2)) / (n1 * n1 + n2 * n2)
-    return resolve(robot, state, svd, alpha, v1, v2, reference.f1, reference.f2)
+    along = line.direction_x * svd.v_x + line.direction_y * svd.v_y
+    e1, e2 = n1 - first.slope * along, n2 - second.slope * along
+    authority = e1 * e1 + e2 * e2
+    if authority == 0.0:
+        return UNDEFINED
+    alpha = (e1 * (v1 - drift1) + e2 * (v2 - drift2)) / authority
+    return resolve(robot, state, svd, alpha, n1 * alpha + drift1, n2 * alpha + drift2, reference.f1, reference.f2)

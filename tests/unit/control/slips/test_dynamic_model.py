@@ -56,7 +56,7 @@ def test_friction_belongs_into_h_of_1_20_to_1_28() -> None:
 
 
 def test_computed_torque_does_not_converge_to_zero_with_a_wrong_model() -> None:
-    """Between 1.23 and 1.24 convergence is claimed with an inaccurate model: an unknown 0.0855 Nm leaves e = M^-1 d / Kp."""
+    """Below 1.23 convergence is claimed with an inaccurate model: an unknown 0.0855 Nm leaves e = M^-1 d / Kp."""
     at = case(0.0, 0.12, 0.0, 0.0)
     kp = 2500.0
     jacobian = np.linalg.solve(at.a, at.b)
