@@ -16,6 +16,7 @@ from fivebar_description.interface import (
     IMU_DATA,
     JOINT_STATES,
     SUPERVISOR_SIGMA,
+    SUPERVISOR_STATE,
     TORQUE_COMMAND,
     sample_stamp_ns,
 )
@@ -62,3 +63,28 @@ def test_what_was_sent_is_in_the_bag(bench: Bench, motion: MiddleMotion) -> None
     assert bag.texts(FAULTS) == ['name: Größe überschritten, 50 % — "quoted"\n']
     assert bag.count(TORQUE_COMMAND) == 0
     assert (bag.log_times(CTC_TORQUE)[1:] >= bag.log_times(CTC_TORQUE)[:-1]).all()
+
+
+def test_a_recorder_that_stands_still_for_a_while_loses_nothing(bench: Bench, motion: MiddleMotion) -> None:
+    """As on a busy machine: 900 samples go by in which the recorder gets no processor time."""
+    directory = bench.folder / "bag"
+    recorder = bench.start("bag_recorder", directory=str(directory), topics=[SUPERVISOR_STATE.name])
+    bench.start("supervisor")
+    probe = bench.probe()
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE])
+    probe.join("bag_recorder", [], [])
+    probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [SUPERVISOR_STATE], 0)
+    probe.wait_for(lambda: int(probe.health("/bag_recorder")[1]["answered"]) > 0, "sample 0 is recorded")
+    recorder.send(signal.SIGSTOP)
+    last = 900
+    for sample in range(1, last + 1):
+        probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+        probe.answer(SUPERVISOR_STATE, sample)
+    recorder.send(signal.SIGCONT)
+    probe.wait_for(lambda: int(probe.health("/bag_recorder")[1]["answered"]) > last, "all samples are recorded")
+    recorder.send(signal.SIGINT)
+    assert recorder.wait() == 0
+    bag = read_bag(directory)
+    stamps = dict.fromkeys(bag.stamps(SUPERVISOR_STATE).tolist())
+    assert list(stamps) == [sample_stamp_ns(sample, 500) for sample in range(last + 1)]
+    assert bag.custom_data["dropped"] == "0"

@@ -22,6 +22,7 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
     VHC_TORQUE,
+    Topic,
 )
 
 INPUTS = (JOINT_STATES, REFERENCE, CTC_TORQUE, VHC_TORQUE, SUPERVISOR_STATE)
@@ -147,10 +148,10 @@ def test_a_platform_far_from_its_reference_is_a_fault(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("topic", [CTC_TORQUE, SUPERVISOR_STATE], ids=lambda topic: topic.name)
-def test_a_missing_candidate_is_a_fault(rig: Rig, topic: object) -> None:
-    sample = rig.publish(without=topic.name)  # type: ignore[attr-defined]
+def test_a_missing_candidate_is_a_fault(rig: Rig, topic: Topic) -> None:
+    sample = rig.publish(without=topic.name)
     assert rig.command(sample) == ZERO
-    fault = f"candidate_missing: no {topic.name} for sample {sample} within 1500 ms"  # type: ignore[attr-defined]
+    fault = f"candidate_missing: no {topic.name} for sample {sample} within 1500 ms"
     assert rig.next_fault() == fault
     # a latecomer to the latched topic gets it too
     late = rig.bench.probe()

@@ -12,13 +12,24 @@ from fivebar_command import FivebarCommand
 
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.recording import Recording
-from fivebar_description.interface import IMU_DATA, JOINT_STATES, REFERENCE, TOPICS, TORQUE_COMMAND, Topic
+from fivebar_description.interface import (
+    ESTIMATION_TOPICS,
+    IMU_DATA,
+    JOINT_STATES,
+    REFERENCE,
+    TOPICS,
+    TORQUE_COMMAND,
+    Topic,
+)
 
 SCENARIO = "name: short\nwaypoints: [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]]\nsegment_duration: 0.5\n"
 SAMPLES = 501
 
-STAMPED = [topic for topic in TOPICS if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")]
-FIELDS = {"sensor_msgs/msg/JointState": ("position", "velocity", "effort")}
+STAMPED = [
+    topic
+    for topic in TOPICS
+    if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu") and topic not in ESTIMATION_TOPICS
+]
 IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
 
 TIMING = ("wall_s", "cycle_time_ms", "overruns", "runner", "mode")

@@ -127,6 +127,34 @@ def map_robot(
 
 
 @app.command()
+def reproduce(
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/reproduce-DATE-TIME]"),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="One duration and one perturbed plant only.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Make the figures and claims of the thesis again, without ROS, and judge each by what is measured.
+
+    Example: `fivebar reproduce --out runs/thesis`
+    """
+    # here, because it loads matplotlib
+    from fivebar_bringup.reproduce.reproduce import reproduce as make
+
+    with _input_errors(), _ending_on_sigterm(), _progress_bar("reproduction", as_json) as progress:
+        made = make(out, quick, progress)
+    if as_json:
+        print(json.dumps(made.content, indent=2, allow_nan=False))
+        return
+    table = Table("thesis", "about", "verdict", box=None)
+    for row in made.rows:
+        table.add_row(row.place, row.title, str(row.judgement.verdict))
+    Console().print(table)
+    Console().print(f"look at {made.page}", soft_wrap=True)
+
+
+@app.command()
 def nodes(
     scenario: ScenarioArgument = "middle",
     as_json: JsonOption = False,

@@ -8,7 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from fivebar_bringup.graph import PLANT, RECORDER, NodeSpec
@@ -20,6 +21,8 @@ STOP_TIMEOUT = 3.0
 RECORDER_STOP_TIMEOUT = 20.0
 
 PR_SET_PDEATHSIG = 1
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 Progress = Callable[[int, int], None]
 """Called with the sample reached and the last one's number."""
@@ -50,7 +53,7 @@ class NodeProcess:
                 stderr=subprocess.STDOUT,
                 env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
                 start_new_session=True,
-                preexec_fn=_end_with_parent,
+                preexec_fn=_prepare_node,
             )
 
     @property
@@ -82,9 +85,21 @@ class NodeProcess:
         return True
 
 
-def _end_with_parent() -> None:
+def _prepare_node() -> None:
     """Ask the kernel for SIGTERM when the launcher dies, so that even a killed launcher leaves no node behind."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    # a process inherits what its parent holds back
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+
+
+@contextmanager
+def _signals_held_back() -> Iterator[None]:
+    """Let an interrupt wait: in the middle of the start of a process it would leave one that nobody knows of."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def run_graph(
@@ -107,7 +122,8 @@ def run_graph(
     try:
         # before the monitor: its DDS threads must not be there yet when processes are forked
         for node in nodes:
-            processes[node.executable] = NodeProcess(node, run, domain)
+            with _signals_held_back():
+                processes[node.executable] = NodeProcess(node, run, domain)
         started({name: process.pid for name, process in processes.items()})
         with RunMonitor(domain) as monitor:
             _watch(processes, monitor, faults, progress)

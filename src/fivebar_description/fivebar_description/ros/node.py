@@ -24,6 +24,10 @@ from fivebar_description.ros.qos import qos_profile
 READY_PERIOD = 0.1
 """Time (s) between two looks at whether all topics of the node are joined to their other ends."""
 
+SENDER_DEPTH = 1000
+"""Messages that a sender keeps for listeners which have not taken them yet. A listener keeps few, but what is recorded
+must survive a recorder that gets no processor time for a while; acknowledged messages are not kept."""
+
 DELIVERY_TIME = 0.3
 """Longest time (s) that an ending node waits for its last messages to arrive."""
 
@@ -85,7 +89,8 @@ class GraphNode(Node):
 
     def advertise(self, topic: Topic) -> Publisher[Any]:
         """Return a publisher of a topic of the graph."""
-        publisher = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos))
+        depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
+        publisher = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos, depth))
         self._outputs.append(publisher)
         return publisher
 

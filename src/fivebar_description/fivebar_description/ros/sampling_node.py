@@ -15,10 +15,18 @@ from fivebar_description.ros.stamp_join import Arrival, StampJoin
 
 
 class Input(NamedTuple):
-    """One input: its topic and how to read a message's values, raising MessageError for a bad one."""
+    """One input.
+
+    Attributes:
+        topic: where it comes from.
+        read: returns a message's values, or raises MessageError for a bad one.
+        later: by how many samples a message belongs to a later sample than its stamp says; the samples before have no
+            such input and get no answer.
+    """
 
     topic: Topic
     read: Callable[[Any], Any]
+    later: int = 0
 
 
 def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> Callable[[JointState], Any]:
@@ -76,6 +84,7 @@ class SamplingNode(GraphNode):
             if sample is None:
                 self.drop(one.topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
                 return
+            sample += one.later
             arrival = self._join.arrival(sample)
             if arrival is Arrival.OLD and not (driving and sample == 0):
                 self.drop(one.topic, f"old stamp of sample {sample}, expected one after {self._join.last}")

@@ -1,0 +1,223 @@
+"""The bridge as a node, with emulated drives in a process of their own beside it."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticStatus
+from graph_probe import Bench, ChildProcess
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from std_srvs.srv import Trigger
+
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    FAULTS,
+    MOTOR_STATES,
+    TORQUE_COMMAND,
+    sample_of_stamp,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.messages import joint_state, stamp_of
+from fivebar_description.share import share_file
+
+RATE_HZ = 100
+"""Slow enough for a machine that has other work to do."""
+
+BRIDGE = "/dextar_bridge"
+
+
+class Rig:
+    """Bridge, drives, and a probe that answers samples when it is told to."""
+
+    def __init__(self, bench: Bench, folder: Path, bus: dict[str, Any], **parameters: Any) -> None:
+        own = {"bus": bus, "sync_period_us": 1_000_000 // RATE_HZ}
+        emulation = rewritten("fivebar_sim", folder, own)
+        self.drives = bench.run([str(Path(sys.executable).parent / "emulated_drives"), str(emulation)])
+        path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 20})
+        self.process = bench.start(
+            "dextar_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=500.0, **parameters
+        )
+        self.probe = bench.probe()
+        self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
+        self.probe.listen(MOTOR_STATES, callback=self._on_states)
+        self.probe.join("dextar_bridge", [TORQUE_COMMAND], [FAULTS])
+        self.torque: tuple[float, float] | None = None
+        self.states: list[Any] = []
+
+    def _on_states(self, message: Any) -> None:
+        self.states.append(message)
+        sample = sample_of_stamp(stamp_of(message), RATE_HZ)
+        if self.torque is not None and sample is not None:
+            self.command(sample, self.torque)
+
+    def command(self, sample: int, torque: tuple[float, float]) -> None:
+        stamp = sample_stamp_ns(sample, RATE_HZ)
+        self.probe.publish(TORQUE_COMMAND, joint_state(stamp, ACTIVE_JOINTS, effort=torque))
+
+    def change(self, transition: int) -> bool:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return bool(self.probe.call(ChangeState, f"{BRIDGE}/change_state", request).success)
+
+    def state(self) -> int:
+        return int(self.probe.call(GetState, f"{BRIDGE}/get_state", GetState.Request()).current_state.id)
+
+    def ask(self, service: str) -> Trigger.Response:
+        return self.probe.call(Trigger, f"{BRIDGE}/{service}", Trigger.Request())
+
+    def faults(self) -> list[str]:
+        return [message.data.partition(":")[0] for message in self.probe.got(FAULTS)]
+
+    def wait_for_effort(self, torque: tuple[float, float]) -> None:
+        self.probe.wait_for(
+            lambda: bool(self.states) and tuple(self.states[-1].effort) == pytest.approx(torque, abs=1e-9),
+            f"an applied torque of {torque} Nm",
+        )
+
+
+def rewritten(package: str, folder: Path, changes: dict[str, Any]) -> Path:
+    content = yaml.safe_load(share_file(package, "config", "drives", "dextar_emulated.yaml").read_text())
+    path = folder / f"{package}.yaml"
+    path.write_text(yaml.safe_dump({**content, **changes}))
+    return path
+
+
+@pytest.fixture
+def bus_section() -> dict[str, Any]:
+    rng = random.Random(os.getpid() ^ time.monotonic_ns())
+    channel = f"239.75.{rng.randrange(256)}.{rng.randrange(1, 255)}"
+    return {"interface": "udp_multicast", "channel": channel, "port": rng.randrange(20000, 60000)}
+
+
+@pytest.fixture
+def rig(bench: Bench, tmp_path: Path, bus_section: dict[str, Any]) -> Iterator[Rig]:
+    yield Rig(bench, tmp_path, bus_section)
+
+
+def activated(rig: Rig) -> None:
+    assert rig.change(Transition.TRANSITION_CONFIGURE)
+    assert rig.change(Transition.TRANSITION_ACTIVATE)
+
+
+def test_a_life_from_configure_to_cleanup(rig: Rig) -> None:
+    assert rig.state() == State.PRIMARY_STATE_UNCONFIGURED
+    assert rig.change(Transition.TRANSITION_CONFIGURE)
+    assert rig.state() == State.PRIMARY_STATE_INACTIVE
+    assert rig.states == []
+    assert rig.change(Transition.TRANSITION_ACTIVATE)
+    # sample 0 until it is answered, at zero torque
+    rig.probe.wait_for(lambda: len(rig.states) > 3, "repeats of sample 0")
+    assert {stamp_of(message) for message in rig.states} == {sample_stamp_ns(0, RATE_HZ)}
+    assert all(list(message.name) == list(ACTIVE_JOINTS) for message in rig.states)
+    # the friction offset lets the motors creep
+    assert list(rig.states[0].position) == pytest.approx([1.65734029, 1.48425236], abs=5e-3)
+    rig.torque = (0.8, -0.6)
+    rig.command(0, rig.torque)
+    rig.wait_for_effort(rig.torque)
+    samples = [sample_of_stamp(stamp_of(message), RATE_HZ) for message in rig.states]
+    started = [sample for sample in samples if sample]
+    assert started == sorted(set(started))
+    rig.probe.wait_for(lambda: rig.states[-1].position[0] > 1.67, "the robot moves")
+    rig.torque = None
+    assert rig.change(Transition.TRANSITION_DEACTIVATE)
+    rig.probe.spin_for(0.1)
+    count = len(rig.states)
+    rig.probe.spin_for(0.3)
+    assert len(rig.states) == count
+    # begins anew where the robot stands
+    assert rig.change(Transition.TRANSITION_ACTIVATE)
+    rig.probe.wait_for(lambda: len(rig.states) > count, "sample 0 again")
+    assert stamp_of(rig.states[-1]) == sample_stamp_ns(0, RATE_HZ)
+    assert rig.states[-1].position[0] > 1.67
+    assert rig.change(Transition.TRANSITION_DEACTIVATE)
+    assert rig.change(Transition.TRANSITION_CLEANUP)
+    assert rig.state() == State.PRIMARY_STATE_UNCONFIGURED
+    assert rig.faults() == []
+
+
+def test_a_stale_command_is_zero_torque_until_reset(rig: Rig) -> None:
+    activated(rig)
+    rig.torque = (0.5, 0.5)
+    rig.wait_for_effort(rig.torque)
+    rig.torque = None
+    rig.probe.wait_for(lambda: rig.faults() == ["command_stale"], "the fault")
+    rig.wait_for_effort((0.0, 0.0))
+    status, _ = rig.probe.health(BRIDGE)
+    assert (status.level, status.message.startswith("command_stale: ")) == (DiagnosticStatus.ERROR, True)
+    # commands that come again change nothing before the reset
+    rig.torque = (0.5, 0.5)
+    count = len(rig.states)
+    rig.probe.wait_for(lambda: len(rig.states) > count + 20, "more samples")
+    assert {tuple(message.effort) for message in rig.states[count + 2 :]} == {(0.0, 0.0)}
+    answer = rig.ask("reset")
+    assert answer.success
+    assert answer.message.startswith("cleared command_stale: ")
+    rig.wait_for_effort(rig.torque)
+    assert rig.faults() == ["command_stale"]
+
+
+def test_an_emergency_stop_needs_reset_and_enable(rig: Rig) -> None:
+    activated(rig)
+    rig.torque = (0.5, 0.5)
+    rig.wait_for_effort(rig.torque)
+    assert rig.ask("emergency_stop").success
+    rig.wait_for_effort((0.0, 0.0))
+    assert rig.faults() == ["emergency_stop"]
+    answer = rig.ask("enable")
+    assert (answer.success, answer.message.startswith("reset first: emergency_stop")) == (False, True)
+    answer = rig.ask("reset")
+    assert answer.success
+    assert answer.message.endswith("the drives are off, dextar_bridge/enable switches them on")
+    count = len(rig.states)
+    rig.probe.wait_for(lambda: len(rig.states) > count + 20, "more samples")
+    assert {tuple(message.effort) for message in rig.states[count:]} == {(0.0, 0.0)}
+    assert rig.ask("enable").success
+    rig.wait_for_effort(rig.torque)
+
+
+def test_malformed_commands_move_nothing(rig: Rig) -> None:
+    activated(rig)
+    rig.probe.wait_for(lambda: len(rig.states) > 1, "sample 0")
+    for effort in ((float("nan"), 0.0), (float("inf"), 0.0), (1.0,), ()):
+        stamp = sample_stamp_ns(0, RATE_HZ)
+        rig.probe.publish(TORQUE_COMMAND, joint_state(stamp, ACTIVE_JOINTS, effort=effort))
+    rig.command(7, (1.0, 1.0))
+    rig.probe.wait_for_dropped(BRIDGE, 5)
+    assert {tuple(message.effort) for message in rig.states} == {(0.0, 0.0)}
+    assert rig.faults() == []
+
+
+def test_lost_drives_are_a_named_fault_and_found_again_by_configuring(rig: Rig, bench: Bench, tmp_path: Path) -> None:
+    activated(rig)
+    rig.drives.close()
+    rig.probe.wait_for(lambda: bool(rig.faults()), "the fault")
+    assert rig.faults()[0] in ("drive_lost", "feedback_missing")
+    answer = rig.ask("reset")
+    assert (answer.success, answer.message.startswith("still there: ")) == (False, True)
+    assert rig.change(Transition.TRANSITION_DEACTIVATE)
+    assert rig.change(Transition.TRANSITION_CLEANUP)
+    assert not rig.change(Transition.TRANSITION_CONFIGURE)
+    assert rig.faults()[-1] == "drive_missing"
+    again: ChildProcess = bench.run(
+        [str(Path(sys.executable).parent / "emulated_drives"), str(tmp_path / "fivebar_sim.yaml")]
+    )
+    rig.probe.wait_for(lambda: "ready" in again.stdout, "the drives are back")
+    activated(rig)
+
+
+def test_autostart_and_an_orderly_end(bench: Bench, tmp_path: Path, bus_section: dict[str, Any]) -> None:
+    rig = Rig(bench, tmp_path, bus_section, autostart=True)
+    rig.torque = (0.5, 0.5)
+    rig.wait_for_effort(rig.torque)
+    rig.process.send(signal.SIGTERM)
+    assert rig.process.wait() == 0
+    assert "Traceback" not in rig.process.stderr

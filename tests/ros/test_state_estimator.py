@@ -1,0 +1,211 @@
+"""The estimator as a node: the filter's figures to the last bit, bad input left out, and faults that stop the robot."""
+
+from __future__ import annotations
+
+import copy
+import math
+from array import array
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from estimate_replay import encoder_scenario
+from graph_probe import RATE_HZ, Bench, ChildProcess, Probe
+
+from fivebar_bringup.offline import Sample, simulate
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    ESTIMATE_COVARIANCE,
+    ESTIMATE_NAMES,
+    FAULTS,
+    JOINT_STATES,
+    JOINTS,
+    MOTOR_STATES,
+    TORQUE_COMMAND,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.messages import joint_state, to_stamp
+
+DRIVES: dict[str, Any] = {"encoder_counts": 20000, "delay_samples": 1}
+OUTPUTS = [JOINT_STATES, ESTIMATE_COVARIANCE]
+
+
+@pytest.fixture(scope="module")
+def scenario() -> Scenario:
+    return encoder_scenario("middle", 0.5)
+
+
+@pytest.fixture(scope="module")
+def samples(scenario: Scenario) -> list[Sample]:
+    """What plant and estimator say of a run, offline."""
+    return simulate(scenario).samples
+
+
+def start(bench: Bench, **parameters: Any) -> tuple[ChildProcess, Probe]:
+    process = bench.start("state_estimator", **{**DRIVES, **parameters})
+    probe = bench.probe()
+    probe.join("state_estimator", [MOTOR_STATES, TORQUE_COMMAND], [*OUTPUTS, FAULTS])
+    return process, probe
+
+
+def motors(sample: Sample) -> Any:
+    assert sample.estimated is not None
+    angles, torques = sample.estimated.motors
+    return joint_state(sample_stamp_ns(sample.number, RATE_HZ), ACTIVE_JOINTS, angles, effort=torques)
+
+
+def command(sample: Sample) -> Any:
+    return joint_state(sample_stamp_ns(sample.number, RATE_HZ), ACTIVE_JOINTS, effort=sample.command)
+
+
+def expect(probe: Probe, sample: Sample) -> None:
+    """Wait for the answer to a sample and compare it with the offline runner's."""
+    assert sample.estimated is not None
+    joints = probe.answer(JOINT_STATES, sample.number)
+    assert tuple(joints.name) == JOINTS
+    assert tuple(joints.position) == sample.measured.position
+    assert tuple(joints.velocity) == sample.measured.velocity
+    assert tuple(joints.effort) == sample.measured.effort
+    deviations = probe.answer(ESTIMATE_COVARIANCE, sample.number)
+    assert tuple(deviations.name) == ESTIMATE_NAMES
+    assert tuple(deviations.position) == sample.estimated.deviations
+    assert (len(deviations.velocity), len(deviations.effort)) == (0, 0)
+
+
+def begin(probe: Probe, samples: list[Sample]) -> None:
+    probe.ask([(MOTOR_STATES, motors(samples[0]))], OUTPUTS, 0)
+    expect(probe, samples[0])
+
+
+def test_every_sample_is_answered_with_the_filters_figures(bench: Bench, samples: list[Sample]) -> None:
+    _, probe = start(bench)
+    begin(probe, samples)
+    # through the first crossing
+    for before, sample in pairwise(samples[:170]):
+        # the command may come before the sample or after it
+        first, second = ((TORQUE_COMMAND, command(before)), (MOTOR_STATES, motors(sample)))
+        for topic, message in (first, second) if sample.number % 3 else (second, first):
+            probe.publish(topic, message)
+        expect(probe, sample)
+    assert probe.got(FAULTS) == []
+    assert sorted(set(probe.samples(JOINT_STATES))) == list(range(170))
+
+
+def test_an_answer_waits_for_the_command_before_it_and_a_repeat_gets_the_same_again(
+    bench: Bench, samples: list[Sample]
+) -> None:
+    _, probe = start(bench)
+    begin(probe, samples)
+    probe.publish(MOTOR_STATES, motors(samples[1]))
+    probe.spin_for(0.3)
+    assert set(probe.samples(JOINT_STATES)) == {0}
+    # a repeat while it waits is not answered with the sample before
+    probe.publish(MOTOR_STATES, motors(samples[1]))
+    probe.publish(TORQUE_COMMAND, command(samples[0]))
+    expect(probe, samples[1])
+    before = len(probe.got(JOINT_STATES))
+    changed = motors(samples[1])
+    changed.position = array("d", [1.0, 1.0])
+    probe.publish(MOTOR_STATES, changed)
+    probe.wait_for(lambda: len(probe.got(JOINT_STATES)) > before, "the answer again")
+    expect(probe, samples[1])
+    # in real time a command may be lost: the next sample ends the wait
+    probe.publish(MOTOR_STATES, motors(samples[2]))
+    probe.publish(MOTOR_STATES, motors(samples[3]))
+    probe.answer(JOINT_STATES, 2)
+    assert 3 not in probe.samples(JOINT_STATES)
+    probe.publish(TORQUE_COMMAND, command(samples[2]))
+    probe.answer(JOINT_STATES, 3)
+
+
+def test_sample_0_begins_a_new_run(bench: Bench, samples: list[Sample]) -> None:
+    _, probe = start(bench)
+    for _ in range(2):
+        begin(probe, samples)
+        for before, sample in pairwise(samples[:5]):
+            probe.publish(TORQUE_COMMAND, command(before))
+            probe.publish(MOTOR_STATES, motors(sample))
+            expect(probe, sample)
+
+
+def wrong(message: Any, fields: tuple[str, ...]) -> list[Any]:
+    """Return the message in many forms that must not be used."""
+    spoiled = []
+    for stamp in (sample_stamp_ns(0, RATE_HZ) - 1, 0):
+        other = copy.deepcopy(message)
+        other.header.stamp = to_stamp(stamp)
+        spoiled.append(other)
+    for names in ([], ["q11"], ["q11", "q12"], ["q11", "q11"], ["q11", "q21", "q22"]):
+        other = copy.deepcopy(message)
+        other.name = names
+        spoiled.append(other)
+    for field in fields:
+        for values in ([], [0.1], [0.1, 0.2, 0.3], [math.nan, 0.1], [0.1, math.inf], [1e200, 0.1]):
+            other = copy.deepcopy(message)
+            setattr(other, field, array("d", values))
+            spoiled.append(other)
+    return spoiled
+
+
+def test_malformed_input_is_dropped_and_counted(bench: Bench, samples: list[Sample]) -> None:
+    _, probe = start(bench)
+    begin(probe, samples)
+    bad = [(MOTOR_STATES, message) for message in wrong(motors(samples[1]), ("position", "effort"))]
+    bad += [(TORQUE_COMMAND, message) for message in wrong(command(samples[0]), ("effort",))]
+    # a command for a sample that has not been
+    bad.append((TORQUE_COMMAND, command(samples[7])))
+    for topic, message in bad:
+        probe.publish(topic, message)
+        probe.spin_for(0.01)
+    probe.publish(TORQUE_COMMAND, command(samples[0]))
+    probe.publish(MOTOR_STATES, motors(samples[1]))
+    expect(probe, samples[1])
+    assert set(probe.samples(JOINT_STATES)) == {0, 1}
+    probe.wait_for_dropped("/state_estimator", len(bad))
+
+
+def test_an_ambiguous_estimate_is_a_fault_and_still_an_answer(bench: Bench, samples: list[Sample]) -> None:
+    """The estimate goes on, so that the blender can answer every sample: with zero torque, since it hears the fault."""
+    _, probe = start(bench, dwell_limit=0.006)
+    begin(probe, samples)
+    for before, sample in pairwise(samples):
+        probe.publish(TORQUE_COMMAND, command(before))
+        probe.publish(MOTOR_STATES, motors(sample))
+        expect(probe, sample)
+        if probe.got(FAULTS):
+            break
+    number = probe.samples(JOINT_STATES)[-1]
+    faults = [message.data for message in probe.got(FAULTS)]
+    assert faults == [f"estimate_ambiguous: at sample {number}: 1/cond(A) below 0.05 for 0.008 s, limit 0.006 s"]
+    status, _ = probe.health("/state_estimator")
+    assert status.message == faults[0]
+
+
+def test_encoders_that_contradict_the_homing_posture_end_the_node(bench: Bench, samples: list[Sample]) -> None:
+    process, probe = start(bench)
+    message = motors(samples[0])
+    message.position = array("d", [message.position[0], message.position[1] + 0.1])
+    probe.publish(MOTOR_STATES, message)
+    fault = probe.wait_for(lambda: probe.got(FAULTS), "the fault")[0].data
+    assert fault.startswith("homing_contradicted: q21 reads ")
+    assert process.wait() == 1
+    assert probe.got(JOINT_STATES) == []
+
+
+@pytest.mark.parametrize(
+    ("parameters", "wanted"),
+    [
+        ({"assembly_mode": -1}, "homing_contradicted: at (0.0000, 0.1500) m"),
+        ({"assembly_mode": 0}, "assembly_mode: expected +1 or -1"),
+        ({"homing": [0.0]}, "parameter homing: [0.0]: expected two numbers"),
+        ({"homing": [0.0, 0.4]}, "is out of reach"),
+        ({"working_mode": [1, 0]}, "working_mode: [1, 0]: expected two signs"),
+        ({"acceleration_noise": 0.0}, "parameter acceleration_noise: expected 1e-06 to 1000.0"),
+    ],
+)
+def test_bad_parameters_end_the_node_in_one_line(bench: Bench, parameters: dict[str, Any], wanted: str) -> None:
+    process = bench.start("state_estimator", **parameters)
+    assert process.wait() == 2
+    assert wanted in process.stderr
+    assert len(process.stderr.splitlines()) == 1

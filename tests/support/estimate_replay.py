@@ -1,0 +1,76 @@
+"""Runs from the two motor encoders: made offline, judged by the summary, and estimated again with other settings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.offline import OfflineRun, simulate, write_bag
+from fivebar_bringup.report.series import RunSeries, read_series
+from fivebar_bringup.report.summary import Summary, summarize
+from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_control.estimation.ekf import Belief, EkfSettings
+from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.model.state import State
+
+OFF_MODEL = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 0.8}
+"""A robot that is heavier, of less inertia and smoother than the controllers and the estimator believe."""
+
+
+def encoder_scenario(
+    name: str, duration: float, gains: tuple[float, float] = (900.0, 60.0), plant: Mapping[str, Any] = {}, **fields: Any
+) -> Scenario:
+    """Return a shipped scenario with 20000 counts, torque steps of 2 mNm and a sample of delay; kp, kd of all laws."""
+    kp, kd = gains
+    content = load_scenario(name).model_dump(mode="json")
+    content |= {"estimator": "ekf", "segment_duration": duration, **fields}
+    content["gains"] = {"kp": kp, "kd": kd, "kp_vhc": kp, "kd_vhc": kd}
+    content["plant"] |= {"encoder_counts": 20000, "torque_quantum": 0.002, "delay_samples": 1, **plant}
+    return Scenario.model_validate(content)
+
+
+class Replayed(NamedTuple):
+    """One sample of a run that was estimated again: the belief and the exact state at the measurement's moment."""
+
+    number: int
+    belief: Belief
+    truth: State
+    fault: str | None
+
+    @property
+    def error(self) -> float:
+        """Distance (m) of the estimated platform from the exact one."""
+        return math.hypot(self.belief.estimate.x - self.truth.x, self.belief.estimate.y - self.truth.y)
+
+
+def exact_state(scenario: Scenario, sample: Any) -> State:
+    """Return the exact state of a sample of an offline run."""
+    truth = sample.estimated.truth
+    return state_from_joints(scenario.five_bar(), *truth.position, *truth.velocity)
+
+
+def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = None) -> Iterator[Replayed]:
+    """Give a run's motor readings and commands to a new estimator, by default one like that of the run."""
+    settings = settings if settings is not None else scenario.ekf.as_settings()
+    estimator = StateEstimator(scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), settings)
+    for sample in run.samples:
+        assert sample.estimated is not None
+        angles, torques = sample.estimated.motors
+        estimator.take(sample.number, *angles, *torques)
+        estimator.commanded(sample.number, *sample.command)
+        assert estimator.belief is not None
+        fault = str(estimator.fault) if estimator.fault is not None else None
+        yield Replayed(sample.number, estimator.belief, exact_state(scenario, sample), fault)
+
+
+def summary_of(scenario: Scenario, folder: Path) -> tuple[Summary, RunSeries]:
+    """Run a scenario offline and judge it from its bag, as `fivebar simulate` does, without figures."""
+    write_bag(simulate(scenario), scenario, folder / "bag")
+    recording = read_bag(folder / "bag")
+    series = read_series(recording, scenario)
+    return summarize(recording, series, scenario, Timing(runner="offline")), series
