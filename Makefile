@@ -32,6 +32,10 @@ setup: $(VENV)/packages.stamp ## make .venv with every locked package and the wo
 crossing: setup ## run the middle trajectory through the singularity; results under runs/
 	@$(BIN)/fivebar run middle
 
+.PHONY: reproduce
+reproduce: setup ## make the figures and claims of the thesis again, a few minutes; results under runs/
+	@$(BIN)/fivebar reproduce
+
 .PHONY: test
 test: lint ## lint, then run all tests
 	@$(BIN)/python -m pytest tests -q --durations=10

@@ -29,7 +29,9 @@ setup(
             "ctc_controller = fivebar_control.nodes.ctc_controller:main",
             "vhc_controller = fivebar_control.nodes.vhc_controller:main",
             "blender = fivebar_control.nodes.blender:main",
+            "state_estimator = fivebar_control.nodes.state_estimator:main",
             "imu_listener = fivebar_control.nodes.imu_listener:main",
+            "dextar_bridge = fivebar_control.nodes.dextar_bridge:main",
         ],
     },
 )

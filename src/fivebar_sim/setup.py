@@ -25,6 +25,7 @@ setup(
     entry_points={
         "console_scripts": [
             "plant = fivebar_sim.nodes.plant:main",
+            "emulated_drives = fivebar_sim.drives.main:main",
         ],
     },
 )

@@ -40,6 +40,8 @@ class Rig:
     """Bridge, drives, and a probe that answers samples when it is told to."""
 
     def __init__(self, bench: Bench, folder: Path, bus: dict[str, Any], **parameters: Any) -> None:
+        self.torque: tuple[float, float] | None = None
+        self.states: list[Any] = []
         own = {"bus": bus, "sync_period_us": 1_000_000 // RATE_HZ}
         emulation = rewritten("fivebar_sim", folder, own)
         self.drives = bench.run([str(Path(sys.executable).parent / "emulated_drives"), str(emulation)])
@@ -51,8 +53,6 @@ class Rig:
         self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
         self.probe.listen(MOTOR_STATES, callback=self._on_states)
         self.probe.join("dextar_bridge", [TORQUE_COMMAND], [FAULTS])
-        self.torque: tuple[float, float] | None = None
-        self.states: list[Any] = []
 
     def _on_states(self, message: Any) -> None:
         self.states.append(message)
@@ -219,5 +219,5 @@ def test_autostart_and_an_orderly_end(bench: Bench, tmp_path: Path, bus_section:
     rig.torque = (0.5, 0.5)
     rig.wait_for_effort(rig.torque)
     rig.process.send(signal.SIGTERM)
-    assert rig.process.wait() == 0
-    assert "Traceback" not in rig.process.stderr
+    assert rig.process.wait() == 0, rig.process.stderr
+    assert "Traceback" not in rig.process.stderr, rig.process.stderr

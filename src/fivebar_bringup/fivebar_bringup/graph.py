@@ -15,10 +15,14 @@ from fivebar_bringup.offline import initial_joints
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
     CTC_TORQUE,
+    ESTIMATE_COVARIANCE,
+    ESTIMATION_TOPICS,
     FAULTS,
+    GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     JOINT_STATES,
+    MOTOR_STATES,
     REFERENCE,
     RUN_READY,
     RUN_STATUS,
@@ -76,6 +80,7 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
     blended = scheme.on_locus is not None
     motion = _motion_parameters(scenario)
     nodes = [
+        *([_estimator(scenario)] if scenario.estimated else []),
         NodeSpec("fivebar_control", "trajectory_generator", motion, (JOINT_STATES,), (REFERENCE,)),
         NodeSpec(
             "fivebar_control",
@@ -121,13 +126,15 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
                 "robot": scenario.robot,
                 "rate_hz": scenario.rate_hz,
                 "working_mode": list(scenario.working_mode),
+                "lead_samples": scenario.lead_samples,
                 **_imu_parameters(scenario),
             },
             (IMU_DATA, REFERENCE),
             (IMU_ERROR,),
         ),
     ]
-    recorded = [topic for topic in TOPICS if blended or topic is not VHC_TORQUE]
+    absent = (*(() if blended else (VHC_TORQUE,)), *(() if scenario.estimated else ESTIMATION_TOPICS))
+    recorded = [topic for topic in TOPICS if topic not in absent]
     recorder = NodeSpec(
         "fivebar_bringup",
         RECORDER,
@@ -150,12 +157,35 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
         "zone_rule": scenario.zone.rule,
         "zone_duration_ms": scenario.zone.duration_ms,
         "zone_epsilon": scenario.zone.epsilon,
+        "lead_samples": scenario.lead_samples,
     }
 
 
 def _imu_parameters(scenario: Scenario) -> dict[str, Any]:
     description = scenario.imu.model_dump(exclude={"noise"})
     return {f"imu_{name}": list(value) if name == "bias" else value for name, value in description.items()}
+
+
+def _estimator(scenario: Scenario) -> NodeSpec:
+    homing, drives = scenario.homing(), scenario.drives()
+    return NodeSpec(
+        "fivebar_control",
+        "state_estimator",
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "working_mode": list(scenario.working_mode),
+            "homing": [float(homing.x), float(homing.y)],
+            "assembly_mode": homing.assembly,
+            "encoder_counts": drives.encoder_counts or 0,
+            "delay_samples": drives.delay_samples,
+            "torque_limit": drives.torque_limit or 0.0,
+            **scenario.ekf.as_settings()._asdict(),
+        },
+        # what is on its way to the drives matters only where they are late
+        (MOTOR_STATES, *((TORQUE_COMMAND,) if drives.delay_samples else ())),
+        (JOINT_STATES, ESTIMATE_COVARIANCE, FAULTS),
+    )
 
 
 def _blender(scenario: Scenario, mode: Mode, blended: bool) -> NodeSpec:
@@ -186,6 +216,7 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             "rate_hz": scenario.rate_hz,
             "samples": scenario.plan().path.samples(scenario.rate_hz),
             "mode": mode.value,
+            "publishes": "motor_states" if scenario.estimated else "joint_states",
             "initial_joints": list(initial_joints(scenario)),
             "wait_for_nodes": awaited,
             "mass_scale": options.mass_scale,
@@ -200,5 +231,5 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             **_imu_parameters(scenario),
         },
         (TORQUE_COMMAND, RUN_READY),
-        (JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS),
+        (*((MOTOR_STATES, GROUND_TRUTH) if scenario.estimated else (JOINT_STATES,)), IMU_DATA, FAULTS, RUN_STATUS),
     )

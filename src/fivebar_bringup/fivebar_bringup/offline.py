@@ -14,6 +14,8 @@ from fivebar_control.controllers.guard import Guard
 from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, on_locus_law
 from fivebar_control.controllers.reference import reference_from_platform
 from fivebar_control.controllers.torque import ZERO, Torque
+from fivebar_control.estimation.covariance import Row
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints
@@ -21,12 +23,17 @@ from fivebar_control.model.state import JointAngles, Platform
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CTC_TORQUE,
+    ESTIMATE_COVARIANCE,
+    ESTIMATE_NAMES,
+    ESTIMATION_TOPICS,
     FAULTS,
+    GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     IMU_FRAME,
     JOINT_STATES,
     JOINTS,
+    MOTOR_STATES,
     NANOSECONDS,
     REFERENCE,
     REFERENCE_NAMES,
@@ -42,18 +49,42 @@ from fivebar_sim.imu import ImuReading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 
 
+class Estimated(NamedTuple):
+    """What a sample holds besides where the joint states are estimated.
+
+    Attributes:
+        motors: motor angles (rad) and applied torques (Nm), all that the estimator is given.
+        truth: the exact state.
+        deviations: standard deviations of the estimate.
+    """
+
+    motors: tuple[tuple[float, float], tuple[float, float]]
+    truth: Measurement
+    deviations: Row
+
+
 class Sample(NamedTuple):
-    """All that one sample of the closed loop holds; `vhc` is None where the controller has no such law."""
+    """All that one sample of the closed loop holds.
+
+    Attributes:
+        number: of the sample.
+        measured: the joint states that the controllers take: the plant's or the estimator's.
+        imu, imu_error: reading, and measured minus desired magnitude (m/s^2), None where nobody compares them.
+        reference: of the moment that the joint states are about.
+        vhc: None where the controller has no such law.
+        estimated: None without an estimator.
+    """
 
     number: int
     measured: Measurement
     imu: ImuReading
-    imu_error: float
+    imu_error: float | None
     reference: Platform
     supervisor: SupervisorState
     ctc: Torque
     vhc: Torque | None
     command: Torque
+    estimated: Estimated | None = None
 
 
 class OfflineRun(NamedTuple):
@@ -92,19 +123,36 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         else None
     )
     guard = Guard(scenario.tracking_error_limit)
+    estimator = (
+        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf.as_settings())
+        if scenario.estimated
+        else None
+    )
+    lead = scenario.lead_samples
     samples: list[Sample] = []
     faults: list[str] = []
     last = plan.path.samples(rate_hz)
     for number in range(last + 1):
         measured, imu = plant.measure(), plant.measure_imu()
+        estimated = None
+        if estimator is not None:
+            motors = measured.of_motors()
+            estimate = estimator.take(number, *motors[0], *motors[1])
+            if estimator.fault is not None and guard.fault is None:
+                guard.trip(*estimator.fault)
+                faults.append(str(estimator.fault))
+            measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
+            estimated = Estimated(motors, plant.truth(), estimate.deviations)
         state = state_from_joints(robot, *measured.position, *measured.velocity)
-        platform = plan.path.at(number / rate_hz)
+        moment = number + lead
+        platform = plan.path.at(moment / rate_hz)
         reference = reference_from_platform(robot, plan.mode1, plan.mode2, platform)
-        supervisor = supervise(number, state)
-        ctc = ctc_law(number, state, reference)
-        vhc = vhc_law(number, state, reference) if vhc_law is not None else None
+        supervisor = supervise(moment, state)
+        ctc = ctc_law(moment, state, reference)
+        vhc = vhc_law(moment, state, reference) if vhc_law is not None else None
         error = math.hypot(state.x - platform.x, state.y - platform.y)
-        imu_error = imu_check.error(imu.acceleration, platform)
+        # the reference of the first moments comes too late for anybody to compare it
+        imu_error = imu_check.error(imu.acceleration, plan.path.at(number / rate_hz)) if number >= lead else None
         tripped = guard.fault is not None
         if vhc is None:
             command = guard.command(number, error, 0.0, ctc, ctc)
@@ -112,7 +160,9 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
             command = guard.command(number, error, supervisor.sigma, ctc, vhc)
         if guard.fault is not None and not tripped:
             faults.append(str(guard.fault))
-        samples.append(Sample(number, measured, imu, imu_error, platform, supervisor, ctc, vhc, command))
+        samples.append(Sample(number, measured, imu, imu_error, platform, supervisor, ctc, vhc, command, estimated))
+        if estimator is not None:
+            estimator.commanded(number, *command)
         progress(number)
         if number < last:
             try:
@@ -129,6 +179,8 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     topics += [IMU_ERROR, FAULTS]
     if run.samples[0].vhc is not None:
         topics.append(VHC_TORQUE)
+    if scenario.estimated:
+        topics += ESTIMATION_TOPICS
     rate_hz = scenario.rate_hz
     path = scenario.plan().path
     with BagWriter(directory, topics) as bag:
@@ -138,7 +190,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
                 bag.write(topic, stamp, data)
         # the trajectory generator is one sample ahead
         after = run.samples[-1].number + 1
-        data = _reference(path.at(after / rate_hz), sample_stamp_ns(after, rate_hz))
+        data = _reference(path.at((after + scenario.lead_samples) / rate_hz), sample_stamp_ns(after, rate_hz))
         bag.write(REFERENCE, sample_stamp_ns(after, rate_hz) - NANOSECONDS // rate_hz, data)
         # a stopping blender's last word is zero torque
         stamp = sample_stamp_ns(run.samples[-1].number, rate_hz)
@@ -161,10 +213,18 @@ def _messages(sample: Sample, stamp: int) -> list[tuple[Topic, bytes]]:
         (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
         (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
         (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),
-        (IMU_ERROR, serialize.float64(sample.imu_error)),
     ]
+    if sample.imu_error is not None:
+        messages.append((IMU_ERROR, serialize.float64(sample.imu_error)))
     if sample.vhc is not None:
         messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.vhc)))
+    if sample.estimated is not None:
+        (angles, torques), truth, deviations = sample.estimated
+        messages += [
+            (MOTOR_STATES, serialize.joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)),
+            (GROUND_TRUTH, serialize.joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)),
+            (ESTIMATE_COVARIANCE, serialize.joint_state(stamp, ESTIMATE_NAMES, deviations)),
+        ]
     return messages
 
 

@@ -10,6 +10,9 @@ from pydantic import Field, field_validator
 
 from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
 from fivebar_control.controllers.laws import SCHEMES, Scheme
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.estimator import Drives
+from fivebar_control.estimation.homing import Homing, check_declared, homing_at
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_description.imu import ImuDescription
 from fivebar_description.interface import NANOSECONDS
@@ -97,6 +100,21 @@ class ImuSection(StrictModel):
         return ImuOptions(self.description(), self.noise)
 
 
+class EkfSection(StrictModel):
+    """Section `ekf`: what the estimator assumes; see `EkfSettings` for each."""
+
+    acceleration_noise: Positive = EkfSettings().acceleration_noise
+    disturbance_rate: NotNegative = EkfSettings().disturbance_rate
+    disturbance_initial: NotNegative = EkfSettings().disturbance_initial
+    homing_tolerance: Positive = EkfSettings().homing_tolerance
+    mirror_deviations: NotNegative = EkfSettings().mirror_deviations
+    dwell_limit: Positive = EkfSettings().dwell_limit
+
+    def as_settings(self) -> EkfSettings:
+        """Return the settings for the estimator."""
+        return EkfSettings(**self.model_dump())
+
+
 class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
@@ -114,7 +132,8 @@ class Scenario(StrictModel):
     adaptive_gain: AdaptiveGainSection = AdaptiveGainSection()
     plant: PlantSection = PlantSection()
     imu: ImuSection = ImuSection()
-    estimator: Literal["none"] = "none"
+    estimator: Literal["none", "ekf"] = "none"
+    ekf: EkfSection = EkfSection()
     tracking_error_limit: Positive = 0.05
 
     @field_validator("rate_hz")
@@ -160,6 +179,25 @@ class Scenario(StrictModel):
             self.time_law,
         )
 
+    @property
+    def estimated(self) -> bool:
+        """Whether the controllers work from the two motors' encoders alone."""
+        return self.estimator == "ekf"
+
+    @property
+    def lead_samples(self) -> int:
+        """Samples from a measurement to the moment that its answer is for: an estimator predicts over the delay."""
+        return self.plant.delay_samples if self.estimated else 0
+
+    def drives(self) -> Drives:
+        """Return what the estimator knows of encoders and drives."""
+        return Drives(self.plant.encoder_counts, self.plant.delay_samples, self.plant.torque_limit)
+
+    def homing(self) -> Homing:
+        """Return the posture in which the robot starts, as the estimator is told."""
+        (x, y), (mode1, mode2) = self.waypoints[0], self.working_mode
+        return homing_at(self.five_bar(), mode1, mode2, x, y)
+
     def scheme(self) -> Scheme:
         """Return how the controller is put together."""
         return SCHEMES[self.controller]
@@ -195,6 +233,8 @@ def load_scenario(name_or_path: str) -> Scenario:
     scenario = read_yaml(path, Scenario)
     try:
         scenario.plan()
+        if scenario.estimated:
+            check_declared(scenario.five_bar(), scenario.homing())
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return scenario

@@ -20,6 +20,10 @@ REFERENCE_NAMES = ("x", "y", "vx", "vy")
 SUPERVISOR_NAMES = ("sigma", "inverse_condition")
 """Fields of `supervisor/state`: the blending weight and kappa = 1/cond(A)."""
 
+ESTIMATE_NAMES = ("x", "y", "vx", "vy", "d1", "d2")
+"""Fields of `estimate/covariance`: position holds standard deviations, at the moment of the measurement, of the
+platform's place (m) and velocity (m/s) and of the two motors' disturbance torques (Nm)."""
+
 IMU_FRAME = "imu"
 """Frame of `imu/data`, fixed to the distal link of leg 2 at the platform."""
 
@@ -59,6 +63,9 @@ VHC_TORQUE = Topic("vhc/torque", "sensor_msgs/msg/JointState")
 SUPERVISOR_STATE = Topic("supervisor/state", "sensor_msgs/msg/JointState")
 SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_COMMAND = Topic("torque_command", "sensor_msgs/msg/JointState")
+MOTOR_STATES = Topic("motor_states", "sensor_msgs/msg/JointState")
+ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
+GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
 IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu")
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
@@ -73,6 +80,9 @@ TOPICS = (
     SUPERVISOR_STATE,
     SUPERVISOR_SIGMA,
     TORQUE_COMMAND,
+    MOTOR_STATES,
+    ESTIMATE_COVARIANCE,
+    GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     FAULTS,
@@ -80,6 +90,9 @@ TOPICS = (
     RUN_READY,
 )
 """All topics of the graph, in the order in which pages and bags list them."""
+
+ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, GROUND_TRUTH)
+"""Topics that only a run with an estimator has: `joint_states` is then its estimate."""
 
 
 def sample_stamp_ns(sample: int, rate_hz: int) -> int:

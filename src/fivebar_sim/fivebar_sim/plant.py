@@ -40,6 +40,10 @@ class Measurement(NamedTuple):
     velocity: tuple[float, ...]
     effort: tuple[float, ...]
 
+    def of_motors(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return what encoders and drives of the two motors tell: q11, q21 (rad) and their torques (Nm)."""
+        return (self.position[0], self.position[2]), (self.effort[0], self.effort[2])
+
 
 class Plant:
     """The robot as a sampled system: measure sample k, then take the command that answers it, and so on.
@@ -106,6 +110,11 @@ class Plant:
         return Measurement(
             tuple(position for position, _ in readings), tuple(velocity for _, velocity in readings), effort
         )
+
+    def truth(self) -> Measurement:
+        """Return the exact figures of the present sample, whatever the encoders make of them."""
+        effort = (self._applied[0], 0.0, self._applied[1], 0.0)
+        return Measurement(tuple(self._q.tolist()), tuple(self._v.tolist()), effort)
 
     def measure_imu(self) -> ImuReading:
         """Return the IMU's reading of the present sample, under the torque applied up to it."""

@@ -574,7 +574,7 @@ def damage(path: Path, offset: int) -> None:
         pytest.param(lambda run: damage(run / "run_0.mcap", 2000), id="damaged data"),
         pytest.param(
             lambda run: (run / "metadata.yaml").write_text(
-                (run / "metadata.yaml").read_text().replace("  message_count: 2253", "  message_count: 2254")
+                (run / "metadata.yaml").read_text().replace("  message_count: 3003", "  message_count: 3004")
             ),
             id="fewer messages",
         ),

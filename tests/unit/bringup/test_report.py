@@ -42,6 +42,7 @@ FIGURES = {
     "vhc_error": (1500, 900),
     "path": (1500, 900),
     "supervisor": (1500, 1140),
+    "criterion": (1500, 660),
     "tracking": (1500, 660),
     "acceleration": (1500, 660),
 }

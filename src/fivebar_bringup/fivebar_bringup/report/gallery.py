@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.report import figures, plane
+from fivebar_bringup.report import criterion_figure, figures, plane
 from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.picture import Picture
 from fivebar_bringup.report.style import house_style, png
@@ -46,6 +46,13 @@ def draw_pictures(run: Findings) -> list[Picture]:
                 "Weight σ of the law on the locus, the distance 1/cond(A) from the Type 2 locus, and the torque"
                 " that each candidate law asks for along this run. Answers to the supervisory block of section"
                 " 4.1.2.",
+            ),
+            "criterion": (
+                criterion_figure.criterion(run),
+                "What the reference asks of the direction that no motor can push on the locus, mass times acceleration"
+                " along tₛ, with the planned crossings: where it is zero there, the motion meets the dynamic criterion."
+                " Strong in the blending zones; away from them every direction can be pushed. Answers to equations"
+                " 1.19, 2.4 and 4.21; the thesis gives no figure of it.",
             ),
             "tracking": (
                 figures.tracking(run),

@@ -19,6 +19,7 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CTC_TORQUE,
+    GROUND_TRUTH,
     IMU_DATA,
     JOINT_STATES,
     JOINTS,
@@ -37,6 +38,11 @@ from fivebar_description.parameters import FiveBar
 @dataclass(frozen=True)
 class RunSeries:
     """A run as arrays over its n recorded samples of `joint_states`, in order of the samples.
+
+    With an estimator the samples, the joints and all that follows from them are those of `ground_truth`, the exact
+    state, so that errors are errors of the robot. What was decided (torques, sigma, kappa) stands in the row of the
+    measurement that it answers, although it is about the moment `lead_samples` later; the reference stands in the row
+    of the moment that it is for.
 
     A row is NaN where its topic has no message with the sample's stamp. Of several messages with one stamp the first
     counts: a plant repeats sample 0 until it is answered, and a stopping blender's last word, zero torque, carries the
@@ -62,6 +68,9 @@ class RunSeries:
         vhc_error_joint: [n, 2], q_i1 minus q_i1 of the path point nearest to the platform (rad), in (-pi, pi].
         tracking_error: [n, 2], platform minus reference, x and y (m).
         acceleration_error: [n], magnitude measured by the IMU minus the desired one (m/s^2).
+        estimate_error: [n], distance (m) of the platform that the controllers were told of from where it was at the
+            moment that it was estimated for, `lead_samples` after the row's measurement: prediction included. NaN
+            without an estimator, and where the run ended before that moment.
     """
 
     sample: IntArray
@@ -83,6 +92,7 @@ class RunSeries:
     vhc_error_joint: FloatArray
     tracking_error: FloatArray
     acceleration_error: FloatArray
+    estimate_error: FloatArray
 
     @property
     def in_zone(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -98,16 +108,18 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         InputError: the scenario's motion is refused.
     """
     robot, plan = scenario.five_bar(), scenario.plan()
-    join = _Join(recording, scenario.rate_hz)
+    exact = GROUND_TRUTH if scenario.estimated else JOINT_STATES
+    join = _Join(recording, scenario.rate_hz, exact)
     time = join.sample / scenario.rate_hz
-    position = join.values(JOINT_STATES, JOINTS, "position")
-    velocity = join.values(JOINT_STATES, JOINTS, "velocity")
+    position = join.values(exact, JOINTS, "position")
+    velocity = join.values(exact, JOINTS, "velocity")
     reference = np.hstack(
         [
             join.values(REFERENCE, REFERENCE_NAMES, "position"),
             join.values(REFERENCE, REFERENCE_NAMES, "velocity")[:, 2:],
         ]
     )
+    reference = _at_their_moments(reference, join.sample, scenario, plan)
     supervisor = join.values(SUPERVISOR_STATE, SUPERVISOR_NAMES, "position")
     states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
     platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
@@ -125,7 +137,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         log_time_ns=join.log_time_ns,
         joint_position=position,
         joint_velocity=velocity,
-        torque_applied=join.values(JOINT_STATES, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
+        torque_applied=join.values(exact, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
         torque_requested=join.values(TORQUE_COMMAND, ACTIVE_JOINTS, "effort"),
         torque_ctc=join.values(CTC_TORQUE, ACTIVE_JOINTS, "effort"),
         torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
@@ -142,24 +154,25 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
             join.accelerations(),
             reference,
         ),
+        estimate_error=_estimate_errors(robot, join, scenario, platform),
     )
 
 
 class _Join:
-    """The samples of `joint_states`, and other topics on them."""
+    """The samples of the topic that holds the joints, and other topics on them."""
 
-    def __init__(self, recording: Recording, rate_hz: int) -> None:
+    def __init__(self, recording: Recording, rate_hz: int, joints: Topic) -> None:
         self._recording = recording
         self._rate_hz = rate_hz
-        numbers = self._numbers(JOINT_STATES)
+        numbers = self._numbers(joints)
         if numbers.size and np.all(numbers < 0):
             raise BagError(
-                recording.path, f"/{JOINT_STATES.name}: no stamp is on the grid of {rate_hz} Hz that starts at 1 s"
+                recording.path, f"/{joints.name}: no stamp is on the grid of {rate_hz} Hz that starts at 1 s"
             )
         last_first = numbers[::-1]
         self.sample, last = np.unique(last_first[last_first >= 0], return_index=True)
-        self.log_time_ns = recording.log_times(JOINT_STATES)[::-1][last_first >= 0][last]
-        self.stamp_ns = recording.stamps(JOINT_STATES)[::-1][last_first >= 0][last]
+        self.log_time_ns = recording.log_times(joints)[::-1][last_first >= 0][last]
+        self.stamp_ns = recording.stamps(joints)[::-1][last_first >= 0][last]
 
     def values(self, topic: Topic, names: Sequence[str], field: str) -> FloatArray:
         """Return [n, len(names)], one field of a topic of JointState in the order of the names."""
@@ -199,6 +212,38 @@ class _Join:
 
 def _rows(rows: list[tuple[float, ...]], width: int) -> FloatArray:
     return np.array(rows, dtype=np.float64).reshape(len(rows), width)
+
+
+def _at_their_moments(recorded: FloatArray, sample: IntArray, scenario: Scenario, plan: Plan) -> FloatArray:
+    """Return the references [n, 6] in the rows of the moments that they are for.
+
+    That of a moment was recorded `lead_samples` earlier; those of the first moments were never sent, and are planned.
+    """
+    lead = scenario.lead_samples
+    if lead == 0:
+        return recorded
+    moved = np.full_like(recorded, math.nan)
+    _, here, there = np.intersect1d(sample, sample + lead, assume_unique=True, return_indices=True)
+    moved[here] = recorded[there]
+    for row in np.flatnonzero(sample < lead):
+        moved[row] = plan.path.at(int(sample[row]) / scenario.rate_hz)
+    return moved
+
+
+def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: FloatArray) -> FloatArray:
+    """Return [n], how far (m) the published joints are from the exact platform [n, 4] of their own moment."""
+    errors = np.full(join.sample.size, math.nan)
+    if not scenario.estimated:
+        return errors
+    position = join.values(JOINT_STATES, JOINTS, "position")
+    velocity = join.values(JOINT_STATES, JOINTS, "velocity")
+    states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
+    told = _rows([(state.x, state.y) for state in states], 2)
+    _, then, row = np.intersect1d(
+        join.sample, join.sample + scenario.lead_samples, assume_unique=True, return_indices=True
+    )
+    errors[row] = np.hypot(*(told[row] - platform[then, :2]).T)
+    return errors
 
 
 def _constraint_errors(robot: FiveBar, plan: Plan, line: Line, state: State) -> tuple[float, float, float]:

@@ -51,7 +51,9 @@ class Summary:
         vhc_error_joint_max_rad: the same for the motor angles, against those of the nearest path point (rad).
         sigma_max: largest blending weight.
         torque_saturated_samples: samples that asked for more than the torque limit; None without a limit.
-        estimate_error_max_m: largest distance of the estimated platform from the true one (m); None without estimator.
+        estimate_error_max_m: largest distance of the platform that the controllers were told of from the true one at
+            the moment that it was estimated for, prediction over the drives' delay included (m); None without
+            estimator.
         imu_acceleration_error_rms: of the IMU's minus the desired magnitude (m/s^2).
         cycle_time_ms: None where time did not pass, as in an offline run.
         overruns: periods of the clock that went by without a torque for them.
@@ -133,7 +135,7 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
         vhc_error_joint_max_rad=peak(vhc_error_joint[series.in_zone]),
         sigma_max=peak(series.sigma),
         torque_saturated_samples=None if limit is None else _saturated(series.torque_requested, limit),
-        estimate_error_max_m=None,
+        estimate_error_max_m=peak(series.estimate_error),
         imu_acceleration_error_rms=rms(series.acceleration_error),
         cycle_time_ms=cycle_time(series),
         overruns=timing.overruns,

@@ -71,8 +71,8 @@ def vhc_joint_torque(
 
     Undefined (NaN) at Type 1, where the path runs across t_s, or where the path point is out of reach.
 
-    The constraints ask for qddot = phi'' sdot^2 + phi' sddot - Kp h - Kd hdot (3.3, 3.18; 3.17 drops the term in sddot).
-    With xddot = alpha v1 and its sddot = alpha d . v1, that is (N v1 - phi' d . v1) alpha = v - B^-1 c for
+    The constraints ask for qddot = phi'' sdot^2 + phi' sddot - Kp h - Kd hdot (3.3, 3.18; 3.17 drops the term in
+    sddot). With xddot = alpha v1 and its sddot = alpha d . v1, that is (N v1 - phi' d . v1) alpha = v - B^-1 c for
     v = phi'' sdot^2 - Kp h - Kd hdot: two equations for alpha, solved by least squares (3.14).
     """
     if state.leg1.b == 0.0 or state.leg2.b == 0.0:

@@ -20,6 +20,7 @@ from fivebar_control.estimation.covariance import (
     measured,
     propagated,
 )
+from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.platform_motion import (
     acceleration_derivatives,
     leg_motion,
@@ -27,9 +28,6 @@ from fivebar_control.estimation.platform_motion import (
 )
 from fivebar_control.model.geometry import wrap
 from fivebar_description.parameters import FiveBar
-
-EXACT_ANGLE = 1e-6
-"""Standard deviation (rad) that is assumed of an encoder without counts."""
 
 STIFFNESS_LIMIT = 2.0
 """Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
@@ -78,37 +76,26 @@ class EkfSettings(NamedTuple):
 class EncoderFilter:
     """The filter's two steps for one robot in one working mode; it keeps no state of its own."""
 
-    def __init__(
-        self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, encoder_counts: int | None, settings: EkfSettings
-    ) -> None:
-        """Bind the filter to a robot, its working mode, the sampling rate and the counts per revolution.
-
-        An encoder rounds down to a count: on average it reads half a count too little, with the variance of a uniform
-        distribution, a twelfth of the square of a count.
-        """
+    def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings) -> None:
+        """Bind the filter to a robot, its working mode and the sampling rate."""
         self._robot = robot
         self._mode1, self._mode2 = mode1, mode2
         self._settings = settings
         self._period = 1.0 / rate_hz
         self._noise = ProcessNoise(settings.acceleration_noise, settings.disturbance_rate, self._period)
-        count = 0.0 if encoder_counts is None else 2.0 * math.pi / encoder_counts
-        self.offset = 0.5 * count
-        """What a reading lacks on average (rad)."""
-        self.variance = max(count * count / 12.0, EXACT_ANGLE * EXACT_ANGLE)
-        """Variance of a reading (rad^2)."""
         stiffness = max(leg.coulomb / (leg.width * leg.inertia) for leg in (robot.leg1, robot.leg2))
         self._steps = max(1, math.ceil(0.5 * self._period * stiffness / STIFFNESS_LIMIT))
         self._step = 0.5 * self._period / self._steps
 
-    def begin(self, x: float, y: float) -> Belief:
+    def begin(self, x: float, y: float, variance: float) -> Belief:
         """Return the belief of a robot at rest whose platform the encoders put at (x, y) m.
 
-        The position's covariance is that of both angles, (N^T N)^-1 times their variance.
+        The position's covariance is (N^T N)^-1 times the variance (rad^2) of the angles.
         """
         leg1 = leg_motion(self._robot.leg1, self._mode1, x, y, 0.0, 0.0)
         leg2 = leg_motion(self._robot.leg2, self._mode2, x, y, 0.0, 0.0)
         determinant = leg1.n_x * leg2.n_y - leg1.n_y * leg2.n_x
-        scale = self.variance / (determinant * determinant)
+        scale = variance / (determinant * determinant)
         still = self._noise.velocity
         disturbance = self._settings.disturbance_initial * self._settings.disturbance_initial
         rows = [list(row) for row in diagonal((0.0, 0.0, still, still, disturbance, disturbance))]
@@ -154,9 +141,7 @@ class EncoderFilter:
         dp' = dp + (dv + dv') h/2. Second order, and bounded however steep the friction is around zero speed.
         """
         x, y, vx, vy, d1, d2 = middle
-        a = acceleration_derivatives(
-            self._robot, self._mode1, self._mode2, x, y, vx, vy, tau1 + d1, tau2 + d2
-        )
+        a = acceleration_derivatives(self._robot, self._mode1, self._mode2, x, y, vx, vy, tau1 + d1, tau2 + d2)
         h = self._period
         half, quarter = 0.5 * h, 0.25 * h * h
         w_xx = 1.0 - half * a.v_xx - quarter * a.p_xx
@@ -189,18 +174,24 @@ class EncoderFilter:
             v,
         )
 
-    def correct(self, belief: Belief, q11: float, q21: float) -> Belief:
-        """Return the belief after readings of both encoders (rad), which are as long as they are in any turn."""
+    def motor_speeds(self, estimate: Estimate) -> tuple[float, float]:
+        """Return dq11 and dq21 (rad/s)."""
+        x, y, vx, vy, _, _ = estimate
+        leg1 = leg_motion(self._robot.leg1, self._mode1, x, y, vx, vy)
+        return leg1.dq1, leg_motion(self._robot.leg2, self._mode2, x, y, vx, vy).dq1
+
+    def correct(self, belief: Belief, q11: Angle, q21: Angle) -> Belief:
+        """Return the belief after the angles of both motors were measured, in any turn."""
         (x, y, vx, vy, d1, d2), covariance = belief
         leg1 = leg_motion(self._robot.leg1, self._mode1, x, y, 0.0, 0.0)
         leg2 = leg_motion(self._robot.leg2, self._mode2, x, y, 0.0, 0.0)
-        innovation1 = _angle(q11 + self.offset, leg1.r_x, leg1.r_y)
-        innovation2 = _angle(q21 + self.offset, leg2.r_x, leg2.r_y)
+        innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
+        innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y)
         # one after the other, which for independent encoders is the same as both at once
-        covariance, k = measured(covariance, leg1.n_x, leg1.n_y, self.variance)
+        covariance, k = measured(covariance, leg1.n_x, leg1.n_y, q11.variance)
         dx, dy = k[0] * innovation1, k[1] * innovation1
         rest = innovation2 - leg2.n_x * dx - leg2.n_y * dy
-        covariance, g = measured(covariance, leg2.n_x, leg2.n_y, self.variance)
+        covariance, g = measured(covariance, leg2.n_x, leg2.n_y, q21.variance)
         return Belief(
             Estimate(
                 x + dx + g[0] * rest,
@@ -214,7 +205,7 @@ class EncoderFilter:
         )
 
 
-def _angle(reading: float, r_x: float, r_y: float) -> float:
+def _ahead(reading: float, r_x: float, r_y: float) -> float:
     """Return by how much a reading (rad) is ahead of the direction r, in (-pi, pi]; NaN for no direction."""
     ahead = reading - math.atan2(r_y, r_x)
     return wrap(ahead) if math.isfinite(ahead) else math.nan

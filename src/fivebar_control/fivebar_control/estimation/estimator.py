@@ -14,10 +14,14 @@ from typing import NamedTuple
 from fivebar_control.controllers.guard import Fault
 from fivebar_control.estimation.covariance import Row
 from fivebar_control.estimation.ekf import Belief, EkfSettings, EncoderFilter, Estimate
+from fivebar_control.estimation.encoder import CountedAngle
 from fivebar_control.estimation.homing import Homing, check_declared, homed_platform
 from fivebar_control.estimation.mirror import MirrorWatch
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar
+
+LONGEST_GAP = 10
+"""Samples without a reading over which the filter predicts; beyond them its estimate is lost."""
 
 
 class Drives(NamedTuple):
@@ -58,9 +62,7 @@ class JointEstimate(NamedTuple):
 class StateEstimator:
     """The filter over a run: starts from the homing posture, and latches the first fault."""
 
-    def __init__(
-        self, robot: FiveBar, homing: Homing, rate_hz: int, drives: Drives, settings: EkfSettings
-    ) -> None:
+    def __init__(self, robot: FiveBar, homing: Homing, rate_hz: int, drives: Drives, settings: EkfSettings) -> None:
         """Make an estimator for a robot that stands still in a declared posture.
 
         Raises:
@@ -71,7 +73,8 @@ class StateEstimator:
         self._homing = homing
         self._drives = drives
         self._settings = settings
-        self._filter = EncoderFilter(robot, homing.mode1, homing.mode2, rate_hz, drives.encoder_counts, settings)
+        self._filter = EncoderFilter(robot, homing.mode1, homing.mode2, rate_hz, settings)
+        self._encoders = tuple(CountedAngle(drives.encoder_counts, rate_hz) for _ in range(2))
         self._watch = MirrorWatch(robot, homing.mode1, homing.mode2, rate_hz, settings)
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
@@ -79,6 +82,7 @@ class StateEstimator:
         self.belief: Belief | None = None
         """At the moment of the sample taken last, before it is advanced; None before the first."""
         self.fault: Fault | None = None
+        self._last = 0
 
     def commanded(self, sample: int, tau1: float, tau2: float) -> None:
         """Take note of the torque (Nm) that was commanded in answer to a sample; of several the first counts."""
@@ -97,14 +101,16 @@ class StateEstimator:
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
-        belief = self._believe(q11, q21, tau1, tau2)
+        belief = self._believe(sample, q11, q21, tau1, tau2)
         x, y, vx, vy, _, _ = self._advanced(sample, belief.estimate)
         state = state_from_platform(self._robot, self._homing.mode1, self._homing.mode2, x, y, vx, vy)
         leg1, leg2 = state.leg1, state.leg2
         velocity = (leg1.dq1, leg1.dtheta - leg1.dq1, leg2.dq1, leg2.dtheta - leg2.dq1)
         effort = (tau1, 0.0, tau2, 0.0)
         if not math.isfinite(sum(velocity)):
-            self._latch("estimate_lost", f"at sample {sample} the estimated platform ({x:.4f}, {y:.4f}) m is out of reach")
+            self._latch(
+                "estimate_lost", f"at sample {sample} the estimated platform ({x:.4f}, {y:.4f}) m is out of reach"
+            )
             if self._answer is not None:
                 return self._answer._replace(effort=effort)
         elif (reason := self._watch.look(belief)) is not None:
@@ -119,13 +125,23 @@ class StateEstimator:
         """Fewest standard deviations there have been between the estimate and the other assembly mode."""
         return self._watch.least
 
-    def _believe(self, q11: float, q21: float, tau1: float, tau2: float) -> Belief:
+    def _believe(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> Belief:
+        one, two = self._encoders
         if self.belief is None:
-            offset, tolerance = self._filter.offset, self._settings.homing_tolerance
-            x, y = homed_platform(self._robot, self._homing, tolerance, q11 + offset, q21 + offset)
-            self.belief = self._filter.begin(x, y)
+            angle1, angle2 = one.first(q11), two.first(q21)
+            tolerance = self._settings.homing_tolerance + one.count
+            x, y = homed_platform(self._robot, self._homing, tolerance, angle1.value, angle2.value)
+            self.belief = self._filter.begin(x, y, angle1.variance)
         else:
-            self.belief = self._filter.correct(self._filter.predict(self.belief, tau1, tau2), q11, q21)
+            expected = self.belief
+            # a reading that was left out leaves a gap, over which the torque is taken for that of its last period
+            for _ in range(min(max(sample - self._last, 1), LONGEST_GAP)):
+                expected = self._filter.predict(expected, tau1, tau2)
+            if sample - self._last > LONGEST_GAP:
+                self._latch("estimate_lost", f"no motor readings from sample {self._last + 1} to {sample - 1}")
+            speed1, speed2 = self._filter.motor_speeds(expected.estimate)
+            self.belief = self._filter.correct(expected, one.next(q11, speed1), two.next(q21, speed2))
+        self._last = sample
         return self.belief
 
     def _advanced(self, sample: int, estimate: Estimate) -> Estimate:

@@ -31,7 +31,9 @@ class Homing(NamedTuple):
 
 def homing_at(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> Homing:
     """Return the posture with the platform at (x, y) m in a working mode, in the assembly mode that belongs to it."""
-    return Homing(x, y, mode1, mode2, 1 if det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)) > 0.0 else -1)
+    return Homing(
+        x, y, mode1, mode2, 1 if det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)) > 0.0 else -1
+    )
 
 
 def check_declared(robot: FiveBar, homing: Homing) -> None:

@@ -56,6 +56,11 @@ class DriveLink:
         """Whether both of its answers to the present SYNC are there."""
         return self._status is not None and self._effort is not None
 
+    @property
+    def silent(self) -> bool:
+        """Whether it has left more SYNCs in a row unanswered than it may."""
+        return self.missed > self._missing_limit
+
     def expect(self) -> None:
         """Begin a cycle: what has come so far answers an older SYNC."""
         self._status = self._effort = None
@@ -114,7 +119,7 @@ class DriveLink:
         if self.nmt_state != OPERATIONAL:
             state = NMT_STATES[self.nmt_state or 0]
             return Fault("drive_restarted", f"{self.place}: NMT state {state}, expected operational")
-        if self.missed > self._missing_limit:
+        if self.silent:
             return Fault("feedback_missing", f"{self.place}: no complete answer to {self.missed} SYNCs in a row")
         if self.drive.stall is not None and self._still * 1e3 > self.drive.stall.time_ms:
             return Fault(

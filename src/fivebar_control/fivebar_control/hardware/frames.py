@@ -82,15 +82,21 @@ class Malformed(NamedTuple):
     known: bool
 
 
-Frame = Status | Effort | Heartbeat | Emergency | SdoAnswer | Malformed
+class MastersOwn(NamedTuple):
+    """A frame that only the master sends: our own one come back, or that of a second master."""
+
+
+Frame = Status | Effort | Heartbeat | Emergency | SdoAnswer | MastersOwn | Malformed
 
 
 class FrameReader:
     """Tells what a frame says, given the two drives."""
 
-    def __init__(self, drives: tuple[Drive, Drive]) -> None:
-        """Make a reader for two drives."""
+    def __init__(self, drives: tuple[Drive, Drive], master: int) -> None:
+        """Make a reader for two drives and the node id of the master."""
         self._kinds: dict[int, tuple[int, int]] = {}
+        self._own = {NMT_ID, SYNC_ID, HEARTBEAT_BASE + master}
+        self._own |= {base + drive.node_id for base in (COMMAND_BASE, SDO_REQUEST_BASE) for drive in drives}
         for number, drive in enumerate(drives):
             for base in (STATUS_BASE, TORQUE_BASE, HEARTBEAT_BASE, EMERGENCY_BASE, SDO_ANSWER_BASE):
                 self._kinds[base + drive.node_id] = (base, number)
@@ -110,7 +116,7 @@ class FrameReader:
             return Emergency(drive, *_EMERGENCY.unpack(data))
         if base == SDO_ANSWER_BASE and len(data) == SDO_LENGTH:
             return SdoAnswer(drive)
-        return Malformed(known=base >= 0)
+        return MastersOwn() if can_id in self._own else Malformed(known=base >= 0)
 
 
 def command_data(controlword: int, torque: int) -> bytes:

@@ -73,7 +73,7 @@ class CandidateNode(SamplingNode):
         robot, plan = self._motion.robot, self._motion.plan
         state = state_from_joints(robot, *position, *velocity)
         reference = reference_from_platform(robot, plan.mode1, plan.mode2, Platform(x, y, vx, vy, ax, ay))
-        torque = self._law(sample, state, reference)
+        torque = self._law(sample + self._motion.lead_samples, state, reference)
         self._reply = joint_state(sample_stamp_ns(sample, self.rate_hz), ACTIVE_JOINTS, effort=torque)
         self._torque.publish(self._reply)
 

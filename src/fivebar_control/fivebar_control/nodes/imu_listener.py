@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.state import Platform
-from fivebar_control.nodes.motion_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_control.nodes.motion_parameters import LEAD, RATE, ROBOT, WORKING_MODE
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.parameters import load_robot
@@ -46,13 +46,15 @@ class ImuListener(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("imu_listener")
-        values = self.parameters((ROBOT, RATE, WORKING_MODE))
+        values = self.parameters((ROBOT, RATE, WORKING_MODE, LEAD))
         self._arguments = (load_robot(values["robot"]), *values["working_mode"], values["rate_hz"], declare_imu(self))
         self._check = ImuCheck(*self._arguments)
         self._saturated = 0
         self._missing = 0
         self._error = self.advertise(IMU_ERROR)
-        inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, fields_of(REFERENCE_NAMES, "position", "velocity")))
+        # an IMU reading is about the moment of its stamp, a reference about one that is `lead_samples` later
+        read_reference = fields_of(REFERENCE_NAMES, "position", "velocity")
+        inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, values["lead_samples"]))
         self.join(values["rate_hz"], inputs, QUEUE_DEPTH)
 
     def restart(self) -> None:

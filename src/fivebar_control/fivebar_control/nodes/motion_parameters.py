@@ -17,6 +17,15 @@ WORKING_MODE = Spec(
     "working_mode", [1, -1], "Elbow side of each leg: +1 counter-clockwise of the line from base to platform."
 )
 
+LEAD = Spec(
+    "lead_samples",
+    0,
+    "Samples from a measurement to the moment that its answer is for: the drives' delay where an estimator predicts.",
+    "samples",
+    0,
+    100,
+)
+
 MOTION = (
     ROBOT,
     RATE,
@@ -27,15 +36,21 @@ MOTION = (
     Spec("zone_rule", "ballistic", "How the blending zones are sized.", choices=("ballistic", "fixed")),
     Spec("zone_duration_ms", 40.0, "Time with sigma = 1 at a crossing, for the ballistic rule.", "ms", 0.1, 10_000.0),
     Spec("zone_epsilon", 0.05, "Half width of the zones in 1/cond(A), for the fixed rule.", "", 1e-6, 0.5),
+    LEAD,
 )
 
 
 class Motion(NamedTuple):
-    """What a node knows of the motion: the robot, the checked plan and the sampling rate."""
+    """What a node knows of the motion: the robot, the checked plan, the sampling rate and the lead.
+
+    With a lead of d samples the messages that carry the stamp of sample k are about the moment of sample k + d, when
+    the torque that answers sample k begins to act: the estimated state, the reference, and all that follows from them.
+    """
 
     robot: FiveBar
     plan: Plan
     rate_hz: int
+    lead_samples: int = 0
 
 
 def declare_motion(node: GraphNode) -> Motion:
@@ -61,7 +76,7 @@ def declare_motion(node: GraphNode) -> Motion:
         )
     except PlanRefused as error:
         raise InputError(f"{node.get_name()}: motion refused: {error}") from error
-    return Motion(robot, plan, values["rate_hz"])
+    return Motion(robot, plan, values["rate_hz"], values["lead_samples"])
 
 
 def _pairs(flat: Sequence[float]) -> list[tuple[float, float]]:

@@ -47,7 +47,8 @@ class SupervisorNode(SamplingNode):
     def answer(self, sample: int, *values: Any) -> None:
         """Publish sigma and 1/cond(A)."""
         ((position, velocity),) = values
-        self._reply = self._supervise(sample, state_from_joints(self._motion.robot, *position, *velocity))
+        state = state_from_joints(self._motion.robot, *position, *velocity)
+        self._reply = self._supervise(sample + self._motion.lead_samples, state)
         self._publish(sample, self._reply)
 
     def repeat(self) -> None:

@@ -33,7 +33,7 @@ class TrajectoryGenerator(SamplingNode):
         self.answer(self.last_sample)
 
     def _publish(self, sample: int) -> None:
-        x, y, vx, vy, ax, ay = self._motion.plan.path.at(sample / self.rate_hz)
+        x, y, vx, vy, ax, ay = self._motion.plan.path.at((sample + self._motion.lead_samples) / self.rate_hz)
         self._reference.publish(
             joint_state(
                 sample_stamp_ns(sample, self.rate_hz),

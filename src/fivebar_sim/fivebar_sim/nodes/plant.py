@@ -13,10 +13,12 @@ from std_srvs.srv import Trigger
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,
+    GROUND_TRUTH,
     IMU_DATA,
     IMU_FRAME,
     JOINT_STATES,
     JOINTS,
+    MOTOR_STATES,
     RUN_READY,
     RUN_STATUS,
     TORQUE_COMMAND,
@@ -28,7 +30,7 @@ from fivebar_description.ros.imu_parameters import declare_imu
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
-from fivebar_sim.nodes.plant_parameters import LOCKSTEP, SPECS
+from fivebar_sim.nodes.plant_parameters import LOCKSTEP, MOTORS, SPECS
 from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.plant import Plant, PlantDiverged
 
@@ -76,7 +78,9 @@ class PlantNode(GraphNode):
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
         self._overruns = 0
         self._began = self._heard = time.monotonic()
-        self._joint_states = self.advertise(JOINT_STATES)
+        self._motors_only = values["publishes"] == MOTORS
+        self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
+        self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only else None
         self._imu = self.advertise(IMU_DATA)
         self._faults = self.advertise(FAULTS)
         self._status = self.advertise(RUN_STATUS)
@@ -119,7 +123,13 @@ class PlantNode(GraphNode):
         stamp = sample_stamp_ns(self._sample, self._rate_hz)
         measured = self._plant.measure()
         reading = self._plant.measure_imu()
-        self._joint_message = joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
+        if self._motors_only:
+            truth = self._plant.truth()
+            self._truth_message = joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
+            angles, torques = measured.of_motors()
+            self._joint_message = joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)
+        else:
+            self._joint_message = joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
         self._imu_message = Imu()
         self._imu_message.header.stamp = to_stamp(stamp)
         self._imu_message.header.frame_id = IMU_FRAME
@@ -132,6 +142,8 @@ class PlantNode(GraphNode):
 
     def _publish_sample(self) -> None:
         self._imu.publish(self._imu_message)
+        if self._ground_truth is not None:
+            self._ground_truth.publish(self._truth_message)
         self._joint_states.publish(self._joint_message)
 
     def _on_command(self, message: JointState) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fivebar_description.ros.parameters import Spec, whole_period
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
+ALL_JOINTS, MOTORS = "joint_states", "motor_states"
 
 START_JOINTS = [1.6573402912344397, -0.9225800732005386, 1.4842523623553534, 0.9225800732005386]
 """At rest at (0, 0.15) m with the elbows outwards, where the middle crossing starts."""
@@ -18,6 +19,12 @@ SPECS = (
         LOCKSTEP,
         "Lockstep waits for the torque of each sample; realtime follows the steady clock.",
         choices=(LOCKSTEP, REALTIME),
+    ),
+    Spec(
+        "publishes",
+        ALL_JOINTS,
+        "The four joints for the controllers, or the two motors for an estimator with the exact state beside.",
+        choices=(ALL_JOINTS, MOTORS),
     ),
     Spec("initial_joints", START_JOINTS, "Posture at the start: q11, q12, q21, q22 of a closed loop.", "rad"),
     Spec("wait_for_nodes", [""], "Nodes that must have announced themselves on run/ready before sample 0."),

@@ -1,0 +1,151 @@
+"""The runs of a reproduction: a case says in words what is run, and gives the scenario for it."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, NamedTuple
+
+from pydantic import PrivateAttr
+
+from fivebar_bringup.report.thesis import CARTESIAN, MIDDLE, MULTIPLE, Waypoints
+from fivebar_bringup.scenario import ImuSection, Scenario, load_scenario
+from fivebar_control.trajectory.planner import CRITERION, QUINTIC, Plan
+
+JOINT = "multi_joint"
+CTC, MULTI_MODEL = "ctc", "multi_model_ctc"
+
+EARLY: Waypoints = ((0.0, 0.105), (0.0, 0.02))
+LATE: Waypoints = ((0.0, 0.15), (0.0, 0.07))
+"""Through the locus far from half of the way, where the fifth-order polynomial is far from the dynamic criterion."""
+
+PLANTS: dict[str, dict[str, Any]] = {
+    "nominal": {},
+    "mass +10 %": {"mass_scale": 1.1},
+    "inertia −10 %": {"inertia_scale": 0.9},
+    "friction × 0.8": {"friction_scale": 0.8},
+    "friction × 1.2": {"friction_scale": 1.2},
+    "one sample of delay": {"delay_samples": 1},
+}
+"""How the simulated robot differs from the one that the controllers believe in."""
+
+NOMINAL, DELAY = "nominal", "one sample of delay"
+PERTURBED = ("mass +10 %", "inertia −10 %", "friction × 0.8", "friction × 1.2")
+
+EPSILONS = (0.02, 0.05, 0.1)
+"""Fixed half widths of the blending zone, as the thesis has one."""
+
+DEFAULT, MIN_NORM = "default", "min_norm"
+
+
+def fixed(epsilon: float, resolution: str = "") -> str:
+    """Return the name of a variant with a fixed zone, and with another resolution of the torque than the default."""
+    return f"{resolution} ε = {epsilon:g}".strip()
+
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    DEFAULT: {},
+    MIN_NORM: {"vhc_resolution": "min_norm"},
+    **{fixed(epsilon): {"zone": {"rule": "fixed", "epsilon": epsilon}} for epsilon in EPSILONS},
+    **{
+        fixed(epsilon, MIN_NORM): {"vhc_resolution": "min_norm", "zone": {"rule": "fixed", "epsilon": epsilon}}
+        for epsilon in EPSILONS
+    },
+}
+"""Zone and resolution of the law on the locus."""
+
+
+class Case(NamedTuple):
+    """One run, by what distinguishes it from the others.
+
+    Attributes:
+        controller: name of the controller.
+        motion: name of the motion, see :func:`waypoints`.
+        duration: of each segment (s).
+        plant: one of `PLANTS`.
+        variant: one of `VARIANTS`.
+        time_law: how the reference passes along a segment.
+        imu: whether the IMU is the one of the shipped scenario imu_middle instead of a perfect one.
+        adaptive_gain: whether multi_joint has its adaptive gain.
+    """
+
+    controller: str = CARTESIAN
+    motion: str = "middle"
+    duration: float = 1.0
+    plant: str = NOMINAL
+    variant: str = DEFAULT
+    time_law: str = QUINTIC
+    imu: bool = False
+    adaptive_gain: bool = True
+
+    @property
+    def label(self) -> str:
+        """The case in words."""
+        parts = [self.controller, self.motion, f"{self.duration:g} s"]
+        parts += [self.plant] if self.plant != NOMINAL else []
+        parts += [self.variant] if self.variant != DEFAULT else []
+        parts += ["criterion time law"] if self.time_law == CRITERION else []
+        parts += ["simulated IMU"] if self.imu else []
+        parts += [] if self.adaptive_gain else ["no adaptive gain"]
+        return ", ".join(parts)
+
+    def scenario(self) -> PlannedScenario:
+        """Return what to run."""
+        return PlannedScenario(
+            name=f"{self.motion}-{self.controller}",
+            controller=self.controller,  # type: ignore[arg-type]
+            waypoints=waypoints(self.motion),
+            segment_duration=self.duration,
+            time_law=self.time_law,  # type: ignore[arg-type]
+            plant=PLANTS[self.plant],  # type: ignore[arg-type]
+            imu=rig_imu() if self.imu else ImuSection(),
+            adaptive_gain={"enabled": self.adaptive_gain},  # type: ignore[arg-type]
+            **VARIANTS[self.variant],
+        )
+
+
+class PlannedScenario(Scenario):
+    """A scenario that works its motion out once; running and reporting ask for it several times."""
+
+    _plan: Plan | None = PrivateAttr(default=None)
+
+    def plan(self) -> Plan:
+        """Return the checked motion.
+
+        Raises:
+            PlanRefused: the motion cannot be made.
+        """
+        if self._plan is None:
+            self._plan = super().plan()
+        return self._plan
+
+
+@cache
+def waypoints(motion: str) -> Waypoints:
+    """Return the waypoints (m) of a motion by its name; others than these four are shipped scenarios."""
+    known = {"middle": MIDDLE, "multiple": MULTIPLE, "early": EARLY, "late": LATE}
+    return known[motion] if motion in known else load_scenario(motion).waypoints
+
+
+@cache
+def rig_imu() -> ImuSection:
+    """Return the IMU of the simulated rig: noisy, biased, slow, and mounted beside the platform point and turned."""
+    return load_scenario("imu_middle").imu
+
+
+class Extent(NamedTuple):
+    """How much is run: durations of the segments (s), and plants besides the nominal one."""
+
+    durations: tuple[float, ...]
+    perturbed: tuple[str, ...]
+
+    def grid(self, controller: str, motions: tuple[str, ...] = ("middle", "multiple"), **other: Any) -> list[Case]:
+        """Return a controller's cases on motions with every duration."""
+        return [Case(controller, motion, duration, **other) for motion in motions for duration in self.durations]
+
+
+FULL = Extent((0.5, 1.0, 2.0, 3.0), PERTURBED)
+QUICK = Extent((1.0,), ("friction × 1.2",))
+"""A look at everything in a fraction of the time."""
+
+SHOWN = 1.0
+"""Duration of the segments (s) of the runs that are drawn."""

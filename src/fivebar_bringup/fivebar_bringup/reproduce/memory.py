@@ -1,0 +1,89 @@
+"""A finished offline run in the place of its bag: the same numbers, without writing and reading a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
+from fivebar_bringup.offline import OfflineRun
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    CTC_TORQUE,
+    FAULTS,
+    IMU_DATA,
+    JOINT_STATES,
+    JOINTS,
+    REFERENCE,
+    REFERENCE_NAMES,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_STATE,
+    TORQUE_COMMAND,
+    VHC_TORQUE,
+    Topic,
+    sample_stamp_ns,
+)
+
+NAMES = {
+    JOINT_STATES.name: JOINTS,
+    REFERENCE.name: REFERENCE_NAMES,
+    SUPERVISOR_STATE.name: SUPERVISOR_NAMES,
+    CTC_TORQUE.name: ACTIVE_JOINTS,
+    VHC_TORQUE.name: ACTIVE_JOINTS,
+    TORQUE_COMMAND.name: ACTIVE_JOINTS,
+}
+
+
+class RunInMemory(Recording):
+    """Answers as the bag of a run would, for the topics that a report is made from."""
+
+    def __init__(self, run: OfflineRun, scenario: Scenario) -> None:
+        """Hold a run of a scenario."""
+        super().__init__(Path(scenario.name), {}, {"dropped": "0"})
+        self._run = run
+        samples = run.samples
+        stamps = [sample_stamp_ns(sample.number, scenario.rate_hz) for sample in samples]
+        self._stamps = np.array(stamps, dtype=np.int64)
+        references = np.array([sample.reference for sample in samples])
+        self._fields = {
+            (JOINT_STATES.name, "position"): np.array([sample.measured.position for sample in samples]),
+            (JOINT_STATES.name, "velocity"): np.array([sample.measured.velocity for sample in samples]),
+            (JOINT_STATES.name, "effort"): np.array([sample.measured.effort for sample in samples]),
+            (IMU_DATA.name, "linear_acceleration"): np.array([sample.imu.acceleration for sample in samples]),
+            (REFERENCE.name, "position"): references[:, :4],
+            (REFERENCE.name, "velocity"): references[:, 2:],
+            (SUPERVISOR_STATE.name, "position"): np.array([sample.supervisor for sample in samples]),
+            (CTC_TORQUE.name, "effort"): np.array([sample.ctc for sample in samples]),
+            (TORQUE_COMMAND.name, "effort"): np.array([sample.command for sample in samples]),
+        }
+        on_locus = [sample.vhc for sample in samples if sample.vhc is not None]
+        if on_locus:
+            self._fields[VHC_TORQUE.name, "effort"] = np.array(on_locus)
+
+    def count(self, topic: Topic) -> int:
+        """Return the number of messages of a topic."""
+        if topic == FAULTS:
+            return len(self._run.faults)
+        return len(self._run.samples) if any(name == topic.name for name, _ in self._fields) else 0
+
+    def log_times(self, topic: Topic) -> IntArray:
+        """Return the stamps: in an offline run no time passes."""
+        return self._stamps
+
+    def stamps(self, topic: Topic) -> IntArray:
+        """Return the stamps, int64[n] in nanoseconds."""
+        return self._stamps
+
+    def joint_names(self, topic: Topic) -> tuple[str, ...]:
+        """Return the names in a topic of JointState."""
+        return NAMES[topic.name]
+
+    def field(self, topic: Topic, name: str) -> FloatArray:
+        """Return one field of all messages as float64."""
+        return self._fields[topic.name, name]
+
+    def texts(self, topic: Topic) -> list[str]:
+        """Return the faults."""
+        return list(self._run.faults)

@@ -1,0 +1,141 @@
+"""The page of a reproduction: one file with everything in it, which asks nothing of the network."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from html import escape
+
+from fivebar_bringup.report.page import CSS
+from fivebar_bringup.report.picture import Picture
+from fivebar_bringup.reproduce.rows import Row
+from fivebar_bringup.reproduce.tables import Cell, Table
+from fivebar_bringup.reproduce.verdicts import Verdict
+
+MORE_CSS = """
+.chip { display: inline-block; padding: .05rem .6rem; border-radius: 1rem; font-size: .86rem; font-weight: 600;
+  white-space: nowrap; border: 1.5px solid currentColor; }
+.good { color: var(--good); }
+.bad { color: var(--bad); }
+.row { margin: 0 0 1.6rem; background: var(--card); border: 1px solid var(--line); border-radius: 8px; }
+.row > header { display: flex; flex-wrap: wrap; gap: .3rem .9rem; align-items: baseline; padding: .9rem 1.1rem .3rem; }
+.row h3 { margin: 0; font-size: 1.05rem; flex: 1 1 22rem; }
+.row .place { color: var(--soft); }
+.row dl { display: grid; grid-template-columns: minmax(5.5rem, max-content) 1fr; gap: .25rem 1.1rem; margin: 0;
+  padding: .2rem 1.1rem .9rem; }
+.row dt { color: var(--soft); }
+.row dd { margin: 0; overflow-wrap: anywhere; }
+.row figure { margin: 0; border: 0; border-top: 1px solid var(--line); border-radius: 0; }
+.dense td, .dense th { padding: .3rem .6rem; font-size: .86rem; white-space: nowrap; }
+.dense td.long { white-space: normal; min-width: 17rem; }
+.note { color: var(--soft); }
+details { margin: .9rem 0; }
+summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
+a { color: inherit; }
+"""
+
+LONG = 24
+"""Entries with more characters are broken into lines."""
+
+
+def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
+    """Return the page: the verdicts in short, every row with its figures, the tables."""
+    counts = {verdict: sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict}
+    short = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
+    gallery = "\n".join(_row(row) for row in rows)
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
+<title>Reproduction: {escape(short)}</title>
+<style>{CSS}{MORE_CSS}</style>
+</head>
+<body>
+<main>
+<h1>The thesis, made again</h1>
+<p class="setting">{escape(short)} · {runs} runs in {wall_s:.0f} s · simulated throughout</p>
+<p>Each row sets what the thesis reports beside what this project measures. A verdict follows from the measured figure
+by the rule that stands with it: <span class="chip good">agreed</span> where the figure or statement comes out,
+<span class="chip good">better</span> where an error is smaller by more than its order, and
+<span class="chip bad">not reproduced</span> where it does not, with the reason.</p>
+<h2>In short</h2>
+{_overview(rows)}
+<h2>Figures and claims</h2>
+{gallery}
+<h2>Tables</h2>
+{"".join(_table(table) for table in tables)}
+<h2>Do it again</h2>
+<pre>{escape(command)}</pre>
+</main>
+</body>
+</html>
+"""
+
+
+def _overview(rows: Sequence[Row]) -> str:
+    body = "\n".join(
+        f'<tr><th scope="row"><a href="#{_anchor(row)}">{escape(row.place)}</a></th><td>{escape(row.title)}</td>'
+        f"<td>{_chip(row)}</td><td>{escape(row.judgement.reason)}</td></tr>"
+        for row in rows
+    )
+    return (
+        '<div class="scroll"><table>\n<thead><tr><th scope="col">thesis</th><th scope="col">about</th>'
+        '<th scope="col">verdict</th><th scope="col">because</th></tr></thead>\n'
+        f"<tbody>\n{body}\n</tbody>\n</table></div>"
+    )
+
+
+def _row(row: Row) -> str:
+    entries = [
+        ("thesis", row.thesis),
+        ("measured", row.measured),
+        ("rule", row.judgement.rule),
+        ("reason", row.judgement.reason),
+    ]
+    entries += [("remark", row.remark)] if row.remark else []
+    content = "\n".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in entries)
+    return (
+        f'<section class="row" id="{_anchor(row)}"><header><span class="place">{escape(row.place)}</span>'
+        f"<h3>{escape(row.title)}</h3>{_chip(row)}</header>\n<dl>\n{content}\n</dl>\n"
+        f"{''.join(_figure(picture) for picture in row.pictures)}</section>"
+    )
+
+
+def _anchor(row: Row) -> str:
+    name = f"{row.place} {row.title}".lower()
+    return "-".join("".join(letter if letter.isalnum() else " " for letter in name).split())
+
+
+def _chip(row: Row) -> str:
+    verdict = row.judgement.verdict
+    kind = "bad" if verdict == Verdict.NOT_REPRODUCED else "good"
+    return f'<span class="chip {kind}">{escape(verdict)}</span>'
+
+
+def _figure(picture: Picture) -> str:
+    data = base64.b64encode(picture.png).decode("ascii")
+    return (
+        f'<figure><img alt="{escape(picture.caption, quote=True)}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
+    )
+
+
+def _table(table: Table) -> str:
+    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in table.columns)
+    body = "\n".join(f"<tr>{''.join(_cell(cell) for cell in row)}</tr>" for row in table.rows)
+    inner = (
+        f'<div class="scroll dense"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+    )
+    if table.folded:
+        return f"<details><summary>{escape(table.title)}</summary>{inner}</details>\n"
+    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
+    return f"<h3>{escape(table.title)}</h3>{note}{inner}\n"
+
+
+def _cell(cell: Cell) -> str:
+    kinds = [kind for kind, holds in (("good", cell.good is True), ("bad", cell.good is False)) if holds]
+    kinds += ["long"] if len(cell.text) > LONG else []
+    attribute = f' class="{" ".join(kinds)}"' if kinds else ""
+    return f"<td{attribute}>{escape(cell.text)}</td>"

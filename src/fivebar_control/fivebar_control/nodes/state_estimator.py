@@ -1,0 +1,221 @@
+"""Estimates all four joints from the two motors: answers `motor_states` with `joint_states` of the same stamp."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.estimator import Drives, StateEstimator
+from fivebar_control.estimation.homing import Homing, HomingContradicted
+from fivebar_control.nodes.motion_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    ESTIMATE_COVARIANCE,
+    ESTIMATE_NAMES,
+    FAULTS,
+    JOINT_STATES,
+    JOINTS,
+    MOTOR_STATES,
+    TORQUE_COMMAND,
+    sample_of_stamp,
+    sample_stamp_ns,
+)
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
+from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.run import run_node
+from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.strict_yaml import InputError
+
+DEFAULT = EkfSettings()
+FAILED = 1
+
+
+def _sign(assembly: int) -> str | None:
+    return None if assembly in (-1, 1) else "expected +1 or -1"
+
+
+SETTINGS = (
+    Spec(
+        "acceleration_noise",
+        DEFAULT.acceleration_noise,
+        "Density of the platform acceleration that the model does not know.",
+        "m/s^2 per root Hz",
+        1e-6,
+        1e3,
+    ),
+    Spec(
+        "disturbance_rate",
+        DEFAULT.disturbance_rate,
+        "How fast the disturbance torques may wander.",
+        "Nm per root s",
+        0.0,
+        1e3,
+    ),
+    Spec(
+        "disturbance_initial",
+        DEFAULT.disturbance_initial,
+        "Standard deviation of the disturbance torques at the start.",
+        "Nm",
+        0.0,
+        1e3,
+    ),
+    Spec(
+        "homing_tolerance",
+        DEFAULT.homing_tolerance,
+        "Largest angle between an encoder and the declared homing posture.",
+        "rad",
+        1e-6,
+        1.0,
+    ),
+    Spec(
+        "mirror_deviations",
+        DEFAULT.mirror_deviations,
+        "Distance of the other assembly mode, in standard deviations, below which the estimate is ambiguous.",
+        "",
+        0.0,
+        1e3,
+    ),
+    Spec(
+        "dwell_limit",
+        DEFAULT.dwell_limit,
+        "Time near the Type 2 locus after which the estimate is ambiguous, whatever the deviations.",
+        "s",
+        1e-3,
+        1e6,
+    ),
+)
+"""The fields of `EkfSettings`."""
+
+SPECS = (
+    ROBOT,
+    RATE,
+    WORKING_MODE,
+    Spec("homing", [0.0, 0.15], "Where the platform stands at sample 0: x, y.", "m"),
+    Spec("assembly_mode", 1, "Sign of det A in that posture.", "", -1, 1, check=_sign),
+    Spec("encoder_counts", 0, "Encoder counts per revolution of a motor, 0 for exact.", "counts", 0, 1_000_000_000),
+    Spec("delay_samples", 0, "Sampling periods between a command and its effect.", "samples", 0, 100),
+    Spec("torque_limit", 10.0, "Largest torque that the drives apply, 0 for no limit.", "Nm", 0.0, 1e6),
+    *SETTINGS,
+)
+
+
+class StateEstimatorNode(SamplingNode):
+    """The extended Kalman filter behind the encoders.
+
+    With a delay of the drives, the answer to sample k needs the commands of samples k-d to k-1, of which the last may
+    arrive after the sample itself: then the answer waits for it. In real time a command may fail to come; the next
+    sample ends the wait, and the command before it is taken in its place, as the drives do.
+    """
+
+    def __init__(self) -> None:
+        """Make the node."""
+        super().__init__("state_estimator")
+        values = self.parameters(SPECS)
+        if len(values["homing"]) != 2:
+            raise InputError(f"state_estimator: parameter homing: {list(values['homing'])}: expected two numbers")
+        if len(values["working_mode"]) != 2 or any(mode not in (-1, 1) for mode in values["working_mode"]):
+            raise InputError(f"state_estimator: working_mode: {list(values['working_mode'])}: expected two signs")
+        (x, y), (mode1, mode2) = values["homing"], values["working_mode"]
+        self._arguments = (
+            load_robot(values["robot"]),
+            Homing(x, y, mode1, mode2, values["assembly_mode"]),
+            values["rate_hz"],
+            Drives(values["encoder_counts"] or None, values["delay_samples"], values["torque_limit"] or None),
+            EkfSettings(**{spec.name: values[spec.name] for spec in SETTINGS}),
+        )
+        self._estimator = StateEstimator(*self._arguments)
+        self._waiting: tuple[int, tuple[float, ...]] | None = None
+        self._replied = -1
+        self._reply: tuple[JointState, JointState] | None = None
+        self._joint_states = self.advertise(JOINT_STATES)
+        self._covariance = self.advertise(ESTIMATE_COVARIANCE)
+        self._faults = self.advertise(FAULTS)
+        if values["delay_samples"] > 0:
+            self.listen(TORQUE_COMMAND, self._on_command)
+        self.join(values["rate_hz"], (Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort")),))
+
+    def health(self) -> tuple[bytes, str]:
+        """Return an error while a fault is latched."""
+        if self._estimator.fault is not None:
+            return DiagnosticStatus.ERROR, str(self._estimator.fault)
+        return super().health()
+
+    def restart(self) -> None:
+        """Begin again from the homing posture; a latched fault is gone."""
+        self._estimator = StateEstimator(*self._arguments)
+        self._waiting = None
+        self._replied = -1
+
+    def answer(self, sample: int, *values: Any) -> None:
+        """Publish the joint states, now or once the command before this sample has come."""
+        ((position, effort),) = values
+        self._end_wait()
+        self._waiting = (sample, (*position, *effort))
+        if not self._estimator.awaits(sample):
+            self._end_wait()
+
+    def repeat(self) -> None:
+        """Publish the same joint states again."""
+        if self._reply is not None and self._replied == self.last_sample:
+            self._publish(*self._reply)
+
+    def _on_command(self, message: JointState) -> None:
+        sample = sample_of_stamp(stamp_of(message), self.rate_hz)
+        try:
+            ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
+        except MessageError as error:
+            self.drop(TORQUE_COMMAND, str(error))
+            return
+        if sample is None or sample > self.last_sample:
+            self.drop(
+                TORQUE_COMMAND, f"stamp {stamp_of(message)} ns, expected one of a sample up to {self.last_sample}"
+            )
+            return
+        self._estimator.commanded(sample, tau1, tau2)
+        if self._waiting is not None and not self._estimator.awaits(self._waiting[0]):
+            self._end_wait()
+
+    def _end_wait(self) -> None:
+        if self._waiting is None:
+            return
+        (sample, readings), self._waiting = self._waiting, None
+        known = self._estimator.fault
+        try:
+            estimate = self._estimator.take(sample, *readings)
+        except HomingContradicted as error:
+            self._announce(str(error))
+            self.exit_status = FAILED
+            return
+        if self._estimator.fault is not None and known is None:
+            self._announce(str(self._estimator.fault))
+            # the blender is to know before it sees this sample, so that every run stops at the same one
+            self.deliver()
+        stamp = sample_stamp_ns(sample, self.rate_hz)
+        self._replied = sample
+        self._reply = (
+            joint_state(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),
+            joint_state(stamp, ESTIMATE_NAMES, estimate.deviations),
+        )
+        self._publish(*self._reply)
+
+    def _publish(self, joints: JointState, deviations: JointState) -> None:
+        self._covariance.publish(deviations)
+        self._joint_states.publish(joints)
+
+    def _announce(self, fault: str) -> None:
+        self._faults.publish(String(data=fault))
+        self.get_logger().error(fault)
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(StateEstimatorNode)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Two emulated CiA 402 drives on a CAN bus, which move the simulated robot. No ROS in here."""

@@ -1,0 +1,63 @@
+"""The drive's side of the CiA 402 power state machine."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class PowerState(Enum):
+    """States, each with its bits of the statusword."""
+
+    SWITCH_ON_DISABLED = 0x0040
+    READY = 0x0021
+    SWITCHED_ON = 0x0023
+    ENABLED = 0x0027
+    FAULT = 0x0008
+
+
+REMOTE = 0x0200
+"""Bit of the statusword: the drive listens to the controlword."""
+
+VOLTAGE = 0x0010
+"""Bit of the statusword: there is high voltage."""
+
+
+class PowerStateMachine:
+    """Follows controlwords; a fault is left by the rising edge of bit 7 only."""
+
+    def __init__(self) -> None:
+        """Start switched off."""
+        self.state = PowerState.SWITCH_ON_DISABLED
+        self._last = 0
+
+    @property
+    def statusword(self) -> int:
+        """The value of 0x6041."""
+        return self.state.value | REMOTE | VOLTAGE
+
+    def control(self, word: int) -> bool:
+        """Take a controlword; return whether it reset a fault."""
+        rising = bool(word & 0x80 and not self._last & 0x80)
+        self._last = word
+        if self.state is PowerState.FAULT:
+            if rising:
+                self.state = PowerState.SWITCH_ON_DISABLED
+            return rising
+        self.state = self._after(word)
+        return False
+
+    def _after(self, word: int) -> PowerState:
+        """Return the state that follows; a quick stop ends switched off, too: no torque is all there is to it."""
+        if not word & 0x02 or not word & 0x04:
+            return PowerState.SWITCH_ON_DISABLED
+        if not word & 0x01:
+            return PowerState.READY
+        if self.state is PowerState.SWITCH_ON_DISABLED:
+            return self.state
+        if not word & 0x08:
+            return PowerState.SWITCHED_ON
+        return PowerState.SWITCHED_ON if self.state is PowerState.READY else PowerState.ENABLED
+
+    def trip(self) -> None:
+        """Enter the fault state."""
+        self.state = PowerState.FAULT

@@ -1,0 +1,173 @@
+"""The bridge's bus against drives in another process, over UDP that stays on this machine."""
+
+from __future__ import annotations
+
+import math
+import os
+import queue
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fivebar_control.hardware.cia402 import State
+from fivebar_control.hardware.configuration import load_drives
+from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus
+from fivebar_description.share import share_file
+
+DEADLINE = 30.0
+RATE_HZ = 100
+"""Slow enough for a machine that has other work to do."""
+
+ON, OFF = (State.ENABLED, State.ENABLED), (State.SWITCH_ON_DISABLED, State.SWITCH_ON_DISABLED)
+
+
+class Drives:
+    """The process of the emulated drives."""
+
+    def __init__(self, file: Path) -> None:
+        command = [str(Path(sys.executable).parent / "emulated_drives"), str(file)]
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        self._lines: queue.Queue[str] = queue.Queue()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self._lines.put(line.strip())
+
+    def heard(self, text: str) -> None:
+        """Wait until the process has said something."""
+        line = self._lines.get(timeout=DEADLINE)
+        assert text in line, line
+
+    def tell(self, line: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{line}\n")
+        self.process.stdin.flush()
+        self.heard(f"done: {line}")
+
+
+@pytest.fixture
+def bus_section() -> dict[str, object]:
+    """A group and port of this test's own."""
+    rng = random.Random(os.getpid() ^ time.monotonic_ns())
+    return {
+        "interface": "udp_multicast",
+        "channel": f"239.74.{rng.randrange(256)}.{rng.randrange(1, 255)}",
+        "port": rng.randrange(20000, 60000),
+    }
+
+
+def rewritten(package: str, folder: Path, bus: dict[str, object]) -> Path:
+    content = yaml.safe_load(share_file(package, "config", "drives", "dextar_emulated.yaml").read_text())
+    path = folder / f"{package}.yaml"
+    changes = {"bus": bus, "sync_period_us": 1_000_000 // RATE_HZ}
+    if "gather_deadline_us" in content:
+        changes["gather_deadline_us"] = 9000
+    path.write_text(yaml.safe_dump({**content, **changes}))
+    return path
+
+
+@pytest.fixture
+def drives(tmp_path: Path, bus_section: dict[str, object]) -> Iterator[Drives]:
+    drives = Drives(rewritten("fivebar_sim", tmp_path, bus_section))
+    try:
+        drives.heard("ready: ")
+        yield drives
+    finally:
+        drives.process.kill()
+        drives.process.wait()
+
+
+@pytest.fixture
+def bus(tmp_path: Path, bus_section: dict[str, object], drives: Drives) -> Iterator[DriveBus]:
+    with DriveBus(load_drives(str(rewritten("fivebar_control", tmp_path, bus_section)))) as bus:
+        bus.set_up()
+        yield bus
+
+
+def cycles_until(bus: DriveBus, condition: Callable[[Cycle], bool]) -> Cycle:
+    end = time.monotonic() + DEADLINE
+    while time.monotonic() < end:
+        cycle = bus.exchange_paced()
+        if condition(cycle):
+            return cycle
+    raise AssertionError("not seen before the deadline")
+
+
+def fault_name(cycle: Cycle) -> str:
+    return cycle.fault.name if cycle.fault is not None else ""
+
+
+def test_a_second_of_torque(bus: DriveBus, drives: Drives) -> None:
+    """Enable, a second's cycles of a sine on both motors, disable; the drives end with status 0 on a signal."""
+    bus.enable(DEADLINE)
+    torques: list[float] = []
+    for k in range(RATE_HZ):
+        torque = 0.8 * math.sin(2.0 * math.pi * 4.0 * k / RATE_HZ)
+        bus.write((torque, -torque))
+        cycle = bus.exchange()
+        assert cycle.fault is None, cycle.fault
+        if cycle.complete and cycle.readings[0] is not None:
+            torques.append(cycle.readings[0].torque)
+    print(f"{len(torques)} of {RATE_HZ} SYNCs answered in time, peak torque {max(torques)} Nm")
+    assert len(torques) > RATE_HZ // 2
+    assert max(torques) == pytest.approx(0.8, abs=0.1)
+    bus.disable(DEADLINE)
+    assert bus.states == OFF
+    assert bus.counters == (0, 0, 0)
+    drives.process.send_signal(signal.SIGTERM)
+    assert drives.process.wait(DEADLINE) == 0
+
+
+def test_a_drive_fault_and_its_recovery(bus: DriveBus, drives: Drives) -> None:
+    bus.enable(DEADLINE)
+    drives.tell("fault 2")
+    cycle = cycles_until(bus, lambda cycle: fault_name(cycle) == "drive_fault" and "7305" in str(cycle.fault))
+    assert "q21 (node 2)" in str(cycle.fault)
+    bus.reset(DEADLINE)
+    cycles_until(bus, lambda cycle: bus.states == OFF and cycle.fault is None)
+    bus.enable(DEADLINE)
+    assert bus.states == ON
+
+
+def test_a_drive_that_loses_its_power(bus: DriveBus, drives: Drives) -> None:
+    """The heartbeats end with the process: the last state that it told was operational."""
+    bus.enable(DEADLINE)
+    drives.process.kill()
+    cycle = cycles_until(bus, lambda cycle: fault_name(cycle) == "drive_lost")
+    assert "last heartbeat" in str(cycle.fault)
+    bus.write(ZERO)
+
+
+def test_a_silent_master_is_noticed_by_the_drives(bus: DriveBus, drives: Drives) -> None:
+    """No cycle, no heartbeat: once cycles go on, the drives say that they have stopped, and why."""
+    bus.enable(DEADLINE)
+    end = time.monotonic() + DEADLINE
+    while bus.links[0].fault(time.monotonic()) is None:
+        assert time.monotonic() < end
+        signal.sigtimedwait([], 0.01)
+    cycle = cycles_until(bus, lambda cycle: fault_name(cycle) == "drive_fault")
+    assert "heartbeat lost (0x8130)" in str(cycle.fault)
+
+
+@pytest.mark.parametrize(
+    ("argument", "text"),
+    [("nowhere", "emulation 'nowhere': expected one of dextar_emulated"), ("/none.yaml", "cannot be read")],
+)
+def test_bad_input_is_one_line(argument: str, text: str) -> None:
+    command = [str(Path(sys.executable).parent / "emulated_drives"), argument]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE, check=False)
+    assert done.returncode == 2
+    assert text in done.stderr
+    assert done.stderr.count("\n") == 1
