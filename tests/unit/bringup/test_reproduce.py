@@ -323,6 +323,7 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
     results = {case: Result(case, refused="out of reach") for case in cases}
     made = [
         tables.crossing_table(QUICK, results),
+        tables.variants_table(QUICK, results),
         tables.comparison_overview(QUICK, results),
         *tables.comparison_tables(QUICK, results),
         tables.far_table(results),

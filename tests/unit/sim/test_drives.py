@@ -100,6 +100,13 @@ def cycles_until(bus: DriveBus, condition: Callable[[Cycle], bool]) -> Cycle:
     raise AssertionError("not seen before the deadline")
 
 
+def settled(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
 def fault_name(cycle: Cycle) -> str:
     return cycle.fault.name if cycle.fault is not None else ""
 
@@ -176,11 +183,12 @@ def test_torque_is_quantised_and_limited(bench: Bench, bus: DriveBus) -> None:
     for asked, applied in ((0.0131, 0.014), (-0.0029, -0.002), (77.0, 5.0), (-1e6, -5.0)):
         bus.write((asked, 0.0))
         bus.exchange()
-        assert bench.emulation.drives[0].torque == pytest.approx(applied, abs=1e-12)
+        # the answer to a SYNC goes out before the command is obeyed
+        settled(lambda wanted=applied: bench.emulation.drives[0].torque == pytest.approx(wanted, abs=1e-12))
     with pytest.raises(ValueError, match="expected finite numbers"):
         bus.write((float("nan"), 1.0))
     bus.exchange()
-    assert [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0]
+    settled(lambda: [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0])
 
 
 def test_no_torque_before_enabling(bench: Bench, bus: DriveBus) -> None:

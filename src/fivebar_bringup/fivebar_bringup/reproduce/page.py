@@ -13,6 +13,7 @@ from fivebar_bringup.reproduce.tables import Cell, Table
 from fivebar_bringup.reproduce.verdicts import Verdict
 
 MORE_CSS = """
+main { max-width: 1180px; }
 .chip { display: inline-block; padding: .05rem .6rem; border-radius: 1rem; font-size: .86rem; font-weight: 600;
   white-space: nowrap; border: 1.5px solid currentColor; }
 .good { color: var(--good); }
@@ -26,8 +27,8 @@ MORE_CSS = """
 .row dt { color: var(--soft); }
 .row dd { margin: 0; overflow-wrap: anywhere; }
 .row figure { margin: 0; border: 0; border-top: 1px solid var(--line); border-radius: 0; }
-.dense td, .dense th { padding: .3rem .6rem; font-size: .86rem; white-space: nowrap; }
-.dense td.long { white-space: normal; min-width: 17rem; }
+.dense td, .dense th { padding: .3rem .55rem; font-size: .84rem; white-space: nowrap; }
+.dense td.long { white-space: normal; min-width: 15rem; }
 .note { color: var(--soft); }
 details { margin: .9rem 0; }
 summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }

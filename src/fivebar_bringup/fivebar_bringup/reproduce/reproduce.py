@@ -104,6 +104,7 @@ def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[C
 def _tables(extent: Extent, results: Results) -> list[Table]:
     return [
         tables.crossing_table(extent, results),
+        tables.variants_table(extent, results),
         tables.comparison_overview(extent, results),
         *tables.comparison_tables(extent, results),
         tables.far_table(results),
