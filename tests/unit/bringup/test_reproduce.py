@@ -10,8 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.cli import app
 from fivebar_bringup.offline import simulate, write_bag
 from fivebar_bringup.report.criterion_figure import crossing_residuals, reference_residual
 from fivebar_bringup.report.findings import Findings
@@ -316,6 +318,14 @@ def test_results_do_not_overwrite_others(tmp_path: Path) -> None:
         reproduce(tmp_path, claims=(), with_tables=False)
 
 
+def test_the_command_refuses_a_directory_in_use(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    done = CliRunner().invoke(app, ["reproduce", "--quick", "--json", "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "is not empty" in done.stderr
+    assert done.stdout == ""
+
+
 def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
     """With every run refused: nothing is known, nothing is completed, and nothing breaks."""
     cases = [*tables.crossing_cases(QUICK), *tables.comparison_cases(QUICK), *tables.far_cases()]
@@ -324,6 +334,7 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
     made = [
         tables.crossing_table(QUICK, results),
         tables.variants_table(QUICK, results),
+        tables.printed_table(QUICK, results),
         tables.comparison_overview(QUICK, results),
         *tables.comparison_tables(QUICK, results),
         tables.far_table(results),

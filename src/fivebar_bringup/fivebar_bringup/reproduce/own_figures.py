@@ -75,7 +75,7 @@ def draw_residuals(groups: Sequence[Group]) -> bytes:
                     marker=marker if done else "X",
                     linestyle="none",
                     color=colour,
-                    markersize=8,
+                    markersize=8 if done else 12,
                     markerfacecolor="none" if done else colour,
                     markeredgewidth=1.8 if done else 0.0,
                     label=group.name if number == 0 else None,

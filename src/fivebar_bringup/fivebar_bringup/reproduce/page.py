@@ -28,7 +28,7 @@ main { max-width: 1180px; }
 .row dd { margin: 0; overflow-wrap: anywhere; }
 .row figure { margin: 0; border: 0; border-top: 1px solid var(--line); border-radius: 0; }
 .dense td, .dense th { padding: .3rem .55rem; font-size: .84rem; white-space: nowrap; }
-.dense td.long { white-space: normal; min-width: 15rem; }
+.dense td.long { white-space: normal; min-width: 12rem; }
 .note { color: var(--soft); }
 details { margin: .9rem 0; }
 summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }

@@ -105,6 +105,7 @@ def _tables(extent: Extent, results: Results) -> list[Table]:
     return [
         tables.crossing_table(extent, results),
         tables.variants_table(extent, results),
+        tables.printed_table(extent, results),
         tables.comparison_overview(extent, results),
         *tables.comparison_tables(extent, results),
         tables.far_table(results),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import multiprocessing
 import signal
@@ -140,7 +141,7 @@ def run_cases(
         return results
     # fresh processes: the progress bar has a thread, and a process with threads must not be forked
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_interrupts_to_the_parent) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_prepare_worker) as pool:
         longest_first = sorted(cases, key=_length, reverse=True)
         futures = [pool.submit(run_case, case, cases[case]) for case in longest_first]
         try:
@@ -215,5 +216,7 @@ def _length(case: Case) -> float:
     return case.duration * len(case.scenario().waypoints)
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _prepare_worker() -> None:
+    """Leave Ctrl-C to the parent, and seldom look for garbage: a run is many small tuples and no cycles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.set_threshold(200_000)

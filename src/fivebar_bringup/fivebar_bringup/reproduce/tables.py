@@ -163,23 +163,38 @@ def crossing_table(extent: Extent, results: Results) -> Table:
 def variants_table(extent: Extent, results: Results) -> Table:
     """Return what other zones and resolutions make of the runs of table (a)."""
     variants = (DEFAULT, MIN_NORM, *(fixed(epsilon) for epsilon in EPSILONS))
-    printed = tuple(fixed(epsilon, MIN_NORM) for epsilon in EPSILONS)
-    rows = [
-        (
-            *_motion_cells(case),
-            *(_variant(results.get(case._replace(variant=variant))) for variant in (*variants, *printed)),
-        )
-        for case in _blended(extent)
-    ]
-    return Table(
+    return _side_by_side(
         "variants",
         "(a) The same with other zones and resolutions",
         "Largest torque asked for and largest distance from the reference. min_norm: the resolution with the least"
-        " torque (3.35), which leaves friction along tₛ uncompensated. ε: zones of a fixed half width. Both at once is"
-        " the thesis as printed.",
-        ("controller", "motion", "T", *variants, *printed),
-        tuple(rows),
+        " torque (3.35), which leaves friction along tₛ uncompensated. ε: zones of a fixed half width.",
+        variants,
+        _blended(extent),
+        results,
     )
+
+
+def printed_table(extent: Extent, results: Results) -> Table:
+    """Return what the law and the zone as printed in the thesis make of the runs of table (a)."""
+    variants = (DEFAULT, *(fixed(epsilon, MIN_NORM) for epsilon in EPSILONS))
+    return _side_by_side(
+        "printed",
+        "(a) The law and the zone as printed: least torque and a fixed half width",
+        "Largest torque asked for and largest distance from the reference, beside those of the defaults.",
+        variants,
+        extent.grid(CARTESIAN),
+        results,
+    )
+
+
+def _side_by_side(
+    name: str, title: str, note: str, variants: Sequence[str], cases: Sequence[Case], results: Results
+) -> Table:
+    rows = tuple(
+        (*_motion_cells(case), *(_variant(results[case._replace(variant=variant)]) for variant in variants))
+        for case in cases
+    )
+    return Table(name, title, note, ("controller", "motion", "T", *variants), rows)
 
 
 def _blended(extent: Extent) -> list[Case]:
@@ -365,9 +380,7 @@ def _worst(runs: Sequence[Result], name: str, unit: str) -> Cell:
     return _number(max(known, default=None), unit)
 
 
-def _variant(result: Result | None) -> Cell:
-    if result is None:
-        return Cell("–", None)
+def _variant(result: Result) -> Cell:
     values = f"{plain(result.requested, 'Nm')}, {engineering(result.tracking_error, 'm')}"
     content = {
         "completed": result.completed,
