@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import multiprocessing
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -27,7 +29,7 @@ from fivebar_bringup.reproduce.memory import RunInMemory
 from fivebar_bringup.reproduce.page import html_page
 from fivebar_bringup.reproduce.reproduce import CLAIMS, finite, reproduce
 from fivebar_bringup.reproduce.rows import Row, largest
-from fivebar_bringup.reproduce.runner import Result, run_case
+from fivebar_bringup.reproduce.runner import Result, run_case, run_cases
 from fivebar_bringup.reproduce.tables import Cell, Table
 from fivebar_bringup.reproduce.verdicts import (
     Judgement,
@@ -177,6 +179,29 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: Case, tmp_path: Path) -> No
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
     timing = Timing(runner="offline")
     assert summarize(from_bag, one, scenario, timing) == summarize(from_memory, other, scenario, timing)
+
+
+def test_two_processes_find_what_one_does() -> None:
+    cases: dict[Case, tuple[str, ...]] = {Case(duration=0.5): (), Case("ctc", duration=0.5): ()}
+    one, two = run_cases(cases, workers=1), run_cases(cases, workers=2)
+    for case in cases:
+        first, second = one[case].summary, two[case].summary
+        assert first is not None and second is not None
+        assert replace(first, wall_s=None) == replace(second, wall_s=None)
+
+
+def test_an_interrupted_reproduction_leaves_no_process() -> None:
+    """One worker is done at once, the other in the middle of a run of many seconds; nobody waits for it."""
+
+    def interrupt(done: int, total: int) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    cases: dict[Case, tuple[str, ...]] = {Case(motion="multiple", duration=20.0): (), Case(duration=0.5): ()}
+    before = set(multiprocessing.active_children())
+    with pytest.raises(KeyboardInterrupt):
+        run_cases(cases, workers=2, progress=interrupt)
+    assert set(multiprocessing.active_children()) <= before
 
 
 def test_a_lost_run_keeps_its_reasons() -> None:

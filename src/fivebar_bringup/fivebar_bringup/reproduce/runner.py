@@ -141,6 +141,7 @@ def run_cases(
         return results
     # fresh processes: the progress bar has a thread, and a process with threads must not be forked
     context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_prepare_worker) as pool:
         longest_first = sorted(cases, key=_length, reverse=True)
         futures = [pool.submit(run_case, case, cases[case]) for case in longest_first]
@@ -150,7 +151,9 @@ def run_cases(
                 results[result.case] = result
                 progress(len(results), len(cases))
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            # the pool itself would wait for runs that nobody wants any more
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.terminate()
             raise
     return results
 
