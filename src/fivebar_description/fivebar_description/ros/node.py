@@ -114,11 +114,6 @@ class GraphNode(Node):
             throttle_duration_sec=WARNING_PERIOD,
         )
 
-    @property
-    def dropped(self) -> int:
-        """Messages dropped so far."""
-        return self._drops
-
     def _look_ready(self) -> None:
         """Announce the node once all its inputs have a publisher, seen twice in a row so that both ends know."""
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
