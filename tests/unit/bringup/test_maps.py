@@ -14,7 +14,8 @@ import pytest
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from fivebar_bringup import cli
+from fivebar_bringup.cli import app
+from fivebar_bringup.commands import studies
 from fivebar_bringup.maps.fields import WORKING_MODES, Fields, closure_margin, evaluate
 from fivebar_bringup.maps.loci import Loci, singular_loci
 from fivebar_bringup.maps.map import make_map, new_map_directory, read_mappable_robot
@@ -258,9 +259,9 @@ def test_type_2_is_the_rim_of_the_area_where_the_loop_closes(robot: FiveBar, loc
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> tuple[int, str, str]:
-    monkeypatch.setattr(cli, "make_map", partial(make_map, cells=24))
+    monkeypatch.setattr(studies, "make_map", partial(make_map, cells=24))
     monkeypatch.setattr(style, "DPI", 30)
-    result = CliRunner().invoke(cli.app, ["map", *arguments])
+    result = CliRunner().invoke(app, ["map", *arguments])
     return result.exit_code, result.stdout, result.stderr
 
 
