@@ -14,6 +14,8 @@ import yaml
 from fivebar_bringup.offline import initial_joints
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
+    AWAY_TORQUE,
+    CANDIDATES,
     CTC_TORQUE,
     ESTIMATE_COVARIANCE,
     ESTIMATION_TOPICS,
@@ -30,6 +32,7 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
     TOPICS,
     TORQUE_COMMAND,
+    UNIFIED_TORQUE,
     VHC_TORQUE,
     Topic,
 )
@@ -89,13 +92,7 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
             (JOINT_STATES,),
             (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
         ),
-        NodeSpec(
-            "fivebar_control",
-            "ctc_controller",
-            {**motion, "kp": scenario.gains.kp, "kd": scenario.gains.kd},
-            (JOINT_STATES, REFERENCE),
-            (CTC_TORQUE,),
-        ),
+        _away_controller(scenario, motion),
     ]
     if blended:
         nodes.append(
@@ -118,7 +115,7 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
             )
         )
     nodes += [
-        _blender(scenario, mode, blended),
+        _blender(scenario, mode),
         NodeSpec(
             "fivebar_control",
             "imu_listener",
@@ -133,7 +130,8 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
             (IMU_ERROR,),
         ),
     ]
-    absent = (*(() if blended else (VHC_TORQUE,)), *(() if scenario.estimated else ESTIMATION_TOPICS))
+    candidates = {topic for node in nodes for topic in node.publishes} & set(CANDIDATES)
+    absent = (*(set(CANDIDATES) - candidates), *(() if scenario.estimated else ESTIMATION_TOPICS))
     recorded = [topic for topic in TOPICS if topic not in absent]
     recorder = NodeSpec(
         "fivebar_bringup",
@@ -144,6 +142,19 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
     )
     awaited = [node.executable for node in (*nodes, recorder)]
     return (*nodes, _plant(scenario, mode, awaited), recorder)
+
+
+def _away_controller(scenario: Scenario, motion: dict[str, Any]) -> NodeSpec:
+    inputs = (JOINT_STATES, REFERENCE)
+    if scenario.scheme().away == "unified":
+        parameters = {
+            **motion,
+            **scenario.unified.model_dump(),
+            "torque_limit": scenario.plant.torque_limit or 0.0,
+        }
+        return NodeSpec("fivebar_control", "unified_controller", parameters, inputs, (UNIFIED_TORQUE,))
+    parameters = {**motion, "kp": scenario.gains.kp, "kd": scenario.gains.kd}
+    return NodeSpec("fivebar_control", "ctc_controller", parameters, inputs, (CTC_TORQUE,))
 
 
 def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
@@ -188,16 +199,18 @@ def _estimator(scenario: Scenario) -> NodeSpec:
     )
 
 
-def _blender(scenario: Scenario, mode: Mode, blended: bool) -> NodeSpec:
+def _blender(scenario: Scenario, mode: Mode) -> NodeSpec:
+    scheme = scenario.scheme()
+    away = AWAY_TORQUE[scheme.away]
     deadline_ms = LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else REALTIME_DEADLINE_CYCLES * 1e3 / scenario.rate_hz
-    candidates = (CTC_TORQUE, VHC_TORQUE, SUPERVISOR_STATE) if blended else (CTC_TORQUE,)
+    candidates = (away,) if scheme.on_locus is None else (away, VHC_TORQUE, SUPERVISOR_STATE)
     return NodeSpec(
         "fivebar_control",
         "blender",
         {
             "robot": scenario.robot,
             "rate_hz": scenario.rate_hz,
-            "candidates": "blended" if blended else "ctc",
+            "candidates": scheme.away if scheme.on_locus is None else "blended",
             "candidate_deadline_ms": deadline_ms,
             "tracking_error_limit": scenario.tracking_error_limit,
         },

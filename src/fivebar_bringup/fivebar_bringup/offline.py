@@ -11,7 +11,7 @@ from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.controllers.guard import Guard
-from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, on_locus_law
+from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, UnifiedLaw, on_locus_law
 from fivebar_control.controllers.reference import reference_from_platform
 from fivebar_control.controllers.torque import ZERO, Torque
 from fivebar_control.estimation.covariance import Row
@@ -22,7 +22,7 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import JointAngles, Platform
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
-    CTC_TORQUE,
+    AWAY_TORQUE,
     ESTIMATE_COVARIANCE,
     ESTIMATE_NAMES,
     ESTIMATION_TOPICS,
@@ -71,6 +71,7 @@ class Sample(NamedTuple):
         measured: the joint states that the controllers take: the plant's or the estimator's.
         imu, imu_error: reading, and measured minus desired magnitude (m/s^2), None where nobody compares them.
         reference: of the moment that the joint states are about.
+        away: torque of the law away from the locus, or of the only one (Nm).
         vhc: None where the controller has no such law.
         estimated: None without an estimator.
     """
@@ -81,7 +82,7 @@ class Sample(NamedTuple):
     imu_error: float | None
     reference: Platform
     supervisor: SupervisorState
-    ctc: Torque
+    away: Torque
     vhc: Torque | None
     command: Torque
     estimated: Estimated | None = None
@@ -108,7 +109,11 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu.description())
     scheme = scenario.scheme()
     supervise = Supervisor(plan, rate_hz, scheme.weighting)
-    ctc_law = CtcLaw(robot, Gains(gains.kp, gains.kd))
+    away_law = (
+        UnifiedLaw(robot, scenario.unified_settings())
+        if scheme.away == "unified"
+        else CtcLaw(robot, Gains(gains.kp, gains.kd))
+    )
     vhc_law = (
         on_locus_law(
             scheme.on_locus,
@@ -148,19 +153,19 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         platform = plan.path.at(moment / rate_hz)
         reference = reference_from_platform(robot, plan.mode1, plan.mode2, platform)
         supervisor = supervise(moment, state)
-        ctc = ctc_law(moment, state, reference)
+        away = away_law(moment, state, reference)
         vhc = vhc_law(moment, state, reference) if vhc_law is not None else None
         error = math.hypot(state.x - platform.x, state.y - platform.y)
         # the reference of the first moments comes too late for anybody to compare it
         imu_error = imu_check.error(imu.acceleration, plan.path.at(number / rate_hz)) if number >= lead else None
         tripped = guard.fault is not None
         if vhc is None:
-            command = guard.command(number, error, 0.0, ctc, ctc)
+            command = guard.command(number, error, 0.0, away, away)
         else:
-            command = guard.command(number, error, supervisor.sigma, ctc, vhc)
+            command = guard.command(number, error, supervisor.sigma, away, vhc)
         if guard.fault is not None and not tripped:
             faults.append(str(guard.fault))
-        samples.append(Sample(number, measured, imu, imu_error, platform, supervisor, ctc, vhc, command, estimated))
+        samples.append(Sample(number, measured, imu, imu_error, platform, supervisor, away, vhc, command, estimated))
         if estimator is not None:
             estimator.commanded(number, *command)
         progress(number)
@@ -175,7 +180,8 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
 
 def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     """Write a run as the bag that the node graph would have left; log times are the stamps."""
-    topics = [JOINT_STATES, IMU_DATA, REFERENCE, CTC_TORQUE, SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
+    away = AWAY_TORQUE[scenario.scheme().away]
+    topics = [JOINT_STATES, IMU_DATA, REFERENCE, away, SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
     topics += [IMU_ERROR, FAULTS]
     if run.samples[0].vhc is not None:
         topics.append(VHC_TORQUE)
@@ -186,7 +192,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     with BagWriter(directory, topics) as bag:
         for sample in run.samples:
             stamp = sample_stamp_ns(sample.number, rate_hz)
-            for topic, data in _messages(sample, stamp):
+            for topic, data in _messages(sample, stamp, away):
                 bag.write(topic, stamp, data)
         # the trajectory generator is one sample ahead
         after = run.samples[-1].number + 1
@@ -200,7 +206,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         bag.close({"dropped": "0"})
 
 
-def _messages(sample: Sample, stamp: int) -> list[tuple[Topic, bytes]]:
+def _messages(sample: Sample, stamp: int, away: Topic) -> list[tuple[Topic, bytes]]:
     measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
     messages = [
         (
@@ -209,7 +215,7 @@ def _messages(sample: Sample, stamp: int) -> list[tuple[Topic, bytes]]:
         ),
         (IMU_DATA, serialize.imu(stamp, IMU_FRAME, sample.imu.angular_velocity, sample.imu.acceleration)),
         (REFERENCE, _reference(desired, stamp)),
-        (CTC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.ctc)),
+        (away, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.away)),
         (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
         (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
         (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -10,6 +11,7 @@ from pydantic import Field, field_validator
 
 from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
 from fivebar_control.controllers.laws import SCHEMES, Scheme
+from fivebar_control.controllers.unified import UnifiedSettings
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import Drives
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
@@ -45,6 +47,14 @@ class GainsSection(StrictModel):
     kd: Gain = 100.0
     kp_vhc: Gain = 2500.0
     kd_vhc: Gain = 100.0
+
+
+class UnifiedSection(StrictModel):
+    """Section `unified`: of the controller unified; its torque limit is the plant's."""
+
+    kp: Gain = UnifiedSettings().kp
+    kd: Gain = UnifiedSettings().kd
+    weight: Positive = UnifiedSettings().weight
 
 
 class AdaptiveGainSection(StrictModel):
@@ -119,7 +129,7 @@ class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
-    controller: Literal["ctc", "multi_joint", "multi_cartesian", "multi_model_ctc"] = "multi_cartesian"
+    controller: Literal["ctc", "multi_joint", "multi_cartesian", "multi_model_ctc", "unified"] = "multi_cartesian"
     robot: str = "dextar"
     working_mode: Annotated[tuple[Sign, Sign], Field(strict=False)] = (1, -1)
     waypoints: Annotated[tuple[Pair, ...], Field(strict=False, min_length=2)]
@@ -129,6 +139,7 @@ class Scenario(StrictModel):
     zone: Zone = Zone()
     vhc_resolution: Literal["min_norm", "full_friction", "full_inverse"] = "full_friction"
     gains: GainsSection = GainsSection()
+    unified: UnifiedSection = UnifiedSection()
     adaptive_gain: AdaptiveGainSection = AdaptiveGainSection()
     plant: PlantSection = PlantSection()
     imu: ImuSection = ImuSection()
@@ -197,6 +208,11 @@ class Scenario(StrictModel):
         """Return the posture in which the robot starts, as the estimator is told."""
         (x, y), (mode1, mode2) = self.waypoints[0], self.working_mode
         return homing_at(self.five_bar(), mode1, mode2, x, y)
+
+    def unified_settings(self) -> UnifiedSettings:
+        """Return the settings of the law without switching."""
+        limit = self.plant.torque_limit
+        return UnifiedSettings(**self.unified.model_dump(), torque_limit=math.inf if limit is None else limit)
 
     def scheme(self) -> Scheme:
         """Return how the controller is put together."""

@@ -60,6 +60,7 @@ JOINT_STATES = Topic("joint_states", "sensor_msgs/msg/JointState")
 REFERENCE = Topic("reference", "sensor_msgs/msg/JointState")
 CTC_TORQUE = Topic("ctc/torque", "sensor_msgs/msg/JointState")
 VHC_TORQUE = Topic("vhc/torque", "sensor_msgs/msg/JointState")
+UNIFIED_TORQUE = Topic("unified/torque", "sensor_msgs/msg/JointState")
 SUPERVISOR_STATE = Topic("supervisor/state", "sensor_msgs/msg/JointState")
 SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_COMMAND = Topic("torque_command", "sensor_msgs/msg/JointState")
@@ -77,6 +78,7 @@ TOPICS = (
     REFERENCE,
     CTC_TORQUE,
     VHC_TORQUE,
+    UNIFIED_TORQUE,
     SUPERVISOR_STATE,
     SUPERVISOR_SIGMA,
     TORQUE_COMMAND,
@@ -90,6 +92,12 @@ TOPICS = (
     RUN_READY,
 )
 """All topics of the graph, in the order in which pages and bags list them."""
+
+AWAY_TORQUE = {"ctc": CTC_TORQUE, "unified": UNIFIED_TORQUE}
+"""Where each law away from the locus, or law without switching, publishes its candidate."""
+
+CANDIDATES = (*AWAY_TORQUE.values(), VHC_TORQUE)
+"""Topics of torque candidates; a run has those of its controller."""
 
 ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, GROUND_TRUTH)
 """Topics that only a run with an estimator has: `joint_states` is then its estimate."""

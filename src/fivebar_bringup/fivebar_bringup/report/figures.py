@@ -31,6 +31,7 @@ from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.wording import engineering, plain, suitable_unit
 
+LAW_AWAY = {"ctc": "computed torque", "unified": "the unified law"}
 LAW_ON_LOCUS = {
     "multi_joint": "constraint law (joints)",
     "multi_cartesian": "constraint law",
@@ -153,7 +154,8 @@ def acceleration(run: Findings) -> Figure:
 def _candidates(axes: Axes, run: Findings) -> None:
     """Draw the larger motor's torque of every law on a logarithmic axis."""
     series = run.series
-    lines = [("computed torque", _larger(series.torque_ctc), GREY, 1.2)]
+    law = LAW_AWAY[run.scenario.scheme().away]
+    lines = [(law, _larger(series.torque_away), GREY, 1.2)]
     if run.scenario.controller in LAW_ON_LOCUS:
         on_locus = np.where(series.in_zone, _larger(series.torque_vhc), np.nan)
         lines.append((LAW_ON_LOCUS[run.scenario.controller], on_locus, PURPLE, 2.4))
@@ -163,7 +165,7 @@ def _candidates(axes: Axes, run: Findings) -> None:
     largest = max((peak(values) or 0.0 for _, values, _, _ in lines), default=0.0)
     log_axis(axes, 0.01, max(10.0, largest))
     axes.set_ylabel("larger of both torques in Nm")
-    axes.set_title(f"computed torque asks for up to {plain(peak(series.torque_ctc), 'Nm')}")
+    axes.set_title(f"{law} asks for up to {plain(peak(series.torque_away), 'Nm')}")
 
 
 def _larger(torque: FloatArray) -> FloatArray:

@@ -99,7 +99,7 @@ def _headline(run: Findings) -> tuple[str, str]:
     if run.limits_bite:
         subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were asked for"
     elif run.blends and run.plan.crossings:
-        asked = plain(peak(run.series.torque_ctc), "Nm")
+        asked = plain(peak(run.series.torque_away), "Nm")
         subtitle += f"; the computed torque law alone asks for up to {asked} on the way"
     if not summary.completed:
         return "The motion was not completed", subtitle

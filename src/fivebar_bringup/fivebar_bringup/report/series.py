@@ -18,7 +18,7 @@ from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
-    CTC_TORQUE,
+    AWAY_TORQUE,
     GROUND_TRUTH,
     IMU_DATA,
     JOINT_STATES,
@@ -57,7 +57,7 @@ class RunSeries:
         joint_velocity: [n, 4], their rates (rad/s).
         torque_applied: [n, 2], torques that the motors had over the period before the sample (Nm).
         torque_requested: [n, 2], torques commanded in answer to the sample (Nm), before the drives' limits.
-        torque_ctc: [n, 2], candidate of the computed torque controller (Nm).
+        torque_away: [n, 2], candidate of the law away from the locus, or of the only law (Nm).
         torque_vhc: [n, 2], candidate of the controller on the locus (Nm).
         reference: [n, 6], x, y (m), vx, vy (m/s), ax, ay (m/s^2).
         platform: [n, 4], x, y (m), vx, vy (m/s) from the joints.
@@ -81,7 +81,7 @@ class RunSeries:
     joint_velocity: FloatArray
     torque_applied: FloatArray
     torque_requested: FloatArray
-    torque_ctc: FloatArray
+    torque_away: FloatArray
     torque_vhc: FloatArray
     reference: FloatArray
     platform: FloatArray
@@ -139,7 +139,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         joint_velocity=velocity,
         torque_applied=join.values(exact, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
         torque_requested=join.values(TORQUE_COMMAND, ACTIVE_JOINTS, "effort"),
-        torque_ctc=join.values(CTC_TORQUE, ACTIVE_JOINTS, "effort"),
+        torque_away=join.values(AWAY_TORQUE[scenario.scheme().away], ACTIVE_JOINTS, "effort"),
         torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
         reference=reference,
         platform=platform,

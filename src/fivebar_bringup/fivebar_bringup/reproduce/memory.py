@@ -11,7 +11,7 @@ from fivebar_bringup.offline import OfflineRun
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
-    CTC_TORQUE,
+    AWAY_TORQUE,
     FAULTS,
     IMU_DATA,
     JOINT_STATES,
@@ -30,7 +30,7 @@ NAMES = {
     JOINT_STATES.name: JOINTS,
     REFERENCE.name: REFERENCE_NAMES,
     SUPERVISOR_STATE.name: SUPERVISOR_NAMES,
-    CTC_TORQUE.name: ACTIVE_JOINTS,
+    **{topic.name: ACTIVE_JOINTS for topic in AWAY_TORQUE.values()},
     VHC_TORQUE.name: ACTIVE_JOINTS,
     TORQUE_COMMAND.name: ACTIVE_JOINTS,
 }
@@ -55,7 +55,7 @@ class RunInMemory(Recording):
             (REFERENCE.name, "position"): references[:, :4],
             (REFERENCE.name, "velocity"): references[:, 2:],
             (SUPERVISOR_STATE.name, "position"): np.array([sample.supervisor for sample in samples]),
-            (CTC_TORQUE.name, "effort"): np.array([sample.ctc for sample in samples]),
+            (AWAY_TORQUE[scenario.scheme().away].name, "effort"): np.array([sample.away for sample in samples]),
             (TORQUE_COMMAND.name, "effort"): np.array([sample.command for sample in samples]),
         }
         on_locus = [sample.vhc for sample in samples if sample.vhc is not None]

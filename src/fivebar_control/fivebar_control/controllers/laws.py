@@ -11,6 +11,7 @@ from fivebar_control.controllers.reference import Reference
 from fivebar_control.controllers.resolution import RESOLUTIONS, Resolution
 from fivebar_control.controllers.supervisor import blending_weight
 from fivebar_control.controllers.torque import Torque
+from fivebar_control.controllers.unified import UnifiedSettings, unified_torque
 from fivebar_control.controllers.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.controllers.vhc_joint import vhc_joint_torque
 from fivebar_control.model.singularity import inverse_condition
@@ -58,6 +59,19 @@ class ReducedCtcLaw:
     def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
         """Return tau_B (Nm)."""
         return reduced_ctc_torque(self._robot, state, reference, self._gains.kp, self._gains.kd)
+
+
+class UnifiedLaw:
+    """The law that needs no other beside it: nearest to the wanted acceleration within the torque limit."""
+
+    def __init__(self, robot: FiveBar, settings: UnifiedSettings) -> None:
+        """Bind the law to a robot and its settings."""
+        self._robot = robot
+        self._settings = settings
+
+    def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
+        """Return the torque (Nm)."""
+        return unified_torque(self._robot, state, reference, *self._settings)
 
 
 class VhcCartesianLaw:
@@ -163,10 +177,17 @@ CONDITION, SIGMOID = "condition", "sigmoid"
 
 
 class Scheme(NamedTuple):
-    """How a controller is put together: its law on the locus (None for no blending) and what weighs the two."""
+    """How a controller is put together.
+
+    Attributes:
+        on_locus: its law on the locus, None for no blending.
+        weighting: what weighs the two laws.
+        away: its law away from the locus, or the only one: "ctc" or "unified".
+    """
 
     on_locus: str | None
     weighting: str = CONDITION
+    away: str = "ctc"
 
 
 SCHEMES = {
@@ -174,6 +195,7 @@ SCHEMES = {
     "multi_joint": Scheme("vhc_joint"),
     "multi_cartesian": Scheme("vhc_cartesian"),
     "multi_model_ctc": Scheme("reduced_ctc", SIGMOID),
+    "unified": Scheme(None, away="unified"),
 }
 """The controllers that a run can choose, by name."""
 

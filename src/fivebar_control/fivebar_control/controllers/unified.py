@@ -8,6 +8,7 @@ space; on the locus it lets go of the direction t_s, in which nothing can be ask
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from fivebar_control.controllers.reference import Reference
@@ -90,6 +91,15 @@ def box_least_squares(
         if cost < best:
             best, best_u1, best_u2 = cost, u1, u2
     return best_u1, best_u2
+
+
+class UnifiedSettings(NamedTuple):
+    """Gains (1/s^2, 1/s), price of torque beyond friction ((m/s^2 / Nm)^2) and torque limit (Nm, inf for none)."""
+
+    kp: float = 6400.0
+    kd: float = 160.0
+    weight: float = 3.0
+    torque_limit: float = math.inf
 
 
 def unified_torque(

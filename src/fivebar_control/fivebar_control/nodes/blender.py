@@ -17,6 +17,7 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.nodes.motion_parameters import RATE, ROBOT
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    AWAY_TORQUE,
     CONTROL_QOS,
     CTC_TORQUE,
     FAULTS,
@@ -39,7 +40,7 @@ from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 DEADLINE_LOOKS = 4
 """How often within a deadline the blender looks whether it has passed."""
 
-BLENDED, SINGLE = "blended", "ctc"
+BLENDED = "blended"
 
 SPECS = (
     ROBOT,
@@ -47,8 +48,8 @@ SPECS = (
     Spec(
         "candidates",
         BLENDED,
-        "Blend ctc/torque and vhc/torque by sigma, or take ctc/torque alone.",
-        choices=(BLENDED, SINGLE),
+        "Blend ctc/torque and vhc/torque by sigma, or take ctc/torque or unified/torque alone.",
+        choices=(BLENDED, *AWAY_TORQUE),
     ),
     Spec(
         "candidate_deadline_ms",
@@ -88,7 +89,7 @@ class Blender(SamplingNode):
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
             Input(REFERENCE, fields_of(REFERENCE_NAMES, "position")),
-            Input(CTC_TORQUE, torque),
+            Input(AWAY_TORQUE.get(values["candidates"], CTC_TORQUE), torque),
         ]
         if values["candidates"] == BLENDED:
             inputs += [Input(VHC_TORQUE, torque), Input(SUPERVISOR_STATE, fields_of(SUPERVISOR_NAMES, "position"))]
@@ -124,10 +125,10 @@ class Blender(SamplingNode):
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the blended torque of a sample."""
-        (position, velocity), (reference,), (ctc,), *rest = values
+        (position, velocity), (reference,), (alone,), *rest = values
         state = state_from_joints(self._robot, *position, *velocity)
         error = math.hypot(state.x - reference[0], state.y - reference[1])
-        away = Torque(*ctc)
+        away = Torque(*alone)
         if rest:
             (vhc,), ((sigma, _),) = rest
             torque = self._guard.command(sample, error, sigma, away, Torque(*vhc))
