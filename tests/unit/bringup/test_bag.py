@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import shutil
 import signal
 import struct
@@ -574,7 +575,7 @@ def damage(path: Path, offset: int) -> None:
         pytest.param(lambda run: damage(run / "run_0.mcap", 2000), id="damaged data"),
         pytest.param(
             lambda run: (run / "metadata.yaml").write_text(
-                (run / "metadata.yaml").read_text().replace("  message_count: 3003", "  message_count: 3004")
+                re.sub(r"(?m)^(  message_count: )(\d+)$", r"\g<1>9\g<2>", (run / "metadata.yaml").read_text(), count=1)
             ),
             id="fewer messages",
         ),
