@@ -26,6 +26,7 @@ setup(
         "console_scripts": [
             "plant = fivebar_sim.nodes.plant:main",
             "emulated_drives = fivebar_sim.drives.main:main",
+            "emulated_robot = fivebar_sim.nodes.emulated_robot:main",
         ],
     },
 )

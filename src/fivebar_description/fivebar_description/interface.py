@@ -34,6 +34,10 @@ NANOSECONDS = 1_000_000_000
 """Nanoseconds in a second."""
 
 
+HIGHEST_PRIORITY = 98
+"""Highest real-time priority that a node takes: 99 is the kernel's own."""
+
+
 class Qos(NamedTuple):
     """Quality of service of a topic; all topics are reliable and keep the last `depth` messages."""
 
@@ -63,13 +67,17 @@ VHC_TORQUE = Topic("vhc/torque", "sensor_msgs/msg/JointState")
 UNIFIED_TORQUE = Topic("unified/torque", "sensor_msgs/msg/JointState")
 SUPERVISOR_STATE = Topic("supervisor/state", "sensor_msgs/msg/JointState")
 SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
+TORQUE_REQUESTED = Topic("torque_requested", "sensor_msgs/msg/JointState")
 TORQUE_COMMAND = Topic("torque_command", "sensor_msgs/msg/JointState")
 MOTOR_STATES = Topic("motor_states", "sensor_msgs/msg/JointState")
 ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
+ESTIMATE_DISTURBANCE = Topic("estimate/disturbance", "sensor_msgs/msg/JointState")
 GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
 IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu")
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
+SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", LATCHED_QOS)
+DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", LATCHED_QOS)
 RUN_STATUS = Topic("run/status", "std_msgs/msg/String", LATCHED_QOS)
 RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
 
@@ -81,17 +89,30 @@ TOPICS = (
     UNIFIED_TORQUE,
     SUPERVISOR_STATE,
     SUPERVISOR_SIGMA,
+    TORQUE_REQUESTED,
     TORQUE_COMMAND,
     MOTOR_STATES,
     ESTIMATE_COVARIANCE,
+    ESTIMATE_DISTURBANCE,
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     FAULTS,
+    SAFETY_STATE,
+    DRIVES_STATE,
     RUN_STATUS,
     RUN_READY,
 )
 """All topics of the graph, in the order in which pages and bags list them."""
+
+ALL_WELL = "ok"
+"""What `safety/state` (the blender) and `drives/state` (the plant or the bridge) say while no fault is latched there;
+else they say the fault's text."""
+
+GOAL = Topic("goal", "sensor_msgs/msg/JointState")
+GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", LATCHED_QOS)
+"""Requests for a motion from people, and what became of them. They are no part of the control cycle: no node waits for
+them, and a run's bag does not have them."""
 
 AWAY_TORQUE = {"ctc": CTC_TORQUE, "unified": UNIFIED_TORQUE}
 """Where each law away from the locus, or law without switching, publishes its candidate."""
@@ -99,7 +120,7 @@ AWAY_TORQUE = {"ctc": CTC_TORQUE, "unified": UNIFIED_TORQUE}
 CANDIDATES = (*AWAY_TORQUE.values(), VHC_TORQUE)
 """Topics of torque candidates; a run has those of its controller."""
 
-ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, GROUND_TRUTH)
+ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, GROUND_TRUTH)
 """Topics that only a run with an estimator has: `joint_states` is then its estimate."""
 
 

@@ -8,6 +8,18 @@ from collections import deque
 from fivebar_sim.options import PlantOptions
 
 
+def counted(angle: float, resolution: float) -> float:
+    """Return an angle (rad) rounded down to a count of `resolution` (rad)."""
+    return math.floor(angle / resolution) * resolution
+
+
+def shaped(torque: float, quantum: float, limit: float) -> float:
+    """Return what drives make of a torque (Nm): its nearest step, 0 for none, within the limit."""
+    if quantum > 0.0:
+        torque = round(torque / quantum) * quantum
+    return max(-limit, min(limit, torque))
+
+
 class Encoder:
     """One joint's encoder: position rounded down to a count, velocity as the difference of two samples."""
 
@@ -19,7 +31,7 @@ class Encoder:
 
     def read(self, angle: float) -> tuple[float, float]:
         """Return the measured angle (rad) and velocity (rad/s); the velocity of the first reading is 0."""
-        measured = math.floor(angle / self._resolution) * self._resolution
+        measured = counted(angle, self._resolution)
         velocity = 0.0 if self._previous is None else (measured - self._previous) / self._period
         self._previous = measured
         return measured, velocity
@@ -30,7 +42,8 @@ class Drives:
 
     def __init__(self, options: PlantOptions) -> None:
         """Make drives at zero torque."""
-        self._options = options
+        self._quantum = options.torque_quantum
+        self._limit = math.inf if options.torque_limit is None else options.torque_limit
         self._waiting = deque([(0.0, 0.0)] * options.delay_samples)
 
     def apply(self, command: tuple[float, float]) -> tuple[float, float]:
@@ -43,12 +56,4 @@ class Drives:
             raise ValueError(f"torque command {command} Nm is not a number")
         self._waiting.append(command)
         tau1, tau2 = self._waiting.popleft()
-        return self._shape(tau1), self._shape(tau2)
-
-    def _shape(self, torque: float) -> float:
-        quantum, limit = self._options.torque_quantum, self._options.torque_limit
-        if quantum > 0.0:
-            torque = round(torque / quantum) * quantum
-        if limit is not None:
-            torque = max(-limit, min(limit, torque))
-        return torque
+        return shaped(tau1, self._quantum, self._limit), shaped(tau2, self._quantum, self._limit)

@@ -8,6 +8,7 @@ prints "or"). Scaling Kp and Kd by the same alpha changes the damping; by alpha^
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 
@@ -19,13 +20,39 @@ class AdaptiveGainSettings(NamedTuple):
     keep_damping: bool = True
 
 
+class GainMemory(NamedTuple):
+    """The tracked error (m) of the last sample before the zone; NaN before the first sample."""
+
+    error_x: float
+    error_y: float
+
+
+NO_MEMORY = GainMemory(math.nan, math.nan)
+
+
+def gain_memory(before: GainMemory, in_zone: bool, error_x: float, error_y: float) -> GainMemory:
+    """Return what is remembered after a sample; arguments as for :meth:`AdaptiveGain.factors`."""
+    if not in_zone or math.isnan(before.error_x):
+        return GainMemory(error_x, error_y)
+    return before
+
+
+def gain_factors(
+    before: GainMemory, error_x: float, error_y: float, alpha: float, error_limit: float, keep_damping: bool
+) -> tuple[float, float]:
+    """Return the factors on (Kp, Kd) for an error (m), by its jump from the one that is remembered."""
+    if abs(error_x - before.error_x) <= error_limit and abs(error_y - before.error_y) <= error_limit:
+        return 1.0, 1.0
+    return (alpha * alpha if keep_damping else alpha), alpha
+
+
 class AdaptiveGain:
     """Follows the tracked error sample by sample and gives the factors on the gains."""
 
     def __init__(self, settings: AdaptiveGainSettings) -> None:
         """Start outside any blending zone."""
         self._settings = settings
-        self._before: tuple[float, float] | None = None
+        self._before = NO_MEMORY
 
     def factors(self, in_zone: bool, error_x: float, error_y: float) -> tuple[float, float]:
         """Return the factors on (Kp, Kd) for a sample; call it once for every sample.
@@ -34,12 +61,5 @@ class AdaptiveGain:
             in_zone: whether the law on the locus has a say, sigma > 0.
             error_x, error_y: the platform's distance from the reference (m).
         """
-        if not in_zone or self._before is None:
-            self._before = (error_x, error_y)
-            return 1.0, 1.0
-        settings = self._settings
-        jump_x, jump_y = abs(error_x - self._before[0]), abs(error_y - self._before[1])
-        if jump_x <= settings.error_limit and jump_y <= settings.error_limit:
-            return 1.0, 1.0
-        alpha = settings.alpha
-        return (alpha * alpha if settings.keep_damping else alpha), alpha
+        self._before = gain_memory(self._before, in_zone, error_x, error_y)
+        return gain_factors(self._before, error_x, error_y, *self._settings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 from fivebar_control.controllers.adaptive_gain import AdaptiveGain, AdaptiveGainSettings
@@ -11,8 +12,8 @@ from fivebar_control.controllers.reference import Reference
 from fivebar_control.controllers.resolution import RESOLUTIONS, Resolution
 from fivebar_control.controllers.supervisor import blending_weight
 from fivebar_control.controllers.torque import Torque
-from fivebar_control.controllers.unified import UnifiedSettings, unified_torque
-from fivebar_control.controllers.vhc_cartesian import vhc_cartesian_torque
+from fivebar_control.controllers.unified import NOTHING_KNOWN, UnifiedSettings, unified_step
+from fivebar_control.controllers.vhc_cartesian import Line, vhc_cartesian_torque
 from fivebar_control.controllers.vhc_joint import vhc_joint_torque
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
@@ -64,14 +65,22 @@ class ReducedCtcLaw:
 class UnifiedLaw:
     """The law that needs no other beside it: nearest to the wanted acceleration within the torque limit."""
 
-    def __init__(self, robot: FiveBar, settings: UnifiedSettings) -> None:
-        """Bind the law to a robot and its settings."""
+    def __init__(self, robot: FiveBar, settings: UnifiedSettings, rate_hz: int | None = None) -> None:
+        """Bind the law to a robot and its settings; without a sampling rate it observes no disturbance."""
         self._robot = robot
-        self._settings = settings
+        self._settings = settings if rate_hz is not None else settings._replace(observer_rate=0.0)
+        self._period = 1.0 / rate_hz if rate_hz is not None else math.inf
+        self._memory = NOTHING_KNOWN
+        self._last: int | None = None
 
     def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
-        """Return the torque (Nm)."""
-        return unified_torque(self._robot, state, reference, *self._settings)
+        """Return the torque (Nm); call it for every sample, since the estimated disturbance has a memory."""
+        if self._last is not None and sample != self._last + 1:
+            # what happened over the gap is not known; the disturbance stays
+            self._memory = self._memory._replace(fresh=True)
+        self._last = sample
+        torque, self._memory = unified_step(self._robot, state, reference, self._memory, self._settings, self._period)
+        return torque
 
 
 class VhcCartesianLaw:
@@ -91,7 +100,7 @@ class VhcCartesianLaw:
 
     def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
         """Return u3 (Nm)."""
-        line = self._path.line_at(sample / self._rate_hz)
+        line = _through(self._path.line_at(sample / self._rate_hz), reference)
         return vhc_cartesian_torque(self._robot, state, reference, line, self._gains.kp, self._gains.kd, self._resolve)
 
 
@@ -129,7 +138,7 @@ class VhcJointLaw:
             self._plan.mode2,
             state,
             reference,
-            self._plan.path.line_at(t),
+            _through(self._plan.path.line_at(t), reference),
             self._gains.kp * factor_p,
             self._gains.kd * factor_d,
             self._resolve,
@@ -140,6 +149,15 @@ class VhcJointLaw:
             return 1.0, 1.0
         in_zone = blending_weight(inverse_condition(state), self._plan.epsilon_at(t)) > 0.0
         return self._adaptive_gain.factors(in_zone, state.x - reference.state.x, state.y - reference.state.y)
+
+
+def _through(line: Line, reference: Reference) -> Line:
+    """Return a line in the same direction through the reference.
+
+    On the plan the reference lies on the line, and it is the same. After a fault it rests where the robot stands, and
+    a constraint on the planned line would pull the robot there.
+    """
+    return line._replace(x=reference.state.x, y=reference.state.y)
 
 
 def _resolution(name: str) -> Resolution:

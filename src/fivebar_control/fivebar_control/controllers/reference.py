@@ -1,9 +1,10 @@
-"""The reference as the controllers need it: the platform's motion and, through the inverse geometry, both legs'."""
+"""The reference as the controllers need it: the platform's motion and both legs'."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform, State
@@ -18,6 +19,8 @@ class Reference(NamedTuple):
         ax, ay: desired platform acceleration (m/s^2).
         f1, f2: friction (Nm) at the desired motor speeds. Compensating friction with the reference's speed instead of
             the measured one keeps noise and the change of sign at rest out of the loop.
+        by_motors: whether the motion was planned in the motors' angles.
+        u1, u2: torques beyond friction (Nm) that such a motion takes, 0 for any other.
     """
 
     state: State
@@ -25,6 +28,9 @@ class Reference(NamedTuple):
     ay: float
     f1: float
     f2: float
+    by_motors: bool = False
+    u1: float = 0.0
+    u2: float = 0.0
 
 
 def reference_from_platform(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Reference:
@@ -36,4 +42,53 @@ def reference_from_platform(robot: FiveBar, mode1: int, mode2: int, platform: Pl
         ay=platform.ay,
         f1=friction_torque(robot.leg1, state.leg1.dq1),
         f2=friction_torque(robot.leg2, state.leg2.dq1),
+        by_motors=False,
+        u1=0.0,
+        u2=0.0,
+    )
+
+
+def against_disturbance(reference: Reference, d1: float, d2: float) -> Reference:
+    """Return a desired instant whose friction makes up for disturbance torques d (Nm) that act on the motors too.
+
+    Every law adds the friction f to what it asks of the model; against tau + d it is f - d that has to be added.
+    """
+    return reference._replace(f1=reference.f1 - d1, f2=reference.f2 - d2)
+
+
+def reference_from_motors(robot: FiveBar, state: State, ax: float, ay: float, ddq11: float, ddq21: float) -> Reference:
+    """Return the desired instant of a motion that was planned in the motors' angles.
+
+    Regular at Type 1, where the platform's motion does not tell the motors'; NaN on the Type 2 locus.
+
+    Args:
+        robot: the robot that the controllers believe in.
+        state: desired state.
+        ax, ay: desired platform acceleration (m/s^2).
+        ddq11, ddq21: desired motor accelerations (rad/s^2).
+    """
+    u1, u2 = inverse_dynamics(robot, state, ddq11, ddq21, 0.0, 0.0)
+    return Reference(
+        state=state,
+        ax=ax,
+        ay=ay,
+        f1=friction_torque(robot.leg1, state.leg1.dq1),
+        f2=friction_torque(robot.leg2, state.leg2.dq1),
+        by_motors=True,
+        u1=u1,
+        u2=u2,
+    )
+
+
+def reference_at_rest(robot: FiveBar, state: State) -> Reference:
+    """Return the desired instant of a robot that is to stand still, whatever the speeds of the state's legs are."""
+    return Reference(
+        state=state,
+        ax=0.0,
+        ay=0.0,
+        f1=friction_torque(robot.leg1, 0.0),
+        f2=friction_torque(robot.leg2, 0.0),
+        by_motors=False,
+        u1=0.0,
+        u2=0.0,
     )

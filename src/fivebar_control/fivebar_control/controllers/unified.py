@@ -1,9 +1,11 @@
 """One law on the locus and away from it: the torque that comes nearest to the wanted acceleration within its limits.
 
 In platform coordinates the robot is regular through Type 2 and only its input matrix loses rank: xddot = G u + a_0 with
-u = tau - f. Instead of inverting G, this law minimises |G u + a_0 - a|^2 + w |u|^2 over the torques that the drives can
-give, a = xddot_d + Kd e' + Kp e. Away from the locus w hardly matters and the law is a computed torque law in Cartesian
-space; on the locus it lets go of the direction t_s, in which nothing can be asked, and keeps the other.
+u = tau - f + d, d the estimated disturbance. Instead of inverting G, this law minimises
+|G u + a_0 - a|^2 + w |u - u_0|^2 over the torques that the drives can give, a = xddot_d + Kd e' + Kp e. Away from the
+locus w hardly matters and the law is a computed torque law in Cartesian space; on the locus it lets go of the direction
+t_s, in which nothing can be asked, and keeps the other. u_0 is 0, except for motions that were planned in the motors'
+angles: at Type 1 the platform does not feel the stretched leg's motor, and u_0 holds that to its plan.
 """
 
 from __future__ import annotations
@@ -13,7 +15,8 @@ from typing import NamedTuple
 
 from fivebar_control.controllers.reference import Reference
 from fivebar_control.controllers.torque import UNDEFINED, Torque
-from fivebar_control.model.state import State
+from fivebar_control.model.geometry import wrap
+from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar
 
 
@@ -94,45 +97,150 @@ def box_least_squares(
 
 
 class UnifiedSettings(NamedTuple):
-    """Gains (1/s^2, 1/s), price of torque beyond friction ((m/s^2 / Nm)^2) and torque limit (Nm, inf for none)."""
+    """What the law is set to.
+
+    Attributes:
+        kp: proportional gain on the error of the platform (1/s^2), and of the motors at Type 1.
+        kd: derivative gain (1/s).
+        weight: price w of torque, (m/s^2 / Nm)^2, positive.
+        torque_limit: largest torque of either motor (Nm), inf for none.
+        observer_rate: how fast the estimated disturbance follows (1/s), 0 for none.
+        disturbance_limit: largest disturbance (Nm) that is believed of either motor.
+    """
 
     kp: float = 6400.0
     kd: float = 160.0
     weight: float = 3.0
     torque_limit: float = math.inf
+    observer_rate: float = 40.0
+    disturbance_limit: float = 0.5
 
 
-def unified_torque(
-    robot: FiveBar, state: State, reference: Reference, kp: float, kd: float, weight: float, torque_limit: float
-) -> Torque:
-    """Return the torque (Nm) of the unified law; kp in 1/s^2, kd in 1/s.
+class UnifiedMemory(NamedTuple):
+    """What the law keeps from one sample to the next.
+
+    Attributes:
+        d1, d2: estimated disturbance torque on each motor (Nm): what acts besides the model.
+        fresh: whether the rest is not yet known.
+        push1, push2: torque beyond friction given last (Nm).
+        vx, vy: platform velocity then (m/s).
+        ax, ay: platform acceleration that the model expected then (m/s^2).
+    """
+
+    d1: float
+    d2: float
+    fresh: bool
+    push1: float
+    push2: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+
+
+NOTHING_KNOWN = UnifiedMemory(0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""The memory before the first sample."""
+
+
+def observed_disturbance(
+    mapped: InputMap, state: State, memory: UnifiedMemory, settings: UnifiedSettings, period: float
+) -> tuple[float, float]:
+    """Return the disturbance (Nm) on each motor after one more sample.
+
+    With r the mean acceleration over the last period minus the expected one,
+    d+ = d + gamma (G^T G + w)^-1 G^T r. Its error obeys delta+ = (I - gamma S) delta, S = (G^T G + w)^-1 G^T G with
+    eigenvalues s^2 / (s^2 + w) from 0 to 1: it never grows, not at a singularity either, where S lets go of the same
+    direction as the law. The limit keeps it bounded under whatever else the model lacks.
+
+    Args:
+        mapped: input map of the present state.
+        state: the present state.
+        memory: of the sample before.
+        settings: of the law.
+        period: since the sample before (s).
+    """
+    if memory.fresh or settings.observer_rate == 0.0:
+        return memory.d1, memory.d2
+    push1, push2 = memory.push1 + memory.d1, memory.push2 + memory.d2
+    expected_x = 0.5 * (memory.ax + mapped.g_x1 * push1 + mapped.g_x2 * push2 + mapped.a0_x)
+    expected_y = 0.5 * (memory.ay + mapped.g_y1 * push1 + mapped.g_y2 * push2 + mapped.a0_y)
+    r_x = (state.vx - memory.vx) / period - expected_x
+    r_y = (state.vy - memory.vy) / period - expected_y
+    h11, h12, h22 = _normal_matrix(mapped, settings.weight)
+    right1 = mapped.g_x1 * r_x + mapped.g_y1 * r_y
+    right2 = mapped.g_x2 * r_x + mapped.g_y2 * r_y
+    gain = (1.0 - math.exp(-settings.observer_rate * period)) / (h11 * h22 - h12 * h12)
+    limit = settings.disturbance_limit
+    return (
+        min(max(memory.d1 + gain * (h22 * right1 - h12 * right2), -limit), limit),
+        min(max(memory.d2 + gain * (h11 * right2 - h12 * right1), -limit), limit),
+    )
+
+
+def unified_step(
+    robot: FiveBar,
+    state: State,
+    reference: Reference,
+    memory: UnifiedMemory,
+    settings: UnifiedSettings,
+    period: float,
+) -> tuple[Torque, UnifiedMemory]:
+    """Return the torque (Nm) of the unified law and its memory for the next sample.
 
     Args:
         robot: the robot that the law believes in.
         state: measured state.
         reference: desired instant; friction is compensated at its speeds.
-        kp: proportional gain on the platform's position error.
-        kd: derivative gain on the platform's velocity error.
-        weight: price of torque beyond friction, (m/s^2 / Nm)^2, positive.
-        torque_limit: largest torque of either motor (Nm).
+        memory: of the sample before.
+        settings: of the law.
+        period: between two samples (s).
     """
     mapped = input_map(robot, state)
     if mapped is None:
-        return UNDEFINED
+        return UNDEFINED, memory._replace(fresh=True)
+    d1, d2 = observed_disturbance(mapped, state, memory, settings, period)
+    kp, kd, weight, limit = settings.kp, settings.kd, settings.weight, settings.torque_limit
     desired = reference.state
     wanted_x = reference.ax + kd * (desired.vx - state.vx) + kp * (desired.x - state.x) - mapped.a0_x
     wanted_y = reference.ay + kd * (desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
+    held1, held2 = 0.0, 0.0
+    if reference.by_motors:
+        held1 = reference.u1 + robot.leg1.inertia * _motor_feedback(desired.leg1, state.leg1, kp, kd)
+        held2 = reference.u2 + robot.leg2.inertia * _motor_feedback(desired.leg2, state.leg2, kp, kd)
+    # what the motors give beyond friction and disturbance
+    off1, off2 = reference.f1 - d1, reference.f2 - d2
+    h11, h12, h22 = _normal_matrix(mapped, weight)
     u1, u2 = box_least_squares(
+        h11,
+        h12,
+        h22,
+        mapped.g_x1 * wanted_x + mapped.g_y1 * wanted_y + weight * held1,
+        mapped.g_x2 * wanted_x + mapped.g_y2 * wanted_y + weight * held2,
+        Box(-limit - off1, limit - off1, -limit - off2, limit - off2),
+    )
+    kept = UnifiedMemory(
+        d1=d1,
+        d2=d2,
+        fresh=False,
+        push1=u1 - d1,
+        push2=u2 - d2,
+        vx=state.vx,
+        vy=state.vy,
+        ax=mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x,
+        ay=mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y,
+    )
+    return Torque(u1 + off1, u2 + off2), kept
+
+
+def _normal_matrix(mapped: InputMap, weight: float) -> tuple[float, float, float]:
+    """Return the entries 11, 12 and 22 of G^T G + w."""
+    return (
         mapped.g_x1 * mapped.g_x1 + mapped.g_y1 * mapped.g_y1 + weight,
         mapped.g_x1 * mapped.g_x2 + mapped.g_y1 * mapped.g_y2,
         mapped.g_x2 * mapped.g_x2 + mapped.g_y2 * mapped.g_y2 + weight,
-        mapped.g_x1 * wanted_x + mapped.g_y1 * wanted_y,
-        mapped.g_x2 * wanted_x + mapped.g_y2 * wanted_y,
-        Box(
-            -torque_limit - reference.f1,
-            torque_limit - reference.f1,
-            -torque_limit - reference.f2,
-            torque_limit - reference.f2,
-        ),
     )
-    return Torque(u1 + reference.f1, u2 + reference.f2)
+
+
+def _motor_feedback(desired: Leg, measured: Leg, kp: float, kd: float) -> float:
+    """Return the acceleration (rad/s^2) that brings a motor back to its plan, the short way round."""
+    return kd * (desired.dq1 - measured.dq1) + kp * wrap(desired.q1 - measured.q1)

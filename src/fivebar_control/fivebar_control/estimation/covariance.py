@@ -6,6 +6,8 @@ measurement depends on the position alone, so its row is two numbers. Every resu
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 Row = tuple[float, float, float, float, float, float]
 Covariance = tuple[Row, Row, Row, Row, Row, Row]
 Transition = tuple[Row, Row, Row, Row]
@@ -36,16 +38,29 @@ def _dot(one: Row, other: Row) -> float:
     )
 
 
-class ProcessNoise:
-    """What one period adds: white noise on both accelerations, and a random walk of each disturbance."""
+class ProcessNoise(NamedTuple):
+    """What one period adds: white noise on both accelerations, and a random walk of each disturbance.
 
-    def __init__(self, acceleration_density: float, disturbance_rate: float, period: float) -> None:
-        """Make it from the acceleration's density (m/s^2 per root Hz), the walk's rate (Nm per root s) and T (s)."""
-        power = acceleration_density * acceleration_density
-        self.position = power * period * period * period / 3.0
-        self.mixed = power * period * period / 2.0
-        self.velocity = power * period
-        self.disturbance = disturbance_rate * disturbance_rate * period
+    Attributes:
+        position, mixed, velocity: variances and covariance of each coordinate and its rate (m^2, m^2/s, m^2/s^2).
+        disturbance: variance of each disturbance (Nm^2).
+    """
+
+    position: float
+    mixed: float
+    velocity: float
+    disturbance: float
+
+
+def process_noise(acceleration_density: float, disturbance_rate: float, period: float) -> ProcessNoise:
+    """Return it for the acceleration's density (m/s^2 per root Hz), the walk's rate (Nm per root s) and T (s)."""
+    power = acceleration_density * acceleration_density
+    return ProcessNoise(
+        position=power * period * period * period / 3.0,
+        mixed=power * period * period / 2.0,
+        velocity=power * period,
+        disturbance=disturbance_rate * disturbance_rate * period,
+    )
 
 
 def propagated(covariance: Covariance, transition: Transition, noise: ProcessNoise) -> Covariance:

@@ -28,6 +28,43 @@ class Angle(NamedTuple):
     variance: float
 
 
+def first_angle(count: float, reading: float) -> Angle:
+    """Return what the first reading (rad) says: uniformly distributed over the count (rad) above it."""
+    return _uniform(count, reading, 1)
+
+
+def next_stay(last: float, stay: int, reading: float) -> int:
+    """Return for how many samples a reading (rad) has stayed; `last` and `stay` are those of the sample before."""
+    return min(stay + 1, LONGEST_STAY) if reading == last else 1
+
+
+def next_angle(count: float, rate_hz: int, last: float, stay: int, reading: float, speed: float) -> Angle:
+    """Return what a reading (rad) after another says.
+
+    Args:
+        count: angle of a count (rad), 0 for an exact encoder.
+        rate_hz: samples per second.
+        last: the reading before (rad).
+        stay: :func:`next_stay` of this reading.
+        reading: the reading (rad).
+        speed: expected speed (rad/s).
+    """
+    if count == 0.0:
+        return Angle(reading, EXACT_ANGLE * EXACT_ANGLE)
+    if reading == last:
+        return _uniform(count, reading, stay)
+    travel = min(1.0, max(LEAST_TRAVEL, abs(speed) / (rate_hz * count)))
+    width = travel * count
+    if reading > last:
+        return Angle(reading + 0.5 * travel * count, width * width / 12.0)
+    return Angle(reading + (1.0 - 0.5 * travel) * count, width * width / 12.0)
+
+
+def _uniform(count: float, reading: float, samples: int) -> Angle:
+    variance = max(count * count / 12.0, EXACT_ANGLE * EXACT_ANGLE)
+    return Angle(reading + 0.5 * count, variance * samples)
+
+
 class CountedAngle:
     """One motor's encoder over a run."""
 
@@ -40,24 +77,12 @@ class CountedAngle:
         self._stay = 1
 
     def first(self, reading: float) -> Angle:
-        """Return what the first reading (rad) says: uniformly distributed over the count above it."""
+        """Return what the first reading (rad) says."""
         self._last, self._stay = reading, 1
-        return self._uniform(reading, 1.0)
+        return first_angle(self.count, reading)
 
     def next(self, reading: float, speed: float) -> Angle:
         """Return what the next reading (rad) says, at an expected speed (rad/s)."""
-        if self.count == 0.0:
-            return Angle(reading, EXACT_ANGLE * EXACT_ANGLE)
-        last, self._last = self._last, reading
-        if last is None or reading == last:
-            self._stay = min(self._stay + 1, LONGEST_STAY)
-            return self._uniform(reading, float(self._stay))
-        self._stay = 1
-        travel = min(1.0, max(LEAST_TRAVEL, abs(speed) / (self._rate_hz * self.count)))
-        if reading > last:
-            return Angle(reading + 0.5 * travel * self.count, (travel * self.count) ** 2 / 12.0)
-        return Angle(reading + (1.0 - 0.5 * travel) * self.count, (travel * self.count) ** 2 / 12.0)
-
-    def _uniform(self, reading: float, samples: float) -> Angle:
-        variance = max(self.count * self.count / 12.0, EXACT_ANGLE * EXACT_ANGLE)
-        return Angle(reading + 0.5 * self.count, variance * samples)
+        last = reading if self._last is None else self._last
+        self._last, self._stay = reading, next_stay(last, self._stay, reading)
+        return next_angle(self.count, self._rate_hz, last, self._stay, reading, speed)

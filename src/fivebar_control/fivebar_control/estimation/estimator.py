@@ -11,12 +11,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.controllers.guard import Fault
 from fivebar_control.estimation.covariance import Row
 from fivebar_control.estimation.ekf import Belief, EkfSettings, EncoderFilter, Estimate
 from fivebar_control.estimation.encoder import CountedAngle
+from fivebar_control.estimation.frozen import FrozenWatch
 from fivebar_control.estimation.homing import Homing, check_declared, homed_platform
 from fivebar_control.estimation.mirror import MirrorWatch
+from fivebar_control.fault import Fault
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar
 
@@ -51,12 +52,14 @@ class JointEstimate(NamedTuple):
         position, velocity: of q11, q12, q21, q22 (rad, rad/s) when the answering torque begins to act.
         effort: applied torque over the period before the sample (Nm), 0 for the passive joints.
         deviations: standard deviations of x, y (m), vx, vy (m/s), d1, d2 (Nm) when the sample was measured.
+        disturbance: d1, d2 (Nm), what acts on the motors besides the torques that are known.
     """
 
     position: tuple[float, float, float, float]
     velocity: tuple[float, float, float, float]
     effort: tuple[float, float, float, float]
     deviations: Row
+    disturbance: tuple[float, float]
 
 
 class StateEstimator:
@@ -76,6 +79,7 @@ class StateEstimator:
         self._filter = EncoderFilter(robot, homing.mode1, homing.mode2, rate_hz, settings)
         self._encoders = tuple(CountedAngle(drives.encoder_counts, rate_hz) for _ in range(2))
         self._watch = MirrorWatch(robot, homing.mode1, homing.mode2, rate_hz, settings)
+        self._frozen = FrozenWatch(robot, homing.mode1, homing.mode2, self._encoders[0].count)
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
         self._answer: JointEstimate | None = None
@@ -107,6 +111,7 @@ class StateEstimator:
         leg1, leg2 = state.leg1, state.leg2
         velocity = (leg1.dq1, leg1.dtheta - leg1.dq1, leg2.dq1, leg2.dtheta - leg2.dq1)
         effort = (tau1, 0.0, tau2, 0.0)
+        disturbance = (belief.estimate.d1, belief.estimate.d2)
         if not math.isfinite(sum(velocity)):
             self._latch(
                 "estimate_lost", f"at sample {sample} the estimated platform ({x:.4f}, {y:.4f}) m is out of reach"
@@ -117,7 +122,8 @@ class StateEstimator:
             self._latch("estimate_ambiguous", f"at sample {sample}: {reason}")
         variances = (row[i] for i, row in enumerate(belief.covariance))
         a, b, c, d, e, f = (math.sqrt(max(0.0, variance)) for variance in variances)
-        self._answer = JointEstimate((leg1.q1, leg1.q2, leg2.q1, leg2.q2), velocity, effort, (a, b, c, d, e, f))
+        position, deviations = (leg1.q1, leg1.q2, leg2.q1, leg2.q2), (a, b, c, d, e, f)
+        self._answer = JointEstimate(position, velocity, effort, deviations, disturbance)
         return self._answer
 
     @property
@@ -139,6 +145,9 @@ class StateEstimator:
                 expected = self._filter.predict(expected, tau1, tau2)
             if sample - self._last > LONGEST_GAP:
                 self._latch("estimate_lost", f"no motor readings from sample {self._last + 1} to {sample - 1}")
+            reason = self._frozen.look((q11, q21), expected.estimate, sample - self._last > 1)
+            if reason is not None:
+                self._latch("encoder_frozen", f"at sample {sample} {reason}")
             speed1, speed2 = self._filter.motor_speeds(expected.estimate)
             self.belief = self._filter.correct(expected, one.next(q11, speed1), two.next(q21, speed2))
         self._last = sample

@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.estimation.covariance import Covariance
-from fivebar_control.estimation.ekf import Belief, EkfSettings
+from fivebar_control.estimation.ekf import Belief, EkfSettings, FilterModel, filter_model
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
 from fivebar_description.parameters import FiveBar
 
@@ -73,14 +73,38 @@ def deviations(mirror: Mirror, covariance: Covariance) -> float:
     return math.sqrt(max(0.0, (vv * s * s - 2.0 * pv * s * ds + pp * ds * ds) / determinant))
 
 
+class Look(NamedTuple):
+    """What a sample shows of the ambiguity.
+
+    Attributes:
+        near: consecutive samples within `DWELL_KAPPA` so far.
+        deviations: standard deviations between the estimate and its mirror image; infinite where none was tested.
+    """
+
+    near: int
+    deviations: float
+
+
+def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -> Look:
+    """Return what a belief shows, after `near` samples near the locus; past the dwell limit (s) nothing is tested."""
+    x, y, vx, vy, _, _ = belief.estimate
+    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
+    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
+    determinant = leg1.u_x * leg2.u_y - leg1.u_y * leg2.u_x
+    kappa = abs(determinant) / (1.0 + abs(leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y))
+    near = near + 1 if kappa < DWELL_KAPPA else 0
+    if near * model.period > dwell_limit or not kappa < TEST_KAPPA:
+        return Look(near, math.inf)
+    mirror = mirrored(model.robot, leg1, leg2, belief)
+    return Look(near, 0.0 if mirror is None else deviations(mirror, belief.covariance))
+
+
 class MirrorWatch:
     """Looks at every sample for the moment from which on the assembly mode is no longer known."""
 
     def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings) -> None:
         """Bind the watch to a robot, its working mode, the sampling rate and the limits."""
-        self._robot = robot
-        self._mode1, self._mode2 = mode1, mode2
-        self._period = 1.0 / rate_hz
+        self._model = filter_model(robot, mode1, mode2, rate_hz, settings)
         self._settings = settings
         self._near = 0
         self.least = math.inf
@@ -88,25 +112,15 @@ class MirrorWatch:
 
     def look(self, belief: Belief) -> str | None:
         """Return why the estimate of this sample is ambiguous, None where it is not; call it once per sample."""
-        x, y, vx, vy, _, _ = belief.estimate
-        leg1 = leg_motion(self._robot.leg1, self._mode1, x, y, vx, vy)
-        leg2 = leg_motion(self._robot.leg2, self._mode2, x, y, vx, vy)
-        determinant = leg1.u_x * leg2.u_y - leg1.u_y * leg2.u_x
-        kappa = abs(determinant) / (1.0 + abs(leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y))
-        self._near = self._near + 1 if kappa < DWELL_KAPPA else 0
-        if self._near * self._period > self._settings.dwell_limit:
-            return (
-                f"1/cond(A) below {DWELL_KAPPA} for {self._near * self._period:.3f} s,"
-                f" limit {self._settings.dwell_limit:g} s"
-            )
-        if not kappa < TEST_KAPPA:
-            return None
-        mirror = mirrored(self._robot, leg1, leg2, belief)
-        distance = 0.0 if mirror is None else deviations(mirror, belief.covariance)
-        self.least = min(self.least, distance)
-        if distance >= self._settings.mirror_deviations:
+        look = look_at(self._model, self._settings.dwell_limit, self._near, belief)
+        self._near = look.near
+        dwelt = look.near * self._model.period
+        if dwelt > self._settings.dwell_limit:
+            return f"1/cond(A) below {DWELL_KAPPA} for {dwelt:.3f} s, limit {self._settings.dwell_limit:g} s"
+        self.least = min(self.least, look.deviations)
+        if look.deviations >= self._settings.mirror_deviations:
             return None
         return (
-            f"the other assembly mode is {distance:.1f} standard deviations away,"
+            f"the other assembly mode is {look.deviations:.1f} standard deviations away,"
             f" limit {self._settings.mirror_deviations:g}"
         )

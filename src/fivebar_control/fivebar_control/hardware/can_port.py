@@ -8,8 +8,9 @@ from typing import Any
 
 import can
 
+from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import Bus
-from fivebar_control.hardware.fault import DriveError, Fault
+from fivebar_control.hardware.fault import DriveError
 
 WAKE_PERIOD = 0.1
 """Longest time (s) until the receiving thread notices that it should end."""

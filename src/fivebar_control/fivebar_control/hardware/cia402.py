@@ -20,9 +20,14 @@ class State(Enum):
 
 
 class Goal(Enum):
-    """What we want of a drive: OFF removes power at once, DISABLED steps down in order, ENABLED steps up."""
+    """What we want of a drive.
+
+    OFF removes power at once, QUICK_STOP lets the drive stop in its own way (0x605A), DISABLED steps down in order,
+    ENABLED steps up.
+    """
 
     OFF = "off"
+    QUICK_STOP = "stopped"
     DISABLED = "disabled"
     ENABLED = "enabled"
 
@@ -40,6 +45,7 @@ STATUS_TABLE = (
 """Mask, value under the mask, state. No word fits two rows."""
 
 DISABLE_VOLTAGE = 0x00
+STOP_QUICKLY = 0x02
 SHUTDOWN = 0x06
 SWITCH_ON = 0x07
 ENABLE_OPERATION = 0x0F
@@ -60,6 +66,11 @@ _DISABLING = {
     State.SWITCHED_ON: SHUTDOWN,
 }
 
+_STOPPING = {
+    State.ENABLED: STOP_QUICKLY,
+    State.QUICK_STOP: STOP_QUICKLY,
+}
+
 POWERED = frozenset({State.SWITCHED_ON, State.ENABLED, State.QUICK_STOP, State.FAULT_REACTION})
 """States in which the power stage may be live."""
 
@@ -75,12 +86,15 @@ def state_of(statusword: int) -> State:
 def next_controlword(state: State, goal: Goal) -> int:
     """Return the controlword (0x6040) that brings a drive one step nearer to the goal.
 
-    A fault, an active quick stop and an unknown word get `DISABLE_VOLTAGE`: nothing here resets a fault.
+    A fault and an unknown word get `DISABLE_VOLTAGE`: nothing here resets a fault. So does a quick stop that is active,
+    unless it is wanted.
     """
     if goal is Goal.ENABLED:
         return _ENABLING.get(state, DISABLE_VOLTAGE)
     if goal is Goal.DISABLED:
         return _DISABLING.get(state, DISABLE_VOLTAGE)
+    if goal is Goal.QUICK_STOP:
+        return _STOPPING.get(state, DISABLE_VOLTAGE)
     return DISABLE_VOLTAGE
 
 
@@ -88,4 +102,6 @@ def reached(state: State, goal: Goal) -> bool:
     """Return whether a drive is where it should be; a drive in fault is off, too."""
     if goal is Goal.ENABLED:
         return state is State.ENABLED
+    if goal is Goal.QUICK_STOP and state is State.QUICK_STOP:
+        return True
     return state in (State.SWITCH_ON_DISABLED, State.NOT_READY, State.FAULT)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from fivebar_control.fault import Fault
 from fivebar_control.hardware.drive_bus import ZERO, Torques
-from fivebar_control.hardware.fault import Fault
 
 
 class CommandWatch:

@@ -94,6 +94,8 @@ class Drive(StrictModel):
             counts_per_revolution for counts per second.
         velocity_in_pdo: whether 0x606C comes along every cycle; without it, positions are differenced.
         torque_limit_nm: largest torque that is ever asked for, at the joint.
+        quick_stop_option: what the drive does on a quick stop (0x605A): 0 torque off at once, 1 to 3 brake in its own
+            way and switch off, 5 to 7 brake and stay powered. Written where the drive has the object.
         heartbeat_ms: period of the drive's heartbeat (0x1017).
         heartbeat_timeout_ms: age of its last heartbeat beyond which it counts as lost.
         stall: when an encoder counts as frozen; not watched when left out.
@@ -110,6 +112,7 @@ class Drive(StrictModel):
     velocity_units_per_rev_s: Positive
     velocity_in_pdo: bool = True
     torque_limit_nm: Positive
+    quick_stop_option: Literal[0, 1, 2, 3, 5, 6, 7] = 0
     heartbeat_ms: Milliseconds = 20
     heartbeat_timeout_ms: Milliseconds = 100
     stall: Stall | None = None

@@ -14,12 +14,13 @@ import canopen
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoError
 
+from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, Goal, State, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
 from fivebar_control.hardware.drive_link import DriveLink, Reading
 from fivebar_control.hardware.drive_setup import DriveSetup
-from fivebar_control.hardware.fault import DriveError, Fault
+from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.frames import (
     COMMAND_BASE,
     HEARTBEAT_BASE,
@@ -93,7 +94,7 @@ class DriveBus:
         self._enabled = False
         self._reset_words: deque[int] = deque()
         self._send_fault: Fault | None = None
-        self._heartbeat_due = 0.0
+        self._heartbeat_due: float | None = None
         self._next_cycle = 0.0
         self._pause = threading.Event()
         self.notes: list[str] = []
@@ -172,7 +173,6 @@ class DriveBus:
     def _wait_operational(self) -> None:
         end = time.monotonic() + max(drive.heartbeat_timeout_ms for drive in self._drives.pair) / 1e3
         while any(link.nmt_state != OPERATIONAL for link in self.links):
-            self.tend()
             with self._news:
                 self._news.wait(self._drives.master.heartbeat_ms / 1e3)
             if time.monotonic() > end:
@@ -180,9 +180,12 @@ class DriveBus:
                 raise DriveError(Fault("drive_missing", f"{silent.place}: no heartbeat in operational state"))
 
     def tend(self) -> None:
-        """Send the master's heartbeat where it is due; call it often while nothing is exchanged."""
+        """Send the master's heartbeat where it is due; call it often while nothing is exchanged.
+
+        The first is sent by the first exchange: from then on the drives watch it, and before it they have no power.
+        """
         now = time.monotonic()
-        if now >= self._heartbeat_due:
+        if self._heartbeat_due is not None and now >= self._heartbeat_due:
             self._heartbeat_due = now + self._drives.master.heartbeat_ms / 1e3
             self._send(HEARTBEAT_BASE + self._drives.master.node_id, bytes((OPERATIONAL,)))
 
@@ -220,6 +223,13 @@ class DriveBus:
         self._reset_words.clear()
         self.write(ZERO)
 
+    def quick_stop(self) -> None:
+        """Command zero torque and, where they were to be enabled, a quick stop (controlword bit 2 = 0)."""
+        self._enabled = False
+        if self._goal is Goal.ENABLED:
+            self._goal = Goal.QUICK_STOP
+        self.write(ZERO)
+
     def reset(self, timeout: float) -> None:
         """Reset the drives' faults. The drives stay off: only `enable` enables.
 
@@ -229,6 +239,8 @@ class DriveBus:
         for link in self.links:
             link.forget()
         self._send_fault = None
+        # a bridge that was started again knows nothing of their states yet
+        self.exchange_paced()
         if State.FAULT in self.states:
             self._enabled = False
             self._goal = Goal.OFF
@@ -268,6 +280,8 @@ class DriveBus:
         with self._news:
             for link in self.links:
                 link.expect()
+        if self._heartbeat_due is None:
+            self._heartbeat_due = 0.0
         self.tend()
         self._send(SYNC_ID, b"")
         with self._news:
@@ -298,7 +312,7 @@ class DriveBus:
         """Send each drive its controlword and torque (Nm), which act from the next SYNC on.
 
         Zero torque goes out unless both drives are enabled and should be. Once one has dropped out or does not answer
-        any more, both are switched off, and neither is enabled again by itself.
+        any more, both are stopped quickly, and neither is enabled again by itself.
 
         Raises:
             ValueError: a torque is not finite; zero has been sent instead.
@@ -307,7 +321,7 @@ class DriveBus:
         live = self._enabled and all(link.state is State.ENABLED and not link.silent for link in self.links)
         if self._enabled and not live:
             self._enabled = False
-            self._goal = Goal.DISABLED
+            self._goal = Goal.QUICK_STOP
         reset_word = self._reset_words.popleft() if self._reset_words else None
         for link, torque in zip(self.links, torques, strict=True):
             word = next_controlword(link.state, self._goal)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_control.fault import Fault
 from fivebar_control.hardware.cia402 import State, state_of
 from fivebar_control.hardware.configuration import MICROSECONDS, Drive
-from fivebar_control.hardware.fault import ERROR_RESET, Fault, emergency_name
+from fivebar_control.hardware.fault import ERROR_RESET, emergency_name
 from fivebar_control.hardware.frames import NMT_STATES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
 from fivebar_control.hardware.units import position_rad, scale_of, torque_nm, velocity_rad_s
+
+EMERGENCY_CYCLES = 2
+"""Cycles after which an emergency message without a fault in the statusword is taken for what it is."""
 
 
 class Reading(NamedTuple):
@@ -40,6 +44,7 @@ class DriveLink:
         self._effort: Effort | None = None
         self._still = 0.0
         self._emergency: Emergency | None = None
+        self._emergency_cycles = 0
 
     @property
     def state(self) -> State:
@@ -74,10 +79,11 @@ class DriveLink:
         elif isinstance(frame, Heartbeat):
             self.nmt_state, self.heard_at = frame.state, now
         elif frame.code != ERROR_RESET:
-            self._emergency = frame
+            self._emergency, self._emergency_cycles = frame, 0
 
     def close_cycle(self) -> Reading | None:
         """End a cycle: return the reading, or None where an answer is missing."""
+        self._emergency_cycles += 1
         if self._status is None or self._effort is None:
             self.missed += 1
             return None
@@ -110,7 +116,8 @@ class DriveLink:
         if self.state in (State.FAULT, State.FAULT_REACTION):
             cause = "no emergency message" if self._emergency is None else _words(self._emergency)
             return Fault("drive_fault", f"{self.place}: statusword 0x{self.statusword:04X}, {cause}")
-        if self._emergency is not None:
+        # the statusword of the fault that it tells of may come with the next answer
+        if self._emergency is not None and self._emergency_cycles >= EMERGENCY_CYCLES:
             return Fault("drive_emergency", f"{self.place}: {_words(self._emergency)}")
         age = None if self.heard_at is None else (now - self.heard_at) * 1e3
         if age is None or age > self.drive.heartbeat_timeout_ms:

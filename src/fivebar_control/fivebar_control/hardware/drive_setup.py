@@ -8,9 +8,10 @@ from typing import NamedTuple, NoReturn, Protocol
 
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
+from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import DriveFile
 from fivebar_control.hardware.drive_link import DriveLink
-from fivebar_control.hardware.fault import DriveError, Fault
+from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.frames import COMMAND_BASE, STATUS_BASE, TORQUE_BASE
 
 CYCLIC_SYNCHRONOUS_TORQUE = 10
@@ -75,6 +76,7 @@ class DriveSetup:
         self._write(0x6072, 0, "<H", self._link.scale.torque_limit)
         self._write_interpolation_period()
         self._write_optional(0x6007, 0, "<h", FAULT_ON_CONNECTION_LOSS)
+        self._write_optional(0x605A, 0, "<h", self._link.drive.quick_stop_option)
         self._map_pdos()
         drive, master = self._link.drive, self._drives.master
         self._write(0x1016, 1, "<I", master.node_id << 16 | master.timeout_ms)

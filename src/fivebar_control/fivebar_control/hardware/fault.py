@@ -1,18 +1,8 @@
-"""Named faults of the hardware, and names for the emergency codes of CiA 301 and CiA 402."""
+"""The error that a fault of the hardware raises, and names for the emergency codes of CiA 301 and CiA 402."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-
-class Fault(NamedTuple):
-    """What went wrong: a name to look up in docs/robot.md, and what is known about it."""
-
-    name: str
-    detail: str
-
-    def __str__(self) -> str:
-        return f"{self.name}: {self.detail}"
+from fivebar_control.fault import Fault
 
 
 class DriveError(Exception):

@@ -68,22 +68,23 @@ def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: 
     the Type 2 locus: the determinant there is (beta1 + beta2) / m + beta1 beta2 with beta_i = b_i^2 / zz_i.
     """
     leg1, leg2 = state.leg1, state.leg2
-    drive1, drive2 = (tau1 - f1) / robot.leg1.inertia, (tau2 - f2) / robot.leg2.inertia
-    g = leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y
-    m11 = 1.0 / robot.mass + leg1.b * leg1.b / robot.leg1.inertia
-    m22 = 1.0 / robot.mass + leg2.b * leg2.b / robot.leg2.inertia
-    m12 = g / robot.mass
+    # divisions are slow, and most of these are the same for a whole run: a compiler takes them out of its loops
+    per_mass, per_zz1, per_zz2 = 1.0 / robot.mass, 1.0 / robot.leg1.inertia, 1.0 / robot.leg2.inertia
+    drive1, drive2 = per_zz1 * (tau1 - f1), per_zz2 * (tau2 - f2)
+    lever1, lever2 = per_zz1 * leg1.b, per_zz2 * leg2.b
+    m11, m22 = per_mass + leg1.b * lever1, per_mass + leg2.b * lever2
+    m12 = per_mass * (leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y)
     right1, right2 = leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c
     determinant = m11 * m22 - m12 * m12
     if determinant <= 0.0:
         return Motion(NAN, NAN, NAN, NAN, NAN, NAN)
-    lambda1 = (m22 * right1 - m12 * right2) / determinant
-    lambda2 = (m11 * right2 - m12 * right1) / determinant
+    inverse = 1.0 / determinant
+    lambda1, lambda2 = inverse * (m22 * right1 - m12 * right2), inverse * (m11 * right2 - m12 * right1)
     return Motion(
-        ddq11=drive1 - leg1.b * lambda1 / robot.leg1.inertia,
-        ddq21=drive2 - leg2.b * lambda2 / robot.leg2.inertia,
-        ax=(leg1.u_x * lambda1 + leg2.u_x * lambda2) / robot.mass,
-        ay=(leg1.u_y * lambda1 + leg2.u_y * lambda2) / robot.mass,
+        ddq11=drive1 - lever1 * lambda1,
+        ddq21=drive2 - lever2 * lambda2,
+        ax=per_mass * (leg1.u_x * lambda1 + leg2.u_x * lambda2),
+        ay=per_mass * (leg1.u_y * lambda1 + leg2.u_y * lambda2),
         lambda1=lambda1,
         lambda2=lambda2,
     )

@@ -74,8 +74,10 @@ def reach_margin(leg: LegParameters, x: float, y: float) -> float:
 
 
 def wrap(angle: float) -> float:
-    """Return the angle in (-pi, pi]."""
-    turned = math.fmod(angle, 2.0 * math.pi)
+    """Return the angle in (-pi, pi]; NaN for an angle that is not finite."""
+    if -math.pi < angle <= math.pi:
+        return angle
+    turned = math.copysign(abs(angle) % (2.0 * math.pi), angle)
     if turned > math.pi:
         return turned - 2.0 * math.pi
     if turned <= -math.pi:

@@ -42,13 +42,22 @@ def leg_from_platform(leg: LegParameters, q1: float, q2: float, vx: float, vy: f
     Type 1, where sin q_i2 = 0.
     """
     still = leg_from_joints(leg, q1, q2, 0.0, 0.0)
-    if still.b == 0.0:
-        return still._replace(dq1=NAN, dtheta=NAN, c=NAN)
-    dq1 = (still.u_x * vx + still.u_y * vy) / still.b
-    dtheta = -(still.r_x * vx + still.r_y * vy) / (leg.distal * still.sin_q2)
-    return still._replace(
+    dq1 = dtheta = NAN
+    if still.b != 0.0:
+        dq1 = (still.u_x * vx + still.u_y * vy) / still.b
+        dtheta = -(still.r_x * vx + still.r_y * vy) / (leg.distal * still.sin_q2)
+    return Leg(
+        q1=q1,
+        q2=q2,
         dq1=dq1,
         dtheta=dtheta,
+        r_x=still.r_x,
+        r_y=still.r_y,
+        u_x=still.u_x,
+        u_y=still.u_y,
+        cos_q2=still.cos_q2,
+        sin_q2=still.sin_q2,
+        b=still.b,
         c=leg.distal * dtheta * dtheta + leg.proximal * still.cos_q2 * dq1 * dq1,
     )
 
@@ -117,6 +126,15 @@ def distal_acceleration(parameters: LegParameters, leg: Leg, ax: float, ay: floa
         return NAN
     along = leg.r_x * ax + leg.r_y * ay + parameters.proximal * leg.dq1 * leg.dq1
     return -(along / parameters.distal + leg.cos_q2 * leg.dtheta * leg.dtheta) / leg.sin_q2
+
+
+def distal_acceleration_by_motor(parameters: LegParameters, leg: Leg, ddq1: float, ax: float, ay: float) -> float:
+    """Return d2 theta_i / dt2 (rad/s^2) for accelerations of motor (rad/s^2) and platform (m/s^2), at Type 1 too.
+
+    Across the distal link: l_i2 ddtheta_i = (-u_y, u_x) . xddot - l_i1 (cos(q_i2) ddq_i1 + sin(q_i2) dq_i1^2).
+    """
+    elbow = parameters.proximal * (leg.cos_q2 * ddq1 + leg.sin_q2 * leg.dq1 * leg.dq1)
+    return 1.0 / parameters.distal * (leg.u_x * ay - leg.u_y * ax - elbow)
 
 
 def platform_acceleration(state: State, ddq11: float, ddq21: float) -> tuple[float, float]:

@@ -70,7 +70,9 @@ def inverse_condition_rate(state: State) -> float:
 
 def type1_margin(state: State) -> float:
     """Return min |sin q_i2|, from 0 at Type 1 (a leg stretched or folded, det B = 0) to 1."""
-    return min(abs(state.leg1.sin_q2), abs(state.leg2.sin_q2))
+    one, two = abs(state.leg1.sin_q2), abs(state.leg2.sin_q2)
+    # min() would lose a NaN, a leg that does not reach
+    return one if one < two or math.isnan(one) else two
 
 
 def type1_distance(robot: FiveBar, state: State) -> float:

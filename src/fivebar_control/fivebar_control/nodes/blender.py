@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -11,29 +12,37 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_control.controllers.freshness import Freshness
 from fivebar_control.controllers.guard import Guard
 from fivebar_control.controllers.torque import ZERO, Torque
+from fivebar_control.fault import Fault
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.nodes.motion_parameters import RATE, ROBOT
+from fivebar_control.nodes.motion_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_control.nodes.safety_parameters import SAFETY, safety_settings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    ALL_WELL,
     AWAY_TORQUE,
     CONTROL_QOS,
     CTC_TORQUE,
+    DRIVES_STATE,
     FAULTS,
     JOINT_STATES,
     JOINTS,
     REFERENCE,
     REFERENCE_NAMES,
+    SAFETY_STATE,
     SUPERVISOR_NAMES,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    TORQUE_REQUESTED,
     VHC_TORQUE,
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 
@@ -45,6 +54,7 @@ BLENDED = "blended"
 SPECS = (
     ROBOT,
     RATE,
+    WORKING_MODE,
     Spec(
         "candidates",
         BLENDED,
@@ -60,31 +70,44 @@ SPECS = (
         60_000.0,
     ),
     Spec(
-        "tracking_error_limit",
-        0.05,
-        "Distance from the reference beyond which the blender gives up: zero torque and a fault.",
-        "m",
-        1e-6,
-        10.0,
+        "state_deadline_ms",
+        0.0,
+        "Longest time from one sample to the next, on the steady clock; then zero torque and a fault. 0 for any, where"
+        " time waits for the torques.",
+        "ms",
+        0.0,
+        60_000.0,
     ),
+    Spec("last_sample", 0, "Last sample of the run, after which none is missed; 0 for no end.", "", 0, 100_000_000),
+    *SAFETY,
 )
 
 
 class Blender(SamplingNode):
-    """The last node before the drives."""
+    """The last node before the drives.
+
+    While a fault is latched every sample is answered with zero torque at once. Its inputs are joined all the same, so
+    that a reset can see whether the cause is gone.
+    """
 
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("blender")
         values = self.parameters(SPECS)
         self._robot = load_robot(values["robot"])
-        self._deadline = values["candidate_deadline_ms"] / 1e3
-        self._guard = Guard(values["tracking_error_limit"])
-        self._waiting_since: dict[int, float] = {}
+        mode1, mode2 = values["working_mode"]
+        self._guard = Guard(self._robot, (mode1, mode2), values["rate_hz"], safety_settings(values))
+        deadlines = [values[name] / 1e3 for name in ("candidate_deadline_ms", "state_deadline_ms")]
+        self._freshness = Freshness(deadlines[0], deadlines[1] or math.inf, values["last_sample"] or None)
+        self._drives_state = ALL_WELL
+        self._first = 0
         self._reply: JointState | None = None
+        self._requested = self.advertise(TORQUE_REQUESTED)
         self._command = self.advertise(TORQUE_COMMAND)
         self._faults = self.advertise(FAULTS)
+        self._state = self.advertise(SAFETY_STATE)
         self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
         torque = fields_of(ACTIVE_JOINTS, "effort", allow_nan=True)
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
@@ -96,11 +119,14 @@ class Blender(SamplingNode):
         self.join(values["rate_hz"], inputs)
         # volatile on this side: faults of the past are the business of whoever reset them
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
-        self.every(self._deadline / DEADLINE_LOOKS, self._look_for_missing)
+        # not awaited: drives that say nothing of themselves hold no fault
+        self.create_subscription(String, DRIVES_STATE.name, self._on_drives_state, qos_profile(DRIVES_STATE.qos))
+        self.every(min(deadline for deadline in deadlines if deadline) / DEADLINE_LOOKS, self._look_at_clock)
+        self._publish_state()
 
     def stop(self) -> None:
         """Command zero torque as the last word."""
-        self._command.publish(self._message(max(self.last_sample, 0), ZERO))
+        self._reply_with(self._freshness.newest, ZERO)
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""
@@ -108,32 +134,45 @@ class Blender(SamplingNode):
             return DiagnosticStatus.ERROR, str(self._guard.fault)
         return super().health()
 
+    def figures(self) -> Mapping[str, object]:
+        """Return how often a limit has cut the torque."""
+        return {"limited_samples": self._guard.limited_samples}
+
     def restart(self) -> None:
         """Wait for the candidates of a new run; a latched fault stays."""
-        self._waiting_since.clear()
+        self._freshness.begin_run()
+        self._guard.begin_run()
+        self._first = 0
 
     def admit(self, sample: int, driving: bool) -> bool:
         """Start the deadline of a sample; while a fault is latched, answer it at once with zero torque."""
-        if self._guard.fault is not None:
-            if driving:
-                self._reply_with(sample, ZERO)
-            return False
         if driving:
-            self._waiting_since.setdefault(sample, time.monotonic())
-            self._look_for_missing()
-        return self._guard.fault is None
+            late = self._freshness.joined_late(sample)
+            self._freshness.heard(sample, time.monotonic())
+            if late is not None and self._guard.fault is None:
+                self._stop_robot(late)
+            elif self._guard.fault is not None:
+                self._reply_with(sample, ZERO)
+            self._look_at_clock()
+        return True
 
     def answer(self, sample: int, *values: Any) -> None:
-        """Publish the blended torque of a sample."""
+        """Publish the torque of a sample; while a fault is latched, only look at its inputs."""
+        self._freshness.completed(sample, time.monotonic())
+        if sample < self._first:
+            return
         (position, velocity), (reference,), (alone,), *rest = values
         state = state_from_joints(self._robot, *position, *velocity)
-        error = math.hypot(state.x - reference[0], state.y - reference[1])
-        away = Torque(*alone)
+        away, on_locus, sigma = Torque(*alone), Torque(*alone), 0.0
         if rest:
             (vhc,), ((sigma, _),) = rest
-            torque = self._guard.command(sample, error, sigma, away, Torque(*vhc))
-        else:
-            torque = self._guard.command(sample, error, 0.0, away, away)
+            on_locus = Torque(*vhc)
+        stopped = self._guard.fault is not None
+        requested, torque = self._guard.command(sample, state, reference[:2], sigma, away, on_locus)
+        if stopped:
+            return
+        if requested is not None:
+            self._requested.publish(self._message(sample, requested))
         self._reply_with(sample, torque)
         if self._guard.fault is not None:
             self._announce_fault()
@@ -147,28 +186,37 @@ class Blender(SamplingNode):
 
     def _on_fault(self, message: String) -> None:
         """Stop the robot when another node reports a fault; one's own comes back too and changes nothing."""
-        name, _, detail = message.data.partition(": ")
-        self._guard.trip(name, detail)
-        # a sample that still waits for its candidates would wait for ever: they are left out while a fault is latched
-        if self._waiting_since:
-            self._reply_with(max(self._waiting_since), ZERO)
+        known = self._guard.fault
+        self._guard.trip(Fault.from_text(message.data))
+        if known is None:
+            # also a sample that still waits for its candidates gets its answer now
+            self._reply_with(self._freshness.newest, ZERO)
+            self._publish_state()
 
-    def _look_for_missing(self) -> None:
-        """Give up on a sample whose candidates are overdue."""
-        if self._guard.fault is not None or not self._waiting_since:
+    def _on_drives_state(self, message: String) -> None:
+        self._drives_state = message.data
+        # drives that were off have sent nothing; their next sample is waited for from now on
+        self._freshness.pardon(time.monotonic())
+
+    def _look_at_clock(self) -> None:
+        """Give up where candidates or the next joint states are overdue."""
+        if self._guard.fault is not None:
             return
-        sample = min(self._waiting_since)
-        if time.monotonic() - self._waiting_since[sample] < self._deadline:
-            return
-        missing = ", ".join(self.missing_inputs(sample))
-        self._guard.trip("candidate_missing", f"no {missing} for sample {sample} within {self._deadline * 1e3:g} ms")
-        self._reply_with(max(self._waiting_since), ZERO)
+        now = time.monotonic()
+        overdue = self._freshness.overdue(now)
+        # drives that are off send no samples, and that is no fault
+        stale = self._freshness.stale(now) if self._drives_state == ALL_WELL else None
+        if overdue is not None:
+            self._stop_robot(self._freshness.missing(overdue, self.missing_inputs(overdue)))
+        elif stale is not None:
+            self._stop_robot(stale)
+
+    def _stop_robot(self, fault: Fault) -> None:
+        self._guard.trip(fault)
+        self._reply_with(self._freshness.newest, ZERO)
         self._announce_fault()
 
     def _reply_with(self, sample: int, torque: Torque) -> None:
-        self.close_sample(sample)
-        for answered in [number for number in self._waiting_since if number <= sample]:
-            del self._waiting_since[answered]
         self._reply = self._message(sample, torque)
         self._command.publish(self._reply)
 
@@ -177,15 +225,42 @@ class Blender(SamplingNode):
 
     def _announce_fault(self) -> None:
         self._faults.publish(String(data=str(self._guard.fault)))
+        self._publish_state()
         self.get_logger().error(f"zero torque: {self._guard.fault}")
+
+    def _publish_state(self) -> None:
+        fault = self._guard.fault
+        self._state.publish(String(data=ALL_WELL if fault is None else str(fault)))
+
+    def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._guard.fault is None:
+            self._stop_robot(Fault("emergency_stop", "asked for by blender/emergency_stop"))
+        response.success = True
+        response.message = f"zero torque: {self._guard.fault}"
+        return response
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         fault = self._guard.fault
-        self._guard.reset()
-        response.success = True
-        response.message = f"cleared {fault}" if fault is not None else "no fault was latched"
+        obstacle = self._obstacle() if fault is not None else None
+        response.success = obstacle is None
+        if fault is None:
+            response.message = "no fault was latched"
+        elif obstacle is not None:
+            response.message = f"not cleared, {obstacle}; latched is {fault}"
+        else:
+            response.message = f"cleared {fault}"
+            # the present sample has had its answer
+            self._first = self._freshness.newest + 1
+            self._freshness.answered(self._freshness.newest)
+            self._publish_state()
         self.get_logger().info(response.message)
         return response
+
+    def _obstacle(self) -> str | None:
+        """Clear the fault, or return what is in the way."""
+        if self._drives_state != ALL_WELL:
+            return f"the drives are stopped by {self._drives_state}"
+        return self._freshness.obstacle(time.monotonic()) or self._guard.reset()
 
 
 def main() -> None:

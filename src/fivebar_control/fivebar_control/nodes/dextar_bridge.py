@@ -1,30 +1,39 @@
 """The robot's two drives as a lifecycle node: publishes what the motors measure, passes torque on, stops when in doubt.
 
 configure opens the bus and sets up the drives, which stay without power; activate enables both at zero torque;
-deactivate commands zero torque first, then switches them off; cleanup lets them go and closes the bus.
+deactivate commands zero torque first, then switches them off; cleanup lets them go and closes the bus. A fault, of the
+drives or of any other node, is latched: zero torque and a quick stop, until ~/reset and ~/enable.
 """
 
 from __future__ import annotations
 
+import functools
 import time
+import traceback
 from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_control.fault import Fault
 from fivebar_control.hardware.command_watch import CommandWatch
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus
-from fivebar_control.hardware.fault import DriveError, Fault
+from fivebar_control.hardware.fault import DriveError
 from fivebar_control.nodes.motion_parameters import RATE
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    ALL_WELL,
+    CONTROL_QOS,
+    DRIVES_STATE,
     FAULTS,
     MOTOR_STATES,
+    RUN_READY,
     TORQUE_COMMAND,
     sample_of_stamp,
     sample_stamp_ns,
@@ -32,6 +41,7 @@ from fivebar_description.interface import (
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
 
@@ -53,10 +63,27 @@ SPECS = (
         10_000.0,
     ),
     Spec("enable_timeout_s", 2.0, "Longest time for enabling, disabling or resetting the drives.", "s", 0.1, 60.0),
-    Spec("autostart", False, "Configure and activate at once, without being asked."),
+    Spec("autostart", False, "Configure and activate without being asked, once the nodes to wait for are ready."),
+    Spec("wait_for_nodes", [""], "With autostart: nodes that must have announced themselves on run/ready."),
 )
 
+Transition = Callable[["DextarBridge", LifecycleState], TransitionCallbackReturn]
+
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+def _told(transition: Transition) -> Transition:
+    """Log what breaks a transition: rclpy goes on to on_error without a word."""
+
+    @functools.wraps(transition)
+    def run(self: DextarBridge, state: LifecycleState) -> TransitionCallbackReturn:
+        try:
+            return transition(self, state)
+        except Exception:
+            self.get_logger().error(f"{transition.__name__} has failed:\n{traceback.format_exc()}")
+            raise
+
+    return run
 
 
 class DextarBridge(LifecycleNodeMixin, GraphNode):
@@ -91,18 +118,41 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         LifecycleNodeMixin.__init__(self)
         self._states = self.advertise(MOTOR_STATES)
         self._faults = self.advertise(FAULTS)
+        self._state = self.advertise(DRIVES_STATE)
+        self._told = ""
+        self._tell_state()
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
         self.listen(TORQUE_COMMAND, self._on_command)
+        # volatile on this side: faults of the past are the business of whoever reset them
+        self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         if values["autostart"]:
+            self._awaited = {name for name in values["wait_for_nodes"] if name}
+            # not awaited for this node's own readiness, which others may wait for
+            self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
             self._start_timer = self.every(REPEAT_PERIOD, self._autostart)
 
+    def _on_ready(self, message: String) -> None:
+        self._awaited.discard(message.data)
+
     def _autostart(self) -> None:
+        if self._awaited:
+            return
         self._start_timer.cancel()
         if self.trigger_configure() == SUCCESS:
             self.trigger_activate()
 
+    def _LifecycleNodeMixin__change_state(self, transition_id: int) -> TransitionCallbackReturn:
+        """Refuse a transition that does not exist in the present state; rclpy would let it end the node."""
+        try:
+            made: TransitionCallbackReturn = super()._LifecycleNodeMixin__change_state(transition_id)
+        except rclpy_implementation.RCLError as error:
+            self.get_logger().error(f"transition {transition_id} refused: {' '.join(str(error).split())}")
+            return FAILURE
+        return made
+
+    @_told
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the bus and set up both drives; they stay without power."""
         bus = None
@@ -115,12 +165,14 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             self._latch(error.fault)
             return FAILURE
         self._fault = None
+        self._tell_state()
         self._bus = bus
         for note in bus.notes:
             self.get_logger().info(f"not in the drive: {note}")
         self._run_every(self._drives.master.heartbeat_ms / 2e3, bus.tend)
         return SUCCESS
 
+    @_told
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Enable both drives at zero torque and begin at sample 0."""
         bus = self._open_bus()
@@ -138,21 +190,26 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self._ticked = time.monotonic()
         self._published = 0.0
         self._active = True
+        self._tell_state()
         self._run_every(1.0 / self._rate_hz, self._tick)
         return SUCCESS
 
+    @_told
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Command zero torque, then switch both drives off."""
         self._power_off()
         self._run_every(self._drives.master.heartbeat_ms / 2e3, self._open_bus().tend)
         return SUCCESS
 
+    @_told
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let the drives go and close the bus."""
         self._close()
         self._fault = None
+        self._tell_state()
         return SUCCESS
 
+    @_told
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Do all that is left to be done, from any state."""
         self._close()
@@ -196,6 +253,8 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
     def _power_off(self) -> None:
         bus = self._open_bus()
         self._active = False
+        # before the samples cease, so that nobody takes their end for a fault
+        self._tell_state()
         self._cancel_timer()
         try:
             bus.disable(self._enable_timeout)
@@ -215,6 +274,9 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
 
     def _tick(self) -> None:
         """One cycle: see to the torque, exchange, publish."""
+        if not self._active:
+            # the timer's last call may have waited behind the transition that has ended it
+            return
         bus, now = self._open_bus(), time.monotonic()
         self._overruns += now - self._ticked > LATE_PERIODS / self._rate_hz
         self._ticked = now
@@ -229,7 +291,6 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         cycle = bus.exchange()
         if cycle.fault is not None:
             self._latch(cycle.fault)
-            bus.write(ZERO)
         if self._watch.answered >= 0:
             self._sample += 1
             self._publish(cycle)
@@ -243,7 +304,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         if first is None or second is None:
             self._incomplete += 1
             return
-        self.answered += 1
+        self.note_answer()
         self._states.publish(
             joint_state(
                 sample_stamp_ns(self._sample, self._rate_hz),
@@ -269,11 +330,36 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             self._open_bus().write((tau1, tau2))
             self._written = True
 
-    def _latch(self, fault: Fault) -> None:
-        if self._fault is None:
-            self._fault = fault
+    def _latch(self, fault: Fault, own: bool = True) -> None:
+        """Stop the drives and remember why; tell it where nobody else has."""
+        if self._fault is not None:
+            return
+        self._fault = fault
+        if self._active:
+            self._open_bus().quick_stop()
+        if own:
             self._faults.publish(String(data=str(fault)))
-            self.get_logger().error(f"zero torque: {fault}")
+        self._tell_state()
+        self.get_logger().error(f"zero torque and quick stop: {fault}")
+
+    def _on_fault(self, message: String) -> None:
+        """Stop the drives for another node's fault; one's own comes back too and changes nothing."""
+        if self._active:
+            self._latch(Fault.from_text(message.data), own=False)
+
+    def _tell_state(self) -> None:
+        """Publish on drives/state whether a torque would be obeyed, and why not."""
+        if self._fault is not None:
+            text = str(self._fault)
+        elif not self._active:
+            text = "drives_off: dextar_bridge is not active"
+        elif not self._open_bus().enabled:
+            text = "drives_off: dextar_bridge/enable switches them on"
+        else:
+            text = ALL_WELL
+        if text != self._told:
+            self._told = text
+            self._state.publish(String(data=text))
 
     def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._bus is not None:
@@ -298,6 +384,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
                 response.message += "; the drives are off, dextar_bridge/enable switches them on"
         self._fault = None
         self._watch.pardon(self._sample, time.monotonic())
+        self._tell_state()
         return response
 
     def _on_enable(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -315,6 +402,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
                 self._latch(error.fault)
                 response.message = str(error.fault)
             self._watch.pardon(self._sample, time.monotonic())
+            self._tell_state()
         return response
 
 

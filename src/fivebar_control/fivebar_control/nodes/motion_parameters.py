@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from fivebar_control.trajectory.planner import QUINTIC, TIME_LAWS, Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import (
+    MIN_AUTHORITY,
+    QUINTIC,
+    TIME_LAWS,
+    Plan,
+    PlanRefused,
+    ZoneRule,
+    plan_motion,
+)
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import Spec, whole_period
@@ -15,6 +23,9 @@ ROBOT = Spec("robot", "dextar", "Robot that the node believes in: a shipped para
 RATE = Spec("rate_hz", 500, "Sampling rate; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period)
 WORKING_MODE = Spec(
     "working_mode", [1, -1], "Elbow side of each leg: +1 counter-clockwise of the line from base to platform."
+)
+WORKING_MODES = WORKING_MODE._replace(
+    description=f"{WORKING_MODE.description} Two signs, or two for every waypoint of a motion that may meet Type 1."
 )
 
 LEAD = Spec(
@@ -29,13 +40,21 @@ LEAD = Spec(
 MOTION = (
     ROBOT,
     RATE,
-    WORKING_MODE,
+    WORKING_MODES,
     Spec("waypoints", [0.0, 0.15, 0.0, 0.02, 0.0, 0.15], "Rest points of the path: x1, y1, x2, y2, ...", "m"),
     Spec("segment_durations", [1.0, 1.0], "Duration of each segment.", "s"),
     Spec("time_law", QUINTIC, "How the reference passes along a segment.", choices=TIME_LAWS),
     Spec("zone_rule", "ballistic", "How the blending zones are sized.", choices=("ballistic", "fixed")),
     Spec("zone_duration_ms", 40.0, "Time with sigma = 1 at a crossing, for the ballistic rule.", "ms", 0.1, 10_000.0),
     Spec("zone_epsilon", 0.05, "Half width of the zones in 1/cond(A), for the fixed rule.", "", 1e-6, 0.5),
+    Spec(
+        "min_authority",
+        MIN_AUTHORITY,
+        "Least |n.v1| at a crossing of the Type 2 locus; 0 for a law that does not hold the path by its normal.",
+        "",
+        0.0,
+        1.0,
+    ),
     LEAD,
 )
 
@@ -73,6 +92,7 @@ def declare_motion(node: GraphNode) -> Motion:
                 epsilon=values["zone_epsilon"] if values["zone_rule"] == "fixed" else None,
             ),
             values["time_law"],
+            values["min_authority"],
         )
     except PlanRefused as error:
         raise InputError(f"{node.get_name()}: motion refused: {error}") from error

@@ -15,6 +15,7 @@ from fivebar_control.nodes.motion_parameters import RATE, ROBOT, WORKING_MODE
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,
+    ESTIMATE_DISTURBANCE,
     ESTIMATE_NAMES,
     FAULTS,
     JOINT_STATES,
@@ -131,9 +132,10 @@ class StateEstimatorNode(SamplingNode):
         self._estimator = StateEstimator(*self._arguments)
         self._waiting: tuple[int, tuple[float, ...]] | None = None
         self._replied = -1
-        self._reply: tuple[JointState, JointState] | None = None
+        self._reply: tuple[JointState, JointState, JointState] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
         self._covariance = self.advertise(ESTIMATE_COVARIANCE)
+        self._disturbance = self.advertise(ESTIMATE_DISTURBANCE)
         self._faults = self.advertise(FAULTS)
         if values["delay_samples"] > 0:
             self.listen(TORQUE_COMMAND, self._on_command)
@@ -200,11 +202,13 @@ class StateEstimatorNode(SamplingNode):
         self._reply = (
             joint_state(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),
             joint_state(stamp, ESTIMATE_NAMES, estimate.deviations),
+            joint_state(stamp, ACTIVE_JOINTS, effort=estimate.disturbance),
         )
         self._publish(*self._reply)
 
-    def _publish(self, joints: JointState, deviations: JointState) -> None:
+    def _publish(self, joints: JointState, deviations: JointState, disturbance: JointState) -> None:
         self._covariance.publish(deviations)
+        self._disturbance.publish(disturbance)
         self._joint_states.publish(joints)
 
     def _announce(self, fault: str) -> None:

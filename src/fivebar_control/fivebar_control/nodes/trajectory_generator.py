@@ -4,36 +4,99 @@ from __future__ import annotations
 
 from typing import Any
 
+from std_msgs.msg import String
+
+from fivebar_control.controllers.hold import Hold
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.model.state import Platform
+from fivebar_control.nodes.goal_desk import GoalDesk
 from fivebar_control.nodes.motion_parameters import declare_motion
-from fivebar_description.interface import JOINT_STATES, JOINTS, REFERENCE, REFERENCE_NAMES, sample_stamp_ns
+from fivebar_control.trajectory.motion_queue import MotionQueue
+from fivebar_description.interface import (
+    ALL_WELL,
+    JOINT_STATES,
+    JOINTS,
+    REFERENCE,
+    REFERENCE_NAMES,
+    SAFETY_STATE,
+    sample_stamp_ns,
+)
 from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 
+HOLD, CONTINUE = "hold", "continue"
+
+STILL = (0.0,) * len(JOINTS)
+
+AFTER_FAULT = Spec(
+    "after_fault",
+    HOLD,
+    "While safety/state tells of a fault and after its reset: hold where the robot stands, or continue with the plan"
+    " (for lockstep, where a run is to be the same each time).",
+    choices=(HOLD, CONTINUE),
+)
+
 
 class TrajectoryGenerator(SamplingNode):
-    """Rest-to-rest fifth-order polynomials through waypoints."""
+    """Rest-to-rest polynomials through waypoints, then motions on request, until a fault stops the robot."""
 
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("trajectory_generator")
         self._motion = declare_motion(self)
+        self._hold = Hold()
+        self._references: dict[int, Platform] = {}
+        self._queue = self._new_queue()
+        self._goals = GoalDesk(self, self._motion, self._queue)
         self._reference = self.advertise(REFERENCE)
+        if self.parameters((AFTER_FAULT,))[AFTER_FAULT.name] == HOLD:
+            # not awaited: without a last node there is nothing to hold for
+            self.create_subscription(String, SAFETY_STATE.name, self._on_safety_state, qos_profile(SAFETY_STATE.qos))
         self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position")),))
+
+    def restart(self) -> None:
+        """Begin the plan again."""
+        self._hold.begin_run()
+        self._queue = self._new_queue()
+        self._goals.restart(self._queue)
+
+    def stop(self) -> None:
+        """End the planning of a request."""
+        self._goals.close()
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the next sample's reference."""
+        ((position,),) = values
+        place = state_from_joints(self._motion.robot, *position, *STILL)
+        held = self._hold.reference(place.x, place.y)
+        self._goals.attend(sample + self._motion.lead_samples, held is not None)
         # nobody could publish the reference of sample 0 ahead of it
-        if sample == 0:
-            self._publish(0)
-        self._publish(sample + 1)
+        numbers = (0, 1) if sample == 0 else (sample + 1,)
+        self._references = {number: held or self._planned(number) for number in numbers}
+        self.repeat()
 
     def repeat(self) -> None:
         """Publish the same reference again."""
-        self.answer(self.last_sample)
+        for sample, reference in self._references.items():
+            self._publish(sample, reference)
 
-    def _publish(self, sample: int) -> None:
-        x, y, vx, vy, ax, ay = self._motion.plan.path.at((sample + self._motion.lead_samples) / self.rate_hz)
+    def _on_safety_state(self, message: String) -> None:
+        if message.data == ALL_WELL:
+            self._hold.release()
+        else:
+            self._hold.stop()
+
+    def _planned(self, sample: int) -> Platform:
+        return self._queue.at(sample + self._motion.lead_samples)
+
+    def _new_queue(self) -> MotionQueue:
+        return MotionQueue(self._motion.plan, self._motion.rate_hz)
+
+    def _publish(self, sample: int, reference: Platform) -> None:
+        x, y, vx, vy, ax, ay = reference
         self._reference.publish(
             joint_state(
                 sample_stamp_ns(sample, self.rate_hz),

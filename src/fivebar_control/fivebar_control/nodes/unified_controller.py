@@ -23,12 +23,30 @@ SPECS = (
         1e6,
         tunable=True,
     ),
+    Spec(
+        "observer_rate",
+        UnifiedSettings().observer_rate,
+        "How fast the estimate of the disturbance torques follows, 0 for none.",
+        "1/s",
+        0.0,
+        1e4,
+    ),
+    Spec(
+        "disturbance_limit",
+        UnifiedSettings().disturbance_limit,
+        "Largest disturbance torque that is believed of either motor.",
+        "Nm",
+        0.0,
+        1e3,
+    ),
     Spec("torque_limit", 0.0, "Largest torque of either motor that the law may choose, 0 for none.", "Nm", 0.0, 1e3),
 )
 
 
 class UnifiedController(CandidateNode):
     """One law on the locus and away from it."""
+
+    meets_type_1 = True
 
     def __init__(self) -> None:
         """Make the node."""
@@ -38,7 +56,7 @@ class UnifiedController(CandidateNode):
         """Return the law for its settings."""
         limit = settings["torque_limit"] or math.inf
         return UnifiedLaw(
-            self._motion.robot, UnifiedSettings(settings["kp"], settings["kd"], settings["weight"], limit)
+            self._motion.robot, UnifiedSettings(**{**settings, "torque_limit": limit}), self._motion.rate_hz
         )
 
 

@@ -1,4 +1,4 @@
-"""A path of straight segments through waypoints, at rest in each of them."""
+"""A path through waypoints, at rest in each of them: of straight segments, and of some planned in motor angles."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from fivebar_control.controllers.vhc_cartesian import Line
 from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.polynomial import rest_to_rest
 
 TimeLaw = Callable[[float], tuple[float, float, float]]
@@ -44,7 +45,7 @@ class Segment(NamedTuple):
 class Path:
     """The whole reference motion, as a function of the time since sample 0."""
 
-    def __init__(self, segments: Sequence[Segment]) -> None:
+    def __init__(self, segments: Sequence[Segment | JointSegment]) -> None:
         """Join segments, each beginning where and when the last one ends."""
         self.segments = tuple(segments)
         self.duration = segments[-1].start_time + segments[-1].duration
@@ -66,6 +67,12 @@ class Path:
         while index > 0 and t < self.segments[index].start_time:
             index -= 1
         return index
+
+    def straight(self, index: int) -> Segment:
+        """Return a segment that is known to be straight, as those are that cross the Type 2 locus."""
+        segment = self.segments[index]
+        assert isinstance(segment, Segment)
+        return segment
 
     def at(self, t: float) -> Platform:
         """Return the reference at time t (s); after the end the platform rests at the last waypoint."""

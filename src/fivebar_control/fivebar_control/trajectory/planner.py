@@ -18,10 +18,21 @@ from fivebar_control.model.singularity import (
 )
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.criterion import criterion_law
+from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Path, Segment
+from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
+from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
+from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.type1 import (
+    TYPE_1_CLEARANCE,
+    Meeting,
+    Mode,
+    meetings_of,
+    planned_mode_changes,
+    segments_between,
+)
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, LegParameters
-from fivebar_description.strict_yaml import InputError
 
 MIN_AUTHORITY = 0.3
 """Least |n . v1| at a crossing: below it the direction across the path is nearly the uncontrollable t_s."""
@@ -29,21 +40,15 @@ MIN_AUTHORITY = 0.3
 MIN_ZONE_SAMPLES = 10
 """A ballistic blending zone holds at least this many samples with sigma = 1."""
 
-TYPE_1_CLEARANCE = 1e-4
-"""Least distance (m) between a path and the Type 1 boundary."""
-
 SEARCH_STEPS = 400
 """Points per segment at which the sign of det A is looked at; two crossings closer than that count as none."""
 
 
-class PlanRefused(InputError):
-    """The motion cannot be made; says where and why."""
-
-
-QUINTIC, CRITERION = "quintic", "criterion"
-TIME_LAWS = (QUINTIC, CRITERION)
-"""How the reference passes along a segment: by the fifth-order polynomial, which knows nothing of the locus (4.2), or
-so that the dynamic criterion holds at the crossing."""
+QUINTIC, CRITERION, SEPTIC = "quintic", "criterion", "septic"
+TIME_LAWS = (QUINTIC, CRITERION, SEPTIC)
+"""How the reference passes along a straight segment: by the fifth-order polynomial, which knows nothing of the locus
+(4.2); so that the dynamic criterion holds at the crossing; or by the seventh-order polynomial without a jerk at rest,
+which every segment has that is planned in the motors' angles."""
 
 
 class ZoneRule(NamedTuple):
@@ -79,14 +84,34 @@ class Crossing(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """A checked motion in one working mode, with its crossings in order of time."""
+    """A checked motion with its crossings in order of time.
+
+    Attributes:
+        path: the reference.
+        crossings: of the Type 2 locus.
+        mode1, mode2: working mode at the start.
+        zone_time: time (s) for which sigma is meant to be 1 at a crossing, under the ballistic rule.
+        modes: working mode of each straight segment, () where it is that of the start throughout.
+        meetings: with Type 1, in order of time.
+        working_mode_changes: how often a leg goes through Type 1.
+    """
 
     path: Path
     crossings: tuple[Crossing, ...]
     mode1: int
     mode2: int
     zone_time: float
-    """Time (s) for which sigma is meant to be 1 at a crossing, under the ballistic rule."""
+    modes: tuple[Mode, ...] = ()
+    meetings: tuple[Meeting, ...] = ()
+    working_mode_changes: int = 0
+
+    def modes_at(self, t: float) -> Mode:
+        """Return the working mode at time t (s)."""
+        if not self.modes:
+            return self.mode1, self.mode2
+        index = self.path.segment_index(t)
+        segment = self.path.segments[index]
+        return segment.modes_at(t) if isinstance(segment, JointSegment) else self.modes[index]
 
     def epsilon_at(self, t: float) -> float:
         """Return the zone width that holds at time t (s): that of the crossing nearest in time, 0 without one."""
@@ -103,10 +128,15 @@ def plan_motion(
     rate_hz: int,
     rule: ZoneRule,
     time_law: str = QUINTIC,
+    min_authority: float = MIN_AUTHORITY,
 ) -> Plan:
     """Check a rest-to-rest motion through waypoints (m) with one duration (s) per segment.
 
-    With the time law "criterion", a segment between two assembly modes meets the dynamic criterion where it crosses.
+    The working mode is a pair of signs, or one pair after the other for every waypoint. Only with the latter may the
+    motion meet Type 1: a waypoint within 0.1 mm of the boundary is a rest on it, and a segment there or between two
+    working modes is planned in the motors' angles. With the time law "criterion", a segment between two assembly modes
+    meets the dynamic criterion where it crosses. `min_authority` is the least |n . v1| at a crossing; a controller that
+    does not hold the path by its normal needs none.
 
     Raises:
         PlanRefused: malformed waypoints, durations or rate; a point out of reach; a segment that meets Type 1; a
@@ -114,26 +144,47 @@ def plan_motion(
             meet the dynamic criterion where that is asked for.
     """
     _refuse_malformed(working_mode, waypoints, durations, rate_hz, rule)
-    segments = list(Path.through(waypoints, durations).segments)
-    for number, segment in enumerate(segments, start=1):
-        for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
-            _refuse_unreachable(segment, number, leg, leg_number)
-    mode1, mode2 = working_mode
-    fractions = [_locus_fractions(robot, mode1, mode2, segment) for segment in segments]
-    if time_law == CRITERION:
-        segments = [
-            _meeting_criterion(segment, number, crossed)
-            for number, (segment, crossed) in enumerate(zip(segments, fractions, strict=True), start=1)
-        ]
-    zone_time = max(rule.duration, MIN_ZONE_SAMPLES / rate_hz)
-    crossings = tuple(
-        _crossing(robot, mode1, mode2, segment, index, s, zone_time, rule.epsilon)
-        for index, (segment, crossed) in enumerate(zip(segments, fractions, strict=True))
-        for s in crossed
+    modes = _modes_of_waypoints(working_mode, len(waypoints))
+    segments: list[Segment | JointSegment] = (
+        list(Path.through(waypoints, durations).segments)
+        if len(working_mode) == 2
+        else segments_between(robot, modes, waypoints, durations)
     )
-    plan = Plan(Path(segments), crossings, mode1, mode2, zone_time)
-    _refuse_rest_in_zone(robot, plan, waypoints)
-    return plan
+    zone_time = max(rule.duration, MIN_ZONE_SAMPLES / rate_hz)
+    crossings: list[Crossing] = []
+    for index, (segment, (mode1, mode2)) in enumerate(zip(segments, modes[:-1], strict=True)):
+        if isinstance(segment, JointSegment):
+            continue
+        for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
+            _refuse_unreachable(segment, index + 1, leg, leg_number)
+        fractions = _locus_fractions(robot, mode1, mode2, segment)
+        timed = _timed(segment, index + 1, fractions, time_law)
+        segments[index] = timed
+        met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
+        _refuse_uncontrollable(met, min_authority)
+        crossings += met
+    _refuse_rest_in_zone(robot, crossings, modes, waypoints)
+    if len(working_mode) == 2:
+        return Plan(Path(segments), tuple(crossings), *modes[0], zone_time)
+    return Plan(
+        Path(segments),
+        tuple(crossings),
+        *modes[0],
+        zone_time,
+        modes=tuple(modes[:-1]),
+        meetings=tuple(
+            sorted(
+                (m for segment in segments if isinstance(segment, JointSegment) for m in meetings_of(segment)),
+                key=lambda meeting: meeting.time,
+            )
+        ),
+        working_mode_changes=planned_mode_changes(segments),
+    )
+
+
+def _modes_of_waypoints(working_mode: Sequence[int], count: int) -> list[Mode]:
+    pairs = list(zip(working_mode[::2], working_mode[1::2], strict=True))
+    return pairs * count if len(pairs) == 1 else pairs
 
 
 def _refuse_malformed(
@@ -143,16 +194,20 @@ def _refuse_malformed(
     rate_hz: int,
     rule: ZoneRule,
 ) -> None:
-    if len(working_mode) != 2 or any(mode not in (-1, 1) for mode in working_mode):
-        raise PlanRefused(f"working_mode: {list(working_mode)}: expected two signs, each +1 or -1")
     if len(waypoints) < 2:
         raise PlanRefused(f"waypoints: {len(waypoints)} given: expected at least two")
+    if len(working_mode) not in (2, 2 * len(waypoints)) or any(mode not in (-1, 1) for mode in working_mode):
+        raise PlanRefused(
+            f"working_mode: {list(working_mode)}: expected two signs, each +1 or -1, or two for each of the"
+            f" {len(waypoints)} waypoints"
+        )
     for number, (x, y) in enumerate(waypoints, start=1):
         if not (math.isfinite(x) and math.isfinite(y)):
             raise PlanRefused(f"waypoint {number}: ({x}, {y}): expected finite coordinates in m")
     for number, (start, end) in enumerate(pairwise(waypoints), start=1):
-        if tuple(start) == tuple(end):
-            raise PlanRefused(f"segment {number}: both ends are {_place(*start)}: expected two different waypoints")
+        # between two working modes the same place is two postures
+        if tuple(start) == tuple(end) and len(working_mode) == 2:
+            raise PlanRefused(f"segment {number}: both ends are {place(*start)}: expected two different waypoints")
     if len(durations) != len(waypoints) - 1:
         raise PlanRefused(
             f"segment_duration: {len(durations)} given for {len(waypoints) - 1} segments: expected one per segment"
@@ -176,11 +231,11 @@ def _refuse_unreachable(segment: Segment, number: int, leg: LegParameters, leg_n
         margin = reach_margin(leg, x, y)
         if margin < 0.0:
             raise PlanRefused(
-                f"segment {number}: {_place(x, y)} is out of reach of leg {leg_number} by {-margin * 1e3:.2f} mm"
+                f"segment {number}: {place(x, y)} is out of reach of leg {leg_number} by {-margin * 1e3:.2f} mm"
             )
         if margin < TYPE_1_CLEARANCE:
             raise PlanRefused(
-                f"segment {number}: meets the Type 1 singularity of leg {leg_number} at {_place(x, y)}"
+                f"segment {number}: meets the Type 1 singularity of leg {leg_number} at {place(x, y)}"
                 f" ({margin * 1e3:.3f} mm from its boundary, expected at least {TYPE_1_CLEARANCE * 1e3} mm)"
             )
 
@@ -213,8 +268,11 @@ def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, segment: Segment) -
     ]
 
 
-def _meeting_criterion(segment: Segment, number: int, crossed: list[float]) -> Segment:
-    if not crossed:
+def _timed(segment: Segment, number: int, crossed: list[float], time_law: str) -> Segment:
+    """Return a segment that crosses the locus at fractions of its way, with its time law."""
+    if time_law == SEPTIC:
+        return segment._replace(time_law=rest_to_rest_without_jerk)
+    if time_law != CRITERION or not crossed:
         return segment
     if len(crossed) > 1:
         raise PlanRefused(
@@ -228,6 +286,16 @@ def _meeting_criterion(segment: Segment, number: int, crossed: list[float]) -> S
             " goes forwards meets the dynamic criterion so near an end"
         )
     return segment._replace(time_law=law.__call__)
+
+
+def _refuse_uncontrollable(crossings: Sequence[Crossing], min_authority: float) -> None:
+    for crossing in crossings:
+        if crossing.authority < min_authority:
+            raise PlanRefused(
+                f"segment {crossing.segment + 1}: where it crosses the Type 2 locus, at"
+                f" {place(crossing.x, crossing.y)}, the direction across the path is uncontrollable:"
+                f" |n.v1| = {crossing.authority:.2f}, expected at least {min_authority}"
+            )
 
 
 def _crossing(
@@ -246,11 +314,6 @@ def _crossing(
     svd = parallel_svd(state)
     line = segment.line()
     authority = abs(line.direction_y * svd.v_x - line.direction_x * svd.v_y)
-    if authority < MIN_AUTHORITY:
-        raise PlanRefused(
-            f"segment {index + 1}: where it crosses the Type 2 locus, at {_place(reference.x, reference.y)}, the"
-            f" direction across the path is uncontrollable: |n.v1| = {authority:.2f}, expected at least {MIN_AUTHORITY}"
-        )
     kappa_rate = inverse_condition_rate(state)
     epsilon = fixed_epsilon if fixed_epsilon is not None else 0.5 * zone_time * kappa_rate
     return Crossing(index, time, reference.x, reference.y, authority, kappa_rate, epsilon)
@@ -261,16 +324,14 @@ def _time_fraction(segment: Segment, s: float) -> float:
     return float(brentq(lambda u: segment.time_law(u)[0] - s, 0.0, 1.0, xtol=1e-15))
 
 
-def _refuse_rest_in_zone(robot: FiveBar, plan: Plan, waypoints: Sequence[tuple[float, float]]) -> None:
-    widest = max((crossing.epsilon for crossing in plan.crossings), default=0.0)
-    for number, (x, y) in enumerate(waypoints, start=1):
-        kappa = inverse_condition(state_from_platform(robot, plan.mode1, plan.mode2, x, y, 0.0, 0.0))
+def _refuse_rest_in_zone(
+    robot: FiveBar, crossings: Sequence[Crossing], modes: Sequence[Mode], waypoints: Sequence[tuple[float, float]]
+) -> None:
+    widest = max((crossing.epsilon for crossing in crossings), default=0.0)
+    for number, (mode, (x, y)) in enumerate(zip(modes, waypoints, strict=True), start=1):
+        kappa = inverse_condition(state_from_platform(robot, *mode, x, y, 0.0, 0.0))
         if kappa < max(2.0 * widest, 1e-6):
             raise PlanRefused(
-                f"waypoint {number}: a rest at {_place(x, y)} is inside the blending zone of the Type 2 locus:"
+                f"waypoint {number}: a rest at {place(x, y)} is inside the blending zone of the Type 2 locus:"
                 f" 1/cond(A) = {kappa:.4f}, expected at least {2.0 * widest:.4f}"
             )
-
-
-def _place(x: float, y: float) -> str:
-    return f"({x:.4f}, {y:.4f}) m"

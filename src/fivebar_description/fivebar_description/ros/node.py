@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -20,6 +21,8 @@ from fivebar_description.interface import RUN_READY, Topic
 from fivebar_description.ros.messages import message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare
 from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.rate_watch import Rates, RateWatch
+from fivebar_description.ros.scheduling import SCHEDULING, apply_scheduling
 
 READY_PERIOD = 0.1
 """Time (s) between two looks at whether all topics of the node are joined to their other ends."""
@@ -33,6 +36,16 @@ DELIVERY_TIME = 0.3
 
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
+
+
+THRESHOLDS = (
+    Spec("warn_below_hz", 0.0, "Warn on /diagnostics below this rate of answers, 0 for never.", "Hz", 0.0, 1e5),
+    Spec("warn_jitter_ms", 0.0, "Warn above this jitter of the answers, 0 for never.", "ms", 0.0, 1e5),
+    Spec("late_after_ms", 0.0, "An answer that comes later after the one before is late; 0 for never.", "ms", 0.0, 1e5),
+    Spec("warn_late", 0, "Warn above so many late answers in a second.", "", 0, 100_000),
+    Spec("warn_dropped", 0, "Warn above so many dropped messages since the start.", "", 0, 1_000_000),
+)
+"""When a node warns of itself; every node has these parameters."""
 
 
 class GraphNode(Node):
@@ -50,6 +63,9 @@ class GraphNode(Node):
         self._last_drop = ""
         self.answered = 0
         """Samples answered so far."""
+        self._node_settings = self.parameters((*THRESHOLDS, *SCHEDULING))
+        late_after = self._node_settings["late_after_ms"]
+        self._rate_watch = RateWatch(late_after / 1e3 if late_after else math.inf)
         self.exit_status: int | None = None
         """Set by a node that has done its work: the process then ends with this status."""
         self._ready = self.advertise(RUN_READY)
@@ -60,6 +76,20 @@ class GraphNode(Node):
 
     def stop(self) -> None:
         """Do what must be done last; called once, before the node ends, while it can still publish."""
+
+    def note_answer(self) -> None:
+        """Count a sample as answered, now."""
+        self.answered += 1
+        self._rate_watch.note(time.monotonic())
+
+    def note_pause(self) -> None:
+        """Do not take the time until the next answer for a late one."""
+        self._rate_watch.pause()
+
+    def schedule(self) -> None:
+        """Ask the system for the priority and the processors of the node's parameters; call it once all threads run."""
+        warn = self.get_logger().warning
+        apply_scheduling(self._node_settings["scheduling_priority"], self._node_settings["processors"], warn)
 
     def deliver(self) -> None:
         """Wait until every listener has what was published, for a short while: a node that ends takes the rest along.
@@ -124,21 +154,48 @@ class GraphNode(Node):
 
     def health(self) -> tuple[bytes, str]:
         """Return the diagnostic level and message of the node; classes with faults override it."""
-        if self._drops:
+        if self._drops > self._node_settings["warn_dropped"]:
             return DiagnosticStatus.WARN, f"messages dropped, last: {self._last_drop}"
         return DiagnosticStatus.OK, "ok"
 
+    def figures(self) -> Mapping[str, object]:
+        """Return what a node tells on /diagnostics besides what all tell."""
+        return {}
+
+    def _timing(self, rates: Rates) -> str | None:
+        """Return how the answers miss the thresholds, None where they do not or where there are none."""
+        limits = self._node_settings
+        if rates.answers == 0:
+            return None
+        if rates.rate_hz < limits["warn_below_hz"]:
+            return f"slow: {rates.rate_hz:.1f} answers per second, expected {limits['warn_below_hz']:g}"
+        if 0.0 < limits["warn_jitter_ms"] < rates.jitter_ms:
+            return f"uneven: jitter {rates.jitter_ms:.2f} ms, limit {limits['warn_jitter_ms']:g} ms"
+        if rates.late > limits["warn_late"]:
+            return f"late: {rates.late} of {rates.answers} answers, limit {limits['warn_late']}"
+        return None
+
     def _publish_diagnostics(self) -> None:
+        rates = self._rate_watch.take()
         level, message = self.health()
+        timing = self._timing(rates)
+        if level == DiagnosticStatus.OK and timing is not None:
+            level, message = DiagnosticStatus.WARN, timing
+        figures = {
+            "answered": self.answered,
+            "rate_hz": f"{rates.rate_hz:.1f}",
+            "jitter_ms": f"{rates.jitter_ms:.3f}",
+            "interval_max_ms": f"{rates.interval_max_ms:.3f}",
+            "late": self._rate_watch.late,
+            "dropped": self._drops,
+            **self.figures(),
+        }
         status = DiagnosticStatus(
             level=level,
             name=self.get_fully_qualified_name(),
             message=message,
             hardware_id="fivebar",
-            values=[
-                KeyValue(key="answered", value=str(self.answered)),
-                KeyValue(key="dropped", value=str(self._drops)),
-            ],
+            values=[KeyValue(key=name, value=str(value)) for name, value in figures.items()],
         )
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()

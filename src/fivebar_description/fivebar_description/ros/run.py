@@ -6,7 +6,7 @@ import gc
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import FrameType
 
 import rclpy
@@ -39,7 +39,12 @@ def use_local_network_only(environment: dict[str, str] | os._Environ[str] = os.e
 
 
 def run_node(make: Callable[[], GraphNode]) -> None:
-    """Run a node until it is finished or told to stop, then exit the process.
+    """Run one node as `run_nodes` does."""
+    run_nodes([make])
+
+
+def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
+    """Run nodes in this process until one is finished or they are told to stop, then exit the process.
 
     Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input.
     """
@@ -59,26 +64,36 @@ def run_node(make: Callable[[], GraphNode]) -> None:
         print(" ".join(str(error).split()), file=sys.stderr)
         sys.exit(BAD_INPUT)
     try:
-        node = make()
+        nodes = [make() for make in makes]
     except InputError as error:
         print(error, file=sys.stderr)
         rclpy.try_shutdown()
         sys.exit(BAD_INPUT)
     executor = NodeExecutor()
-    executor.add_node(node)
+    for node in nodes:
+        executor.add_node(node)
+    for node in nodes:
+        node.schedule()
     # what start-up has made stays; the collector need never walk it again
     gc.collect()
     gc.freeze()
     try:
-        while rclpy.ok() and not stopping and node.exit_status is None:
+        while rclpy.ok() and not stopping and _status(nodes) is None:
             executor.spin_once(timeout_sec=WAKE_PERIOD)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        if rclpy.ok():
-            node.stop()
-            node.deliver()
+        for node in nodes:
+            if rclpy.ok():
+                node.stop()
+                node.deliver()
         executor.shutdown()
-        node.destroy_node()
+        for node in nodes:
+            node.destroy_node()
         rclpy.try_shutdown()
-    sys.exit(node.exit_status or 0)
+    sys.exit(_status(nodes) or 0)
+
+
+def _status(nodes: Sequence[GraphNode]) -> int | None:
+    """Return the largest exit status that a node has set, None where all go on."""
+    return max((node.exit_status for node in nodes if node.exit_status is not None), default=None)

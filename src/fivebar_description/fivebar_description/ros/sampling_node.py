@@ -89,6 +89,9 @@ class SamplingNode(GraphNode):
             if arrival is Arrival.OLD and not (driving and sample == 0):
                 self.drop(one.topic, f"old stamp of sample {sample}, expected one after {self._join.last}")
                 return
+            if arrival is Arrival.LEAP:
+                self.drop(one.topic, f"stamp of sample {sample} is far after that of sample {self._join.last}")
+                return
             try:
                 values = one.read(message)
             except MessageError as error:
@@ -111,4 +114,4 @@ class SamplingNode(GraphNode):
         complete = self._join.put(topic.name, sample, values)
         if complete is not None:
             self.answer(sample, *complete)
-            self.answered += 1
+            self.note_answer()

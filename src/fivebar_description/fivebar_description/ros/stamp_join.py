@@ -10,12 +10,18 @@ CAPACITY = 16
 """Samples that may wait for their other inputs; the oldest is given up when more arrive."""
 
 
+LEAP = 5000
+"""A sample so many after the last one is taken for a wrong stamp, unless its like comes again: to believe a single one
+would make every sample in between an old one."""
+
+
 class Arrival(Enum):
-    """What a message turned out to be: of a sample still open, of the one answered last, or of an older one."""
+    """What a message turned out to be: of a sample still open, of the one answered last, of an older one, or a leap."""
 
     NEW = 0
     REPEATED = 1
     OLD = 2
+    LEAP = 3
 
 
 class StampJoin:
@@ -27,12 +33,20 @@ class StampJoin:
         self._open: dict[int, dict[str, Any]] = {}
         self.last = -1
         """The sample that was completed last, -1 before the first."""
+        self._leapt = -1
 
     def arrival(self, sample: int) -> Arrival:
         """Return what a message of this sample is."""
         if sample > self.last:
-            return Arrival.NEW
+            return Arrival.LEAP if self._leaps(sample) else Arrival.NEW
         return Arrival.REPEATED if sample == self.last else Arrival.OLD
+
+    def _leaps(self, sample: int) -> bool:
+        if self.last < 0 or sample - self.last <= LEAP:
+            return False
+        before, self._leapt = self._leapt, sample
+        # the second of its kind, one or a few later: the sender has gone on while this node was not looking
+        return not (before >= 0 and 0 < sample - before <= CAPACITY)
 
     def put(self, name: str, sample: int, value: Any) -> tuple[Any, ...] | None:
         """Take a value of a new sample; return all inputs in order when the sample is complete, else None."""

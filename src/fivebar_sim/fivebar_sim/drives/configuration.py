@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fivebar_description.parameters import Positive
+from fivebar_description.parameters import NotNegative, Positive
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 
@@ -61,6 +61,7 @@ class EmulationFile(StrictModel):
         robot: parameter file of the robot that the drives move.
         initial_joints: its posture at the start: q11, q12, q21, q22 in rad, of a closed loop.
         sync_period_us: time by which the robot moves on with every SYNC.
+        mass_scale, inertia_scale, friction_scale: how the robot differs from its parameter file.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -68,6 +69,9 @@ class EmulationFile(StrictModel):
     robot: str = "dextar"
     initial_joints: Four
     sync_period_us: Annotated[int, Field(ge=500, le=100_000)] = 2000
+    mass_scale: Positive = 1.0
+    inertia_scale: Positive = 1.0
+    friction_scale: NotNegative = 1.0
     drives: DriveFactsPair
 
     @property

@@ -33,6 +33,12 @@ OVERSPEED_EMERGENCY = 0x8480
 GENERIC_ERROR = 0x01
 COMMUNICATION_ERROR = 0x11
 
+BRAKE = 0.5
+"""Torque (Nm) at the joint per rad/s with which a quick stop brakes, within 0x6072."""
+
+AT_REST = 0.01
+"""Speed (rad/s) of the joint at which a quick stop is over."""
+
 LATE_BY = 0.005
 """Delay (s) of PDOs under the injection LATE, unless told otherwise."""
 
@@ -45,6 +51,7 @@ class Injection(Enum):
     LOST = 2
     FROZEN = 3
     LATE = 4
+    MUTE = 5
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,8 @@ class EmulatedDrive:
         node: Any = canopen.LocalNode(facts.node_id, object_dictionary(facts))
         self._node = node
         self._power = PowerStateMachine()
+        # as 0x605A says of the drive that comes out of its box
+        self._power.brakes = True
         self._command: bytes | None = None
         self._master_heard: float | None = None
         self._error_code = 0
@@ -89,6 +98,14 @@ class EmulatedDrive:
     def operational(self) -> bool:
         """Whether PDOs are exchanged."""
         return bool(self._node.nmt.state == "OPERATIONAL")
+
+    @property
+    def angle(self) -> float:
+        """The joint angle (rad) that the encoder's reading (0x6064) tells."""
+        facts = self._facts
+        return (
+            facts.sign * self._counts * TURN / (facts.gear_ratio * facts.counts_per_revolution) + facts.home_offset_rad
+        )
 
     @property
     def torque(self) -> float:
@@ -161,6 +178,7 @@ class EmulatedDrive:
             return
         self.network.cut = injection is Injection.LOST
         self._frozen = injection is Injection.FROZEN
+        self.network.mute = injection is Injection.MUTE
         self.network.delay = seconds if injection is Injection.LATE else 0.0
 
     def _take_command(self, data: bytes) -> None:
@@ -171,10 +189,21 @@ class EmulatedDrive:
             self._node.emcy.send(SHORT_PDO_EMERGENCY, COMMUNICATION_ERROR)
 
     def _torque_to_apply(self) -> int:
+        limit = self._number(0x6072)
+        if self.state is PowerState.QUICK_STOP:
+            return max(-limit, min(limit, self._braking()))
         if self.state is not PowerState.ENABLED or self._mode != TORQUE_MODE:
             return 0
-        limit = self._number(0x6072)
         return max(-limit, min(limit, self._number(0x6071)))
+
+    def _braking(self) -> int:
+        """Return the torque of a quick stop in units of 0x6071, 0 once the motor stands still."""
+        facts = self._facts
+        speed = self._speed / facts.velocity_units_per_rev_s * TURN / facts.gear_ratio
+        if abs(speed) < AT_REST:
+            self._power.come_to_rest()
+            return 0
+        return -round(1000.0 * BRAKE * speed / (facts.rated_torque_nm * facts.gear_ratio))
 
     def _number(self, index: int, subindex: int = 0) -> int:
         raw = self._node.get_data(index, subindex)
@@ -210,7 +239,10 @@ class EmulatedDrive:
 
     def _written(self, index: int, subindex: int, data: bytes, **_: Any) -> None:
         value = int.from_bytes(data, "little")
-        if index == 0x6040:
+        if index == 0x605A:
+            option = self._node.object_dictionary[index].decode_raw(data)
+            self._power.brakes, self._power.stays = option != 0, option in (5, 6, 7)
+        elif index == 0x6040:
             if self._power.control(value):
                 self._error_code = 0
                 self._node.data_store.setdefault(0x1001, {})[0] = b"\x00"

@@ -49,6 +49,8 @@ class DriveNetwork(canopen.Network):
         """Whether the drive is off the bus: it neither sends nor hears."""
         self.delay = 0.0
         """Time (s) by which PDOs are late."""
+        self.mute = False
+        """Whether the drive's heartbeat has ceased, and nothing else."""
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
         """Send a frame, unless the drive is cut off; PDOs wait for the delay."""
@@ -67,7 +69,7 @@ class DriveNetwork(canopen.Network):
 
     def tend(self, now: float) -> None:
         """Send what is due."""
-        for task in tuple(self.tasks):
+        for task in () if self.mute else tuple(self.tasks):
             task.tend(now)
         due = [frame for frame in self._waiting if frame[0] <= now]
         self._waiting = [frame for frame in self._waiting if frame[0] > now]

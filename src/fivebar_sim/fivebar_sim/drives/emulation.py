@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
+from typing import NamedTuple
 
 import can
 
@@ -12,7 +14,7 @@ from fivebar_description.parameters import load_robot
 from fivebar_sim.drives.configuration import EmulatedBus, EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
 from fivebar_sim.options import PlantOptions
-from fivebar_sim.plant import Plant, PlantDiverged
+from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 
 SYNC_ID = 0x080
 LOOK_PERIOD = 0.002
@@ -20,6 +22,18 @@ LOOK_PERIOD = 0.002
 
 FRAMES_AT_ONCE = 64
 """Frames that are taken before the next such look."""
+
+
+HISTORY = 64
+"""SYNCs that are remembered."""
+
+
+class SyncRecord(NamedTuple):
+    """One SYNC: its number, the joint angles (rad) that both encoders tell, and the exact state."""
+
+    number: int
+    angles: tuple[float, float]
+    truth: Measurement
 
 
 def open_bus(bus: EmulatedBus) -> can.BusABC:
@@ -45,21 +59,43 @@ class Emulation:
         """
         self._bus = bus
         self._clock = clock
-        rate_hz = round(1e6 / emulation.sync_period_us)
-        # the drives themselves limit and quantise
-        self.plant = Plant(
-            load_robot(emulation.robot), emulation.initial_joints, rate_hz, PlantOptions(torque_limit=None)
-        )
+        self._file = emulation
+        self.go_home()
         first, second = emulation.pair
         self.drives = EmulatedDrive(first, bus, clock), EmulatedDrive(second, bus, clock)
         self.syncs = 0
         """SYNCs heard so far."""
+        self.sync_delay = 0.0
+        """Time (s) by which SYNCs come late to the drives."""
+        self.history: deque[SyncRecord] = deque(maxlen=HISTORY)
+        """What the last SYNCs found, the newest at the end."""
+        self._late_syncs: deque[float] = deque()
         self._sense()
+
+    def go_home(self) -> None:
+        """Put the robot, at rest, to where it stood at the start.
+
+        Raises:
+            InputError: the robot or its posture cannot be.
+        """
+        file = self._file
+        # the drives themselves limit and quantise
+        options = PlantOptions(
+            mass_scale=file.mass_scale,
+            inertia_scale=file.inertia_scale,
+            friction_scale=file.friction_scale,
+            torque_limit=None,
+        )
+        rate_hz = round(1e6 / file.sync_period_us)
+        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, options)
 
     def take(self, can_id: int, data: bytes) -> None:
         """Take a frame from the bus."""
         if can_id == SYNC_ID and not data:
-            self._sync()
+            if self.sync_delay > 0.0:
+                self._late_syncs.append(self._clock() + self.sync_delay)
+            else:
+                self._sync()
             return
         for drive in self.drives:
             drive.take(can_id, data)
@@ -67,6 +103,9 @@ class Emulation:
     def tend(self) -> None:
         """Do what is due by the clock."""
         now = self._clock()
+        while self._late_syncs and self._late_syncs[0] <= now:
+            self._late_syncs.popleft()
+            self._sync()
         for drive in self.drives:
             drive.tend(now)
 
@@ -101,6 +140,8 @@ class Emulation:
             for drive in self.drives:
                 drive.trip(OVERSPEED_EMERGENCY)
         self._sense()
+        first, second = self.drives
+        self.history.append(SyncRecord(self.syncs, (first.angle, second.angle), self.plant.truth()))
         for drive in self.drives:
             drive.answer_sync()
 

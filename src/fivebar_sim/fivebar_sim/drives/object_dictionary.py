@@ -30,6 +30,7 @@ def object_dictionary(facts: DriveFacts) -> ObjectDictionary:
         _variable("error code", 0x603F, od.UNSIGNED16, 0, access="ro"),
         _variable("controlword", 0x6040, od.UNSIGNED16, 0),
         _variable("statusword", 0x6041, od.UNSIGNED16, 0, access="ro"),
+        _variable("quick stop option code", 0x605A, od.INTEGER16, 2),
         _variable("modes of operation", 0x6060, od.INTEGER8, 0),
         _variable("modes of operation display", 0x6061, od.INTEGER8, 0, access="ro"),
         _variable("position actual value", 0x6064, od.INTEGER32, 0, access="ro"),

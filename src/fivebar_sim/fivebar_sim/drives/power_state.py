@@ -12,6 +12,7 @@ class PowerState(Enum):
     READY = 0x0021
     SWITCHED_ON = 0x0023
     ENABLED = 0x0027
+    QUICK_STOP = 0x0007
     FAULT = 0x0008
 
 
@@ -28,6 +29,10 @@ class PowerStateMachine:
     def __init__(self) -> None:
         """Start switched off."""
         self.state = PowerState.SWITCH_ON_DISABLED
+        self.brakes = False
+        """Whether a quick stop brakes the motor first, instead of switching off at once."""
+        self.stays = False
+        """Whether the drive stays powered after the quick stop."""
         self._last = 0
 
     @property
@@ -47,9 +52,14 @@ class PowerStateMachine:
         return False
 
     def _after(self, word: int) -> PowerState:
-        """Return the state that follows; a quick stop ends switched off, too: no torque is all there is to it."""
-        if not word & 0x02 or not word & 0x04:
+        """Return the state that follows."""
+        if not word & 0x02:
             return PowerState.SWITCH_ON_DISABLED
+        if not word & 0x04:
+            powered = self.state in (PowerState.ENABLED, PowerState.QUICK_STOP)
+            return PowerState.QUICK_STOP if powered and self.brakes else PowerState.SWITCH_ON_DISABLED
+        if self.state is PowerState.QUICK_STOP:
+            return PowerState.ENABLED if self.stays and word & 0x0F == 0x0F else self.state
         if not word & 0x01:
             return PowerState.READY
         if self.state is PowerState.SWITCH_ON_DISABLED:
@@ -57,6 +67,11 @@ class PowerStateMachine:
         if not word & 0x08:
             return PowerState.SWITCHED_ON
         return PowerState.SWITCHED_ON if self.state is PowerState.READY else PowerState.ENABLED
+
+    def come_to_rest(self) -> None:
+        """Take note that the motor stands still: a quick stop that does not stay is over."""
+        if self.state is PowerState.QUICK_STOP and not self.stays:
+            self.state = PowerState.SWITCH_ON_DISABLED
 
     def trip(self) -> None:
         """Enter the fault state."""

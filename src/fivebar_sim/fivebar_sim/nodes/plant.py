@@ -12,6 +12,8 @@ from std_srvs.srv import Trigger
 
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    ALL_WELL,
+    DRIVES_STATE,
     FAULTS,
     GROUND_TRUTH,
     IMU_DATA,
@@ -27,6 +29,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.imu_parameters import declare_imu
+from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
@@ -36,6 +39,10 @@ from fivebar_sim.plant import Plant, PlantDiverged
 
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2
+
+FIRST_ANSWER_TIME = 1.0
+"""Longest time (s) for which the clock of real time waits for the answer to sample 0."""
+
 ZERO = (0.0, 0.0)
 
 
@@ -77,12 +84,16 @@ class PlantNode(GraphNode):
         self._fault = ""
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
         self._overruns = 0
+        self._latency = LatencyWatch()
+        self._published = 0.0
+        self._imu_message: Imu | None = None
         self._began = self._heard = time.monotonic()
         self._motors_only = values["publishes"] == MOTORS
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only else None
         self._imu = self.advertise(IMU_DATA)
         self._faults = self.advertise(FAULTS)
+        self._state = self.advertise(DRIVES_STATE)
         self._status = self.advertise(RUN_STATUS)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.listen(TORQUE_COMMAND, self._on_command)
@@ -90,6 +101,11 @@ class PlantNode(GraphNode):
         self.every(STATUS_PERIOD, lambda: self._publish_status("running"))
         self._start_timer = self.every(REPEAT_PERIOD, self._start)
         self._running = False
+        self._state.publish(String(data=ALL_WELL))
+
+    def stop(self) -> None:
+        """Tell that no more samples will come, so that nobody takes their end for a fault."""
+        self._state.publish(String(data="drives_off: the plant has ended"))
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""
@@ -99,7 +115,10 @@ class PlantNode(GraphNode):
         self._missing_nodes.discard(message.data)
 
     def _start(self) -> None:
-        """Publish sample 0 once every awaited node is ready; in lockstep, again until it is answered."""
+        """Publish sample 0 once every awaited node is ready, and again until it is answered.
+
+        In real time the clock starts with that answer, since the first one takes several periods, or without it.
+        """
         if self._missing_nodes:
             if time.monotonic() - self._began > self._ready_timeout:
                 missing = ", ".join(sorted(self._missing_nodes))
@@ -109,20 +128,19 @@ class PlantNode(GraphNode):
             self._running = True
             self._heard = time.monotonic()
             self._measure()
-            if not self._lockstep:
-                self._start_timer.cancel()
-                self.every(1.0 / self._rate_hz, self._tick)
-                self._publish_sample()
-                return
+        waited = time.monotonic() - self._heard
+        if not self._lockstep and (self._latest[0] >= 0 or waited > FIRST_ANSWER_TIME):
+            self._start_timer.cancel()
+            self.every(1.0 / self._rate_hz, self._tick)
+            return
         if self._sample == 0:
             self._publish_sample()
-        if time.monotonic() - self._heard > self._command_timeout:
+        if waited > self._command_timeout:
             self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
 
     def _measure(self) -> None:
         stamp = sample_stamp_ns(self._sample, self._rate_hz)
         measured = self._plant.measure()
-        reading = self._plant.measure_imu()
         if self._motors_only:
             truth = self._plant.truth()
             self._truth_message = joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
@@ -130,21 +148,30 @@ class PlantNode(GraphNode):
             self._joint_message = joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)
         else:
             self._joint_message = joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
-        self._imu_message = Imu()
-        self._imu_message.header.stamp = to_stamp(stamp)
-        self._imu_message.header.frame_id = IMU_FRAME
-        # -1 says that there is no orientation (sensor_msgs/Imu)
-        self._imu_message.orientation_covariance[0] = -1.0
-        vector = self._imu_message.linear_acceleration
-        vector.x, vector.y, vector.z = reading.acceleration
-        vector = self._imu_message.angular_velocity
-        vector.x, vector.y, vector.z = reading.angular_velocity
+        self._imu_message = None
 
     def _publish_sample(self) -> None:
+        # the joints first: it is for them that the controllers wait
+        self._joint_states.publish(self._joint_message)
+        self._published = time.monotonic()
+        if self._imu_message is None:
+            self._imu_message = self._read_imu()
         self._imu.publish(self._imu_message)
         if self._ground_truth is not None:
             self._ground_truth.publish(self._truth_message)
-        self._joint_states.publish(self._joint_message)
+
+    def _read_imu(self) -> Imu:
+        reading = self._plant.measure_imu()
+        message = Imu()
+        message.header.stamp = to_stamp(sample_stamp_ns(self._sample, self._rate_hz))
+        message.header.frame_id = IMU_FRAME
+        # -1 says that there is no orientation (sensor_msgs/Imu)
+        message.orientation_covariance[0] = -1.0
+        vector = message.linear_acceleration
+        vector.x, vector.y, vector.z = reading.acceleration
+        vector = message.angular_velocity
+        vector.x, vector.y, vector.z = reading.angular_velocity
+        return message
 
     def _on_command(self, message: JointState) -> None:
         sample = sample_of_stamp(stamp_of(message), self._rate_hz)
@@ -156,6 +183,8 @@ class PlantNode(GraphNode):
         if sample is None or sample > self._sample or sample < self._latest[0]:
             self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._sample}")
             return
+        if sample == self._sample > self._latest[0]:
+            self._latency.note(time.monotonic() - self._published)
         if not self._lockstep:
             self._latest = (sample, (tau1, tau2))
         elif self._running and sample == self._sample:
@@ -176,7 +205,7 @@ class PlantNode(GraphNode):
         self._advance(ZERO if self._fault else command)
 
     def _advance(self, command: tuple[float, float]) -> None:
-        self.answered += 1
+        self.note_answer()
         if self._sample == self._samples:
             self._end()
             return
@@ -196,6 +225,7 @@ class PlantNode(GraphNode):
     def _latch(self, fault: str) -> None:
         self._fault = fault
         self._faults.publish(String(data=fault))
+        self._state.publish(String(data=fault))
         self.get_logger().error(fault)
 
     def _fail(self, fault: str) -> None:
@@ -210,6 +240,7 @@ class PlantNode(GraphNode):
                 "sample": self._sample,
                 "samples": self._samples,
                 "overruns": self._overruns,
+                "latency_ms": self._latency.summary(),
             }
             self._status.publish(String(data=json.dumps(status)))
 
@@ -217,6 +248,7 @@ class PlantNode(GraphNode):
         response.success = True
         response.message = f"cleared {self._fault}" if self._fault else "no fault was latched"
         self._fault = ""
+        self._state.publish(String(data=ALL_WELL))
         return response
 
 

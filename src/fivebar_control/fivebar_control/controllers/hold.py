@@ -1,0 +1,36 @@
+"""The reference after a fault: where the robot stands, at rest, and after the reset where it stood then."""
+
+from __future__ import annotations
+
+from fivebar_control.model.state import Platform
+
+
+class Hold:
+    """Follows what the last node says of itself, and tells where the reference rests because of it.
+
+    While the robot is stopped the reference is the measured place, so nothing waits to be caught up with. With the
+    reset it is frozen: the torque starts from no error. It stays there, since the plan's moment has passed.
+    """
+
+    def __init__(self) -> None:
+        """Make one for a robot that may move."""
+        self._stopped = False
+        self._place: tuple[float, float] | None = None
+
+    def begin_run(self) -> None:
+        """Begin a new run: its plan holds again, unless the robot is stopped."""
+        self._place = None
+
+    def stop(self) -> None:
+        """Take note that a fault is latched."""
+        self._stopped = True
+
+    def release(self) -> None:
+        """Take note that no fault is latched any more."""
+        self._stopped = False
+
+    def reference(self, x: float, y: float) -> Platform | None:
+        """Return the resting reference for a platform that was measured at (x, y) m; None where the plan holds."""
+        if self._stopped:
+            self._place = (x, y)
+        return None if self._place is None else Platform(*self._place, 0.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,22 @@
+"""A named fault: what every part that can stop the robot says about why."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Fault(NamedTuple):
+    """A named cause for zero torque, and what was seen. README.md and docs/robot.md list the names."""
+
+    name: str
+    detail: str
+
+    def __str__(self) -> str:
+        """Return the text that is published: the name, a colon, the detail."""
+        return f"{self.name}: {self.detail}"
+
+    @classmethod
+    def from_text(cls, text: str) -> Fault:
+        """Return the fault that a published text tells of."""
+        name, _, detail = text.partition(": ")
+        return cls(name, detail)

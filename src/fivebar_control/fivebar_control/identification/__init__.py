@@ -1,0 +1,1 @@
+"""Identifies inertias, mass and friction of a five-bar from its motors' angles and torques."""

@@ -1,0 +1,130 @@
+"""The filtered inverse dynamics, one equation per motor and row, with what cannot be trusted left out.
+
+Angles go through the differentiating filter, and the regressor is worked out at every sample from what it gives. The
+torques go through that filter's own kernel, and the regressor and the torques both through the parallel filter: what
+the filters do to one side of the equations they do to the other. The torque of a sample was held over the period before
+it, and the kernels are integrated over just these periods.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_control.identification.cutoff import Cutoffs
+from fivebar_control.identification.regressor import MotorMotion, platform_load
+from fivebar_control.identification.smoothing import (
+    differentiator,
+    filtered,
+    filtered_torque,
+    parallel_filter,
+)
+from fivebar_description.parameters import FiveBar, LegParameters
+
+FloatArray = NDArray[np.float64]
+
+PARAMETERS = ("zz_11R", "zz_21R", "m", "f_s11", "f_s21", "f_off11", "f_off21")
+"""What is identified, by the names of the parameter file, in the order of the regressor's columns."""
+
+LEAST_KAPPA = 0.15
+"""Least 1/cond(A) of a sample: nearer to the Type 2 locus A^-T magnifies what little is wrong with the angles."""
+
+SLOW_WIDTHS = 3.0
+"""A motor is slow below so many widths of the smoothed sign(), where friction is not told by its direction alone."""
+
+SLOW_SHARE = 0.005
+"""Part of the filters' weight that may lie on slow samples."""
+
+ROWS_PER_CUTOFF = 5.0
+"""Rows per period of the parallel filter's cut-off: more would say nothing new."""
+
+
+class Record(NamedTuple):
+    """What a bag holds of the motors, on the grid of its samples; NaN where a sample is missing.
+
+    Attributes:
+        rate_hz: samples per second.
+        angles: [n, 2], q11 and q21 as the encoders have them (rad).
+        torques: [n, 2], held over the period before the sample (Nm).
+        assembly: [n], sign of det A; 0 or NaN where it is not known.
+    """
+
+    rate_hz: float
+    angles: FloatArray
+    torques: FloatArray
+    assembly: FloatArray
+
+
+class Equations(NamedTuple):
+    """The equations of n rows and two motors.
+
+    Attributes:
+        rate_hz: rows per second.
+        time: [n], since the first sample (s).
+        regressor: [n, 2, 7], columns as in `PARAMETERS`, NaN where the motor's equation is left out.
+        torque: [n, 2], filtered (Nm).
+        moving: bool[n, 2], where the motor is not slow.
+    """
+
+    rate_hz: float
+    time: FloatArray
+    regressor: FloatArray
+    torque: FloatArray
+    moving: NDArray[np.bool_]
+
+
+def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs) -> Equations:
+    """Return the equations of a record; of the robot, the lengths and the friction's widths are used."""
+    taps = differentiator(cutoffs.derivative_hz, record.rate_hz)
+    parallel = parallel_filter(cutoffs.parallel_hz, record.rate_hz)
+    # the encoders round down: on average the angle is half a count further
+    angles = record.angles + 0.5 * cutoffs.resolution
+    q, dq, ddq = (_by_motor(angles, kernel) for kernel in (taps.angle, taps.rate, taps.acceleration))
+    loads = _by_motor(_platform_loads(robot, record.assembly, q, dq, ddq), parallel)
+    samples = len(q)
+    regressor = np.zeros((samples, 2, len(PARAMETERS)))
+    torque = np.empty((samples, 2))
+    moving = np.empty((samples, 2), dtype=np.bool_)
+    weight = np.abs(np.convolve(taps.angle, parallel))
+    for motor, leg in enumerate((robot.leg1, robot.leg2)):
+        regressor[:, motor, motor] = filtered(ddq[:, motor], parallel)
+        regressor[:, motor, 2] = loads[:, motor]
+        direction = filtered(filtered(np.tanh(dq[:, motor] / leg.width), taps.angle), parallel)
+        regressor[:, motor, 3 + motor] = direction
+        regressor[:, motor, 5 + motor] = 1.0
+        torque[:, motor] = filtered(filtered_torque(record.torques[:, motor], taps.torque), parallel)
+        moving[:, motor] = filtered(_slow(leg, dq[:, motor]), weight / np.sum(weight)) < SLOW_SHARE
+    regressor[~moving] = math.nan
+    stride = max(1, int(record.rate_hz / (ROWS_PER_CUTOFF * cutoffs.parallel_hz)))
+    rows = slice(None, None, stride)
+    return Equations(
+        rate_hz=record.rate_hz / stride,
+        time=np.arange(samples)[rows] / record.rate_hz,
+        regressor=regressor[rows],
+        torque=torque[rows],
+        moving=moving[rows],
+    )
+
+
+def _by_motor(values: FloatArray, taps: FloatArray) -> FloatArray:
+    return np.stack([filtered(values[:, motor], taps) for motor in range(2)], axis=1)
+
+
+def _slow(leg: LegParameters, speed: FloatArray) -> FloatArray:
+    """Return [n], 1 where a motor is slow, 0 where it is not, NaN where that is not known."""
+    return np.where(np.isfinite(speed), np.abs(speed) < SLOW_WIDTHS * leg.width, math.nan)
+
+
+def _platform_loads(robot: FiveBar, assembly: FloatArray, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
+    """Return [n, 2], the motor torques per mass of the platform (Nm/kg), NaN near the Type 2 locus."""
+    loads = np.full(q.shape, math.nan)
+    known = np.isfinite(ddq).all(axis=1) & (np.abs(assembly) > 0.0)
+    for k in np.flatnonzero(known):
+        motion = MotorMotion(*q[k].tolist(), *dq[k].tolist(), *ddq[k].tolist())
+        load = platform_load(robot, int(assembly[k]), motion)
+        if load.kappa >= LEAST_KAPPA:
+            loads[k] = load.load1, load.load2
+    return loads

@@ -1,0 +1,173 @@
+"""From recorded motor angles and torques to inertias, mass and friction with intervals."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_control.identification.cutoff import Cutoffs, choose_cutoffs
+from fivebar_control.identification.equations import (
+    LEAST_KAPPA,
+    PARAMETERS,
+    SLOW_WIDTHS,
+    Equations,
+    Record,
+    filtered_equations,
+)
+from fivebar_control.identification.least_squares import Fit, fit
+from fivebar_description.parameters import FiveBar
+from fivebar_description.strict_yaml import InputError
+
+FloatArray = NDArray[np.float64]
+
+CORRELATION = 1.25
+"""Periods of the parallel filter's cut-off after which residuals are taken for independent."""
+
+LEAST_INDEPENDENT = 5.0
+"""Independent rows that each motor must have."""
+
+LARGEST_CONDITION = 100.0
+"""Of the regressor with unit columns: beyond it some parameters cannot be told apart."""
+
+NAMED = 0.3
+"""Least part of a parameter in the weakest direction for it to be named."""
+
+LARGEST_MISFIT = 0.3
+"""Largest residual, as a part of the torque (both root mean square), of a model that is taken for the robot's."""
+
+LEAST_SAMPLES = 64
+"""Samples without a gap that the spectrum of the motion is taken from."""
+
+NEVER_NEGATIVE = PARAMETERS[:5]
+"""Parameters that are positive and must be known better than by their own size; offsets may be anything."""
+
+
+class NotIdentifiable(InputError):
+    """The record does not tell the parameters; the text says which and why."""
+
+
+class Identification(NamedTuple):
+    """What was identified, and how.
+
+    Attributes:
+        fit: parameters in the order of `PARAMETERS`, intervals, residuals.
+        cutoffs: of the filters.
+        equations: that were solved.
+        misfit: of each motor, root mean square of the residual over that of the torque.
+        used_s: of each motor, the time that its equations cover (s).
+    """
+
+    fit: Fit
+    cutoffs: Cutoffs
+    equations: Equations
+    misfit: tuple[float, float]
+    used_s: tuple[float, float]
+
+
+def parameter_values(robot: FiveBar) -> tuple[float, ...]:
+    """Return a robot's parameters in the order of `PARAMETERS`."""
+    leg1, leg2, mass = robot
+    return leg1.inertia, leg2.inertia, mass, leg1.coulomb, leg2.coulomb, leg1.offset, leg2.offset
+
+
+def identify(robot: FiveBar, record: Record) -> Identification:
+    """Return the parameters that a record tells; the robot gives lengths and the widths of its friction only.
+
+    Raises:
+        NotIdentifiable: the record is too short, excites too little, or does not fit the model.
+    """
+    cutoffs = choose_cutoffs(_longest_stretch(record.angles), record.rate_hz)
+    equations = filtered_equations(robot, record, cutoffs)
+    lag = max(1, round(CORRELATION / cutoffs.parallel_hz * equations.rate_hz))
+    used = np.isfinite(equations.regressor).all(axis=2) & np.isfinite(equations.torque)
+    for motor in range(2):
+        _refuse_too_little(robot, equations, used, motor, LEAST_INDEPENDENT * lag)
+    found = fit(equations.regressor, equations.torque, lag)
+    _refuse_ill_conditioned(found)
+    misfit = [
+        float(
+            np.sqrt(np.nanmean(found.residuals[:, motor] ** 2) / np.mean(equations.torque[used[:, motor], motor] ** 2))
+        )
+        for motor in range(2)
+    ]
+    _refuse_misfit(misfit)
+    _refuse_without_information(found)
+    return Identification(
+        fit=found,
+        cutoffs=cutoffs,
+        equations=equations,
+        misfit=(misfit[0], misfit[1]),
+        used_s=(float(used[:, 0].sum() / equations.rate_hz), float(used[:, 1].sum() / equations.rate_hz)),
+    )
+
+
+def _longest_stretch(angles: FloatArray) -> FloatArray:
+    """Return the rows of the longest stretch without a gap."""
+    known = np.isfinite(angles).all(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8))).reshape(-1, 2)
+    start, end = max(edges.tolist(), key=lambda edge: edge[1] - edge[0], default=(0, 0))
+    if end - start < LEAST_SAMPLES:
+        raise NotIdentifiable(f"too short: {end - start} samples without a gap, expected at least {LEAST_SAMPLES}")
+    return angles[start:end]
+
+
+def _refuse_too_little(robot: FiveBar, equations: Equations, used: NDArray[np.bool_], motor: int, rows: float) -> None:
+    found = int(used[:, motor].sum())
+    if found >= rows:
+        return
+    name, expected = f"motor {motor + 1}", f"expected at least {rows / equations.rate_hz:.2f} s"
+    within = int(np.isfinite(equations.torque[:, motor]).sum())
+    if within < rows:
+        raise NotIdentifiable(
+            f"too short: the filters' reach at ends and gaps leaves {within / equations.rate_hz:.2f} s, {expected}"
+        )
+    moving = int((equations.moving[:, motor] & np.isfinite(equations.torque[:, motor])).sum())
+    limit = SLOW_WIDTHS * (robot.leg1, robot.leg2)[motor].width
+    if moving < rows:
+        raise NotIdentifiable(
+            f"not enough motion: {name} turns faster than {limit:g} rad/s, filters' reach included, for"
+            f" {moving / equations.rate_hz:.2f} s only, {expected}"
+        )
+    raise NotIdentifiable(
+        f"not enough motion away from the Type 2 locus: {name} moves where 1/cond(A) is above {LEAST_KAPPA:g}, filters'"
+        f" reach included, for {found / equations.rate_hz:.2f} s only, {expected}"
+    )
+
+
+def _refuse_ill_conditioned(found: Fit) -> None:
+    if found.condition <= LARGEST_CONDITION:
+        return
+    names = [name for name, part in zip(PARAMETERS, found.weakest.tolist(), strict=True) if abs(part) > NAMED]
+    text = f"{found.condition:.0f}" if math.isfinite(found.condition) else "infinite"
+    raise NotIdentifiable(
+        f"the motion does not tell {' and '.join(names)} apart: the condition number of the regressor is {text},"
+        f" expected at most {LARGEST_CONDITION:.0f}; move both motors both ways, slowly and fast"
+    )
+
+
+def _refuse_misfit(misfit: list[float]) -> None:
+    worst = max(range(2), key=lambda motor: misfit[motor])
+    if misfit[worst] > LARGEST_MISFIT:
+        raise NotIdentifiable(
+            f"the model leaves {misfit[worst]:.0%} of the torque of motor {worst + 1} unexplained, expected at most"
+            f" {LARGEST_MISFIT:.0%}: are lengths, signs and assembly mode those of this robot?"
+        )
+
+
+def _refuse_without_information(found: Fit) -> None:
+    for name, value, half in zip(PARAMETERS, found.values.tolist(), found.half_widths.tolist(), strict=True):
+        if name not in NEVER_NEGATIVE:
+            continue
+        if half >= abs(value):
+            raise NotIdentifiable(
+                f"the motion says too little about {name}: {value:.3g} ± {half:.2g}, expected an interval narrower than"
+                " the value"
+            )
+        if value < 0.0:
+            raise NotIdentifiable(
+                f"{name} comes out negative, {value:.3g} ± {half:.2g}: are lengths, signs and assembly mode those of"
+                " this robot?"
+            )

@@ -1,0 +1,66 @@
+"""What a motion has to keep to be feasible, and how that depends on who follows it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_control.controllers.safety import SafetySettings
+from fivebar_control.trajectory.planner import MIN_AUTHORITY
+from fivebar_control.trajectory.reference_torque import NEAR_LOCUS, Follower
+
+COARSE_SPEED_STEP = 0.04
+"""Speed (rad/s) that encoders should tell apart for a blended controller to stay near the locus for 0.2 s."""
+
+
+class Limits(NamedTuple):
+    """What a motion has to keep.
+
+    Attributes:
+        torque: what each motor can give (Nm).
+        torque_share: the part of it that the reference may need; the rest is for the errors.
+        motor_speed: of either motor joint (rad/s).
+        serial_margin: least |sin q_i2|, 0 at Type 1.
+        dwell: longest stay near the Type 2 locus (s).
+        rest: least kappa where the platform rests. It is at least that at the edge of the widest blending zone, too,
+            for a blended controller `REST_ROOM` times that.
+        zone_stay: longest time in a blending zone (s), for the blended controllers: there the motion along the path is
+            free. A passage at a steady rate takes 80 ms by a zone duration of 40 ms; one that comes in along the locus
+            takes longer.
+        authority: least |n . v1| at a crossing, for the blended controllers: below it the direction across the path
+            cannot be held on the locus.
+    """
+
+    torque: float = 2.0
+    torque_share: float = 0.85
+    motor_speed: float = SafetySettings().joint_speed_limit
+    serial_margin: float = 0.15
+    dwell: float = 0.2
+    rest: float = NEAR_LOCUS
+    zone_stay: float = 0.12
+    authority: float = MIN_AUTHORITY
+
+
+def limits_of(
+    follower: Follower,
+    torque: float = Limits().torque,
+    motor_speed: float = Limits().motor_speed,
+    speed_step: float = 0.0,
+) -> Limits:
+    """Return the limits that a controller needs.
+
+    A blended controller works in the motors' angles away from the locus, and what is small there is large in the plane
+    near the locus: its rests keep further away, and where the measured speeds come in coarse steps (2 pi rate / counts)
+    its torque rattles between the drives' limits, so its crossings have to be quicker and straighter.
+
+    Args:
+        follower: the controller.
+        torque: what each motor can give (Nm).
+        motor_speed: allowed for either motor joint (rad/s).
+        speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones.
+    """
+    limits = Limits(torque=torque, motor_speed=motor_speed)
+    if not follower.blended:
+        return limits
+    if speed_step > COARSE_SPEED_STEP:
+        limits = limits._replace(dwell=0.06, authority=0.5)
+    return limits._replace(rest=0.1)

@@ -1,0 +1,143 @@
+"""The reference of a robot that takes requests: first its plan, then one motion after the other, rests between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.path import Path
+from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.sight import Point
+
+GOAL_NAMES = ("x", "y", "assembly_mode", "mode1", "mode2", "duration")
+"""Fields of a request. Only x and y (m) have to be there; the rest may be left out, or be 0 or NaN for "as it comes":
+the sign of det A at the goal, the two signs of the working mode, and the duration (s)."""
+
+
+class GoalRefused(PlanRefused):
+    """A request that is not taken; says why."""
+
+
+class Goal(NamedTuple):
+    """A request: where to (m), in which assembly mode and working mode, and how long (s); 0 is "as it comes"."""
+
+    x: float
+    y: float
+    assembly: int = 0
+    mode1: int = 0
+    mode2: int = 0
+    duration: float = 0.0
+
+
+def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
+    """Return the request that a list of named numbers makes.
+
+    Raises:
+        GoalRefused: a name is unknown, given twice or missing, or a number is impossible.
+    """
+    if len(names) != len(values):
+        raise GoalRefused(f"{len(names)} names and {len(values)} positions: expected one position per name")
+    if len(set(names)) != len(names) or not {"x", "y"} <= set(names) <= set(GOAL_NAMES):
+        raise GoalRefused(f"names {list(names)}: expected x and y, and of the others each at most once: {GOAL_NAMES}")
+    given = {name: 0.0 if math.isnan(value) else value for name, value in zip(names, values, strict=True)}
+    x, y = (values[list(names).index(name)] for name in ("x", "y"))
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise GoalRefused(f"goal ({x}, {y}): expected finite coordinates in m")
+    assembly, mode1, mode2 = (_sign(name, given.get(name, 0.0)) for name in ("assembly_mode", "mode1", "mode2"))
+    duration = given.get("duration", 0.0)
+    if not 0.0 <= duration < math.inf:
+        raise GoalRefused(f"duration {duration}: expected seconds, or 0 for as it comes")
+    return Goal(x, y, assembly, mode1, mode2, duration)
+
+
+def _sign(name: str, value: float) -> int:
+    if value not in (-1.0, 0.0, 1.0):
+        raise GoalRefused(f"{name} {value}: expected 1, -1, or 0 for as it comes")
+    return int(value)
+
+
+class Order(NamedTuple):
+    """What the planner is asked for: from one rest (m) to another one in a working mode; 0 is "as it comes"."""
+
+    start: Point
+    working_mode: tuple[int, int]
+    goal: Point
+    assembly: int
+    duration: float
+
+
+class MotionQueue:
+    """Gives the reference of every sample, and takes a request whenever the robot is to be at rest.
+
+    Its methods take numbers of samples of the reference. Nothing here plans: a request becomes an order, and the motion
+    that answers it begins at a sample that is still to come, from where the reference rests.
+    """
+
+    def __init__(self, plan: Plan, rate_hz: int) -> None:
+        """Begin with a plan."""
+        self._rate_hz = rate_hz
+        self._working_mode = (plan.mode1, plan.mode2)
+        self._through_type1 = bool(plan.modes)
+        self._motion = Motion(plan.path, 0)
+        self._before = self._motion
+        self._ordered = False
+
+    def at(self, sample: int) -> Platform:
+        """Return the reference of a sample."""
+        motion = self._motion if sample >= self._motion.first else self._before
+        return motion.path.at((sample - motion.first) / self._rate_hz)
+
+    def resting_from(self) -> int:
+        """Return the first sample from which on the reference rests."""
+        return self._motion.first + self._motion.path.samples(self._rate_hz)
+
+    def order(self, sample: int, goal: Goal) -> Order:
+        """Return what to plan for a request that comes at a sample; no other is taken until `begin` or `cancel`.
+
+        Raises:
+            GoalRefused: the robot is still moving, another request is being planned, or the request cannot be met.
+        """
+        if self._through_type1:
+            raise GoalRefused("requests are not taken after a motion with working_modes")
+        if self._ordered:
+            raise GoalRefused("another request is being planned")
+        rest = self.resting_from()
+        if sample < rest:
+            raise GoalRefused(f"the robot is moving for another {(rest - sample) / self._rate_hz:.2f} s")
+        mode = (goal.mode1 or self._working_mode[0], goal.mode2 or self._working_mode[1])
+        if mode != self._working_mode:
+            raise GoalRefused(
+                f"working mode ({mode[0]:+d}, {mode[1]:+d}) is reached only through a Type 1 singularity from"
+                f" ({self._working_mode[0]:+d}, {self._working_mode[1]:+d})"
+            )
+        place = self.at(sample)
+        self._ordered = True
+        return Order((place.x, place.y), self._working_mode, (goal.x, goal.y), goal.assembly, goal.duration)
+
+    def begin(self, sample: int, path: Path) -> None:
+        """Follow a path from a sample on.
+
+        Raises:
+            GoalRefused: nothing was ordered, the robot is not at rest by then, or the path begins elsewhere.
+        """
+        if not self._ordered or sample < self.resting_from():
+            raise GoalRefused("there is no order that this motion could answer")
+        self._ordered = False
+        here, there = self.at(sample), path.at(0.0)
+        if (here.x, here.y) != (there.x, there.y):
+            raise GoalRefused("the motion does not begin where the reference rests")
+        self._before, self._motion = self._motion, Motion(path, sample)
+
+    def cancel(self) -> None:
+        """Forget the order: its planning has failed."""
+        self._ordered = False
+
+
+class Motion(NamedTuple):
+    """A path, and the sample at which it begins."""
+
+    path: Path
+    first: int

@@ -1,0 +1,129 @@
+"""How long a straight motion from rest to rest should take: not too quick for the motors, nor too slow on the locus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from fivebar_control.trajectory.feasibility import Feasibility, screen, stays_near_locus
+from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.path import Path
+from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.reference_torque import Follower
+from fivebar_control.trajectory.sight import Point
+from fivebar_description.parameters import FiveBar
+
+LONGEST = 10.0
+"""Duration (s) of the slowest segment that is tried."""
+
+SHORTEST = 0.04
+"""Duration (s) of the quickest segment that is tried."""
+
+TOLERANCE = 0.01
+"""Relative accuracy of the shortest duration."""
+
+COMFORT = 2.0
+"""A comfortable motion takes this much longer than the quickest: a quarter of the torque that accelerates."""
+
+SLOWEST_SHARE = 0.5
+"""A comfortable motion takes at most this share of the slowest duration: long stays near the locus let errors grow."""
+
+
+class Task(NamedTuple):
+    """What a motion has to be good for: the robot in a working mode, who follows it, and within which limits."""
+
+    robot: FiveBar
+    working_mode: tuple[int, int]
+    rate_hz: int
+    follower: Follower
+    limits: Limits
+
+    def plan(self, waypoints: Sequence[Point], durations: Sequence[float]) -> Plan:
+        """Return the plan of rest-to-rest segments, with ballistic zones.
+
+        Raises:
+            PlanRefused: the planner refuses it.
+        """
+        return plan_motion(self.robot, self.working_mode, waypoints, durations, self.rate_hz, ZoneRule())
+
+    def judge(self, plan: Plan) -> Feasibility:
+        """Return the verdict on a plan."""
+        return screen(self.robot, plan, self.rate_hz, self.follower, self.limits)
+
+
+class Pace(NamedTuple):
+    """The durations (s) that a segment may take: all between the two, where the limits are kept."""
+
+    fastest: float
+    slowest: float
+
+    @property
+    def comfortable(self) -> float:
+        """A duration with room to both sides, as far as there is any."""
+        room = max(self.fastest, SLOWEST_SHARE * self.slowest)
+        return min(COMFORT * self.fastest, math.sqrt(self.fastest * self.slowest), room)
+
+
+class NoPace(NamedTuple):
+    """A segment has no feasible duration; says why."""
+
+    reason: str
+
+    def __str__(self) -> str:
+        """Return the reason."""
+        return self.reason
+
+
+def slowest_pace(task: Task, start: Point, end: Point) -> Plan | NoPace:
+    """Return a segment between rests with its longest feasible duration, a whole number of samples.
+
+    The stay near the locus grows in proportion to the duration, which bounds it. All other figures only get better
+    the slower the motion is: a limit that the slowest does not keep, none keeps.
+    """
+    try:
+        slow = task.plan((start, end), (LONGEST,))
+    except PlanRefused as refusal:
+        return NoPace(str(refusal))
+    stays = stays_near_locus(task.robot, slow, task.rate_hz)
+    share = max((stay.end - stay.start for stay in stays), default=0.0) / LONGEST
+    slowest = min(LONGEST, task.limits.dwell / share) if share > 0.0 else LONGEST
+    slowest = math.floor(slowest * task.rate_hz) / task.rate_hz
+    if slowest <= SHORTEST:
+        return NoPace(f"the segment stays near the Type 2 locus for {share:.0%} of any duration")
+    plan = retimed(slow, slowest / LONGEST)
+    reasons = task.judge(plan).reasons
+    if reasons:
+        return NoPace(f"even in {slowest:.3g} s, the longest possible duration, {'; '.join(reasons)}")
+    return plan
+
+
+def pace_of(task: Task, slowest: Plan) -> Pace:
+    """Return the feasible durations of one segment between rests, given the slowest; whole numbers of samples.
+
+    The torque that accelerates falls with the square of the duration. Friction does not, so the quickest is found by
+    bisection.
+    """
+    longest = slowest.path.duration
+    low, high = max(1, math.floor(SHORTEST * task.rate_hz)), round(longest * task.rate_hz)
+    while high - low > max(1.0, TOLERANCE * high):
+        middle = min(max(round(math.sqrt(low * high)), low + 1), high - 1)
+        if task.judge(retimed(slowest, middle / task.rate_hz / longest)).feasible:
+            high = middle
+        else:
+            low = middle
+    return Pace(high / task.rate_hz, longest)
+
+
+def retimed(plan: Plan, factor: float) -> Plan:
+    """Return a plan of one segment under a ballistic zone rule, made `factor` times as slow."""
+    segment = plan.path.straight(0)
+    crossings = tuple(
+        crossing._replace(
+            time=crossing.time * factor,
+            kappa_rate=crossing.kappa_rate / factor,
+            epsilon=crossing.epsilon / factor,
+        )
+        for crossing in plan.crossings
+    )
+    return plan._replace(path=Path([segment._replace(duration=segment.duration * factor)]), crossings=crossings)

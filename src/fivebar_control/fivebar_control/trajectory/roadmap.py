@@ -1,0 +1,209 @@
+"""A map of the ways through the workspace in one working mode: rests on a grid, and gates through the Type 2 locus.
+
+The locus parts the workspace into regions of one assembly mode each. Within a region neighbouring points of the grid
+are joined; from one region into another lead gates, straight segments across the locus with a rest at each end. The
+shortest way on this map is complete at the grid's resolution: what it does not join, a finer map might.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from functools import lru_cache
+from itertools import pairwise, product
+from typing import NamedTuple
+
+from scipy.optimize import brentq
+
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.trajectory.planner import MIN_AUTHORITY
+from fivebar_control.trajectory.postures import Place, place_at
+from fivebar_control.trajectory.sight import Point, look_along
+from fivebar_description.parameters import FiveBar
+
+SPACING = 0.006
+"""Distance (m) between neighbouring points of the grid."""
+
+REST_ROOM, SERIAL_ROOM = 0.03, 0.02
+"""How much further than their limits the grid keeps from Type 2 (in kappa) and from Type 1 (in |sin q_i2|)."""
+
+GATE_ROOMS = (0.05, 0.0)
+"""How much further than the limit a gate's rests keep from Type 2 (in kappa): the first where there is room for it."""
+
+GATE_DISTANCE = 0.008
+"""Least distance (m) between two gates."""
+
+HALF_LENGTHS = (0.05, 0.035, 0.025, 0.016)
+"""Half lengths (m) of gates, the best first: long ones pass the locus quickly with little torque."""
+
+TURNS = (0.0, 0.5, -0.5, 1.0, -1.0)
+"""Angles (rad) from t_s to a gate, the best first: beyond 1.26 the direction limit is not kept."""
+
+GATE_COST = 0.15
+"""A crossing counts like this length (m) of way."""
+
+JOIN_REACH = 0.03
+"""Distance (m) within which a rest is joined to the grid."""
+
+JOINS = 8
+"""Points of the grid that a rest is joined to."""
+
+
+class Gate(NamedTuple):
+    """A way across the Type 2 locus: a straight line between two rests (m)."""
+
+    start: Point
+    end: Point
+
+
+class Way(NamedTuple):
+    """A way on the map: points (m) along it, and the gates among its segments."""
+
+    points: tuple[Point, ...]
+    gates: tuple[Gate, ...]
+
+
+class Roadmap:
+    """The map of one robot in one working mode, for given least |sin q_i2| and least kappa at rest."""
+
+    def __init__(self, robot: FiveBar, working_mode: tuple[int, int], serial_margin: float, rest: float) -> None:
+        """Draw the map."""
+        self._robot, self._working_mode = robot, working_mode
+        self._serial_margin, self._rest = serial_margin, rest
+        places = _grid(robot, working_mode, serial_margin)
+        self._grid = {
+            key: place
+            for key, place in places.items()
+            if place.kappa >= rest + REST_ROOM and place.serial >= serial_margin + SERIAL_ROOM
+        }
+        self._ways: dict[Point, list[tuple[Point, float]]] = {}
+        for (i, j), place in self._grid.items():
+            for step in ((1, 0), (0, 1), (1, 1), (1, -1)):
+                neighbour = self._grid.get((i + step[0], j + step[1]))
+                if neighbour is not None and neighbour.assembly == place.assembly:
+                    self._join((place.x, place.y), (neighbour.x, neighbour.y))
+        self.gates = self._gates(places)
+        for gate in self.gates:
+            self._join(*gate, GATE_COST)
+            for point in gate:
+                for other in self._neighbours(point):
+                    self._join(point, other)
+        self._across = {frozenset(gate): gate for gate in self.gates}
+
+    def reaches(self, point: Point) -> bool:
+        """Return whether a rest is joined to the grid."""
+        return bool(self._neighbours(point))
+
+    def way(self, start: Point, goal: Point, barred: frozenset[Gate] = frozenset()) -> Way | None:
+        """Return the shortest way between two rests that uses no barred gate; None where there is none."""
+        extra: dict[Point, list[tuple[Point, float]]] = {start: [], goal: []}
+        for point in self._neighbours(start):
+            extra[start].append((point, math.dist(start, point)))
+        for point in self._neighbours(goal):
+            extra.setdefault(point, []).append((goal, math.dist(goal, point)))
+        shut = {frozenset(gate) for gate in barred}
+        costs = {start: 0.0}
+        before: dict[Point, Point] = {}
+        queue = [(0.0, start)]
+        while queue:
+            cost, point = heapq.heappop(queue)
+            if point == goal:
+                return self._back(goal, before)
+            if cost > costs[point]:
+                continue
+            for other, length in (*self._ways.get(point, ()), *extra.get(point, ())):
+                through = cost + length
+                if through < costs.get(other, math.inf) and (not shut or frozenset((point, other)) not in shut):
+                    costs[other] = through
+                    before[other] = point
+                    heapq.heappush(queue, (through, other))
+        return None
+
+    def _back(self, goal: Point, before: dict[Point, Point]) -> Way:
+        points = [goal]
+        while points[-1] in before:
+            points.append(before[points[-1]])
+        points.reverse()
+        pairs = [frozenset(pair) for pair in pairwise(points)]
+        return Way(tuple(points), tuple(self._across[pair] for pair in pairs if pair in self._across))
+
+    def _join(self, one: Point, other: Point, extra_cost: float = 0.0) -> None:
+        cost = math.dist(one, other) + extra_cost
+        self._ways.setdefault(one, []).append((other, cost))
+        self._ways.setdefault(other, []).append((one, cost))
+
+    def _neighbours(self, point: Point) -> list[Point]:
+        """Return the nearest points of the grid that are seen from a rest in its own region."""
+        found: list[Point] = []
+        for place in sorted(self._grid.values(), key=lambda place: math.dist(point, (place.x, place.y))):
+            other = (place.x, place.y)
+            if len(found) == JOINS or math.dist(point, other) > JOIN_REACH:
+                break
+            if self._sees(point, other, 0, self._rest):
+                found.append(other)
+        return found
+
+    def _sees(self, start: Point, end: Point, crossings: int, rest: float) -> bool:
+        sight = look_along(self._robot, self._working_mode, start, end, self._serial_margin, rest)
+        return sight.clear and sight.crossings == crossings and sight.authority >= MIN_AUTHORITY
+
+    def _gates(self, places: dict[tuple[int, int], Place]) -> list[Gate]:
+        """Return gates along the whole locus, at most one every `GATE_DISTANCE`."""
+        gates: list[Gate] = []
+        taken: list[Point] = []
+        for (i, j), place in places.items():
+            for key in ((i + 1, j), (i, j + 1)):
+                other = places.get(key)
+                if other is None or other.assembly == place.assembly:
+                    continue
+                point = self._on_locus((place.x, place.y), (other.x, other.y))
+                if all(math.dist(point, near) >= GATE_DISTANCE for near in taken):
+                    gate = self._gate_at(point)
+                    if gate is not None:
+                        taken.append(point)
+                        gates.append(gate)
+        return gates
+
+    def _on_locus(self, start: Point, end: Point) -> Point:
+        def at(s: float) -> Point:
+            return start[0] + (end[0] - start[0]) * s, start[1] + (end[1] - start[1]) * s
+
+        def determinant(s: float) -> float:
+            return det_a(state_from_platform(self._robot, *self._working_mode, *at(s), 0.0, 0.0))
+
+        return at(float(brentq(determinant, 0.0, 1.0)))
+
+    def _gate_at(self, point: Point) -> Gate | None:
+        """Return the longest gate through a point of the locus: along t_s, across the locus, or between the two."""
+        x, y = point
+        svd = parallel_svd(state_from_platform(self._robot, *self._working_mode, x, y, 0.0, 0.0))
+        for room, half, turn in product(GATE_ROOMS, HALF_LENGTHS, TURNS):
+            c, s = math.cos(turn), math.sin(turn)
+            dx, dy = half * (c * svd.t_x - s * svd.t_y), half * (s * svd.t_x + c * svd.t_y)
+            gate = Gate((x - dx, y - dy), (x + dx, y + dy))
+            if self._sees(*gate, 1, self._rest + room):
+                return gate
+        return None
+
+
+@lru_cache(maxsize=8)
+def roadmap(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float, rest: float) -> Roadmap:
+    """Return the map of a robot in a working mode, drawn once."""
+    return Roadmap(robot, working_mode, serial_margin, rest)
+
+
+def _grid(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float) -> dict[tuple[int, int], Place]:
+    """Return all places on a grid that keep the Type 1 margin, by their numbers in x and y."""
+    legs = (robot.leg1, robot.leg2)
+    left = max(leg.base_x - leg.proximal - leg.distal for leg in legs)
+    right = min(leg.base_x + leg.proximal + leg.distal for leg in legs)
+    top = min(leg.proximal + leg.distal for leg in legs)
+    columns, rows = math.ceil((right - left) / SPACING), math.ceil(2.0 * top / SPACING)
+    found = {}
+    for i in range(columns + 1):
+        for j in range(rows + 1):
+            place = place_at(robot, working_mode, left + i * SPACING, j * SPACING - top)
+            if place.serial >= serial_margin:
+                found[i, j] = place
+    return found

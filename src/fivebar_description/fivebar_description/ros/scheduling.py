@@ -1,0 +1,64 @@
+"""Real-time priority and processors of this process, as far as the system grants them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from fivebar_description.interface import HIGHEST_PRIORITY
+from fivebar_description.ros.parameters import Spec
+
+
+def processor_set(text: str) -> set[int]:
+    """Return the processors that a list such as "0,2" names.
+
+    Raises:
+        ValueError: it is not a list of numbers with commas between them.
+    """
+    return {int(word) for word in text.split(",") if word.strip()}
+
+
+def _problem(text: str) -> str | None:
+    try:
+        valid = all(number >= 0 for number in processor_set(text))
+    except ValueError:
+        valid = False
+    return None if valid else 'expected processor numbers with commas between them, such as "0,2"'
+
+
+SCHEDULING = (
+    Spec(
+        "scheduling_priority",
+        0,
+        "Priority under SCHED_FIFO of all threads of the process, 0 for ordinary scheduling. Needs the right to it"
+        " (CAP_SYS_NICE, or rtprio in limits.conf); without it the node warns and goes on.",
+        "",
+        0,
+        HIGHEST_PRIORITY,
+    ),
+    Spec(
+        "processors",
+        "",
+        'Processors that the process may use, such as "0,2"; empty for all. What is not possible is warned of.',
+        check=_problem,
+    ),
+)
+"""Parameters that every node has; in a process of several nodes those of the last one count."""
+
+
+def apply_scheduling(priority: int, processors: str, warn: Callable[[str], None]) -> None:
+    """Put all threads of this process under a priority and onto processors; what is refused is told to `warn`."""
+    threads = [int(path.name) for path in Path("/proc/self/task").iterdir()]
+    if processors:
+        try:
+            for thread in threads:
+                os.sched_setaffinity(thread, processor_set(processors))
+        except OSError as error:
+            warn(f"processors {processors} not granted ({error.strerror}): going on with all")
+    if priority:
+        try:
+            for thread in threads:
+                os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(priority))
+        except OSError as error:
+            warn(f"scheduling_priority {priority} not granted ({error.strerror}): going on with ordinary scheduling")

@@ -1,0 +1,234 @@
+"""The emulated drives and the robot that they move, with what the graph of a rehearsal wants to know of them.
+
+The drives talk to the bridge over CAN alone. This node besides publishes the exact state for judging, the progress of
+the run, and injects faults at given moments.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+import time
+
+import can
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    FAULTS,
+    GROUND_TRUTH,
+    JOINTS,
+    MOTOR_STATES,
+    RUN_READY,
+    RUN_STATUS,
+    TORQUE_COMMAND,
+    sample_of_stamp,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.latency_watch import LatencyWatch
+from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import Spec, whole_period
+from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.run import run_node
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.drives.commands import USAGE, obey, read_order
+from fivebar_sim.drives.configuration import load_emulation
+from fivebar_sim.drives.drive import TURN
+from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
+
+STATUS_PERIOD = 0.1
+GRACE = 2.0
+"""Time (s) beyond the planned end after which a run is over even if its last sample never came."""
+
+FITTING_COUNTS = 1.5
+"""Difference (counts) between an encoder's reading and what the bridge makes of it."""
+
+SPECS = (
+    Spec("emulation", "dextar_emulated", "Bus, drives and robot: a shipped emulation's name or a path to a YAML file."),
+    Spec("rate_hz", 500, "Sampling rate of the graph; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period),
+    Spec("samples", 0, "Number of the last sample of the run, 0 for no end.", "", 0, 100_000_000),
+    Spec("inject", [""], "Faults: seconds since sample 0 and an order, such as '1.2 fault 1'."),
+    Spec("wait_for_nodes", [""], "Nodes that are named where the run does not begin in time."),
+    Spec("ready_timeout_s", 30.0, "Longest wait for sample 1.", "s", 0.1, 3600.0),
+)
+
+
+class EmulatedRobot(GraphNode):
+    """Two emulated drives, each with its object dictionary, on a CAN bus."""
+
+    def __init__(self) -> None:
+        """Boot the drives and serve the bus in a thread."""
+        super().__init__("emulated_robot")
+        values = self.parameters(SPECS)
+        self._rate_hz: int = values["rate_hz"]
+        self._samples: int = values["samples"]
+        self._injections = sorted(_injection(text) for text in values["inject"] if text)
+        self._missing_nodes = {name for name in values["wait_for_nodes"] if name}
+        self._ready_timeout: float = values["ready_timeout_s"]
+        file = load_emulation(values["emulation"])
+        try:
+            self._bus = open_bus(file.bus)
+        except (can.CanError, OSError) as error:
+            raise InputError(f"emulated_robot: {file.bus.interface} {file.bus.channel}: {error}") from error
+        self._emulation = Emulation(file, self._bus)
+        self._tolerance = FITTING_COUNTS * max(TURN / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
+        self._ahead = 0
+        self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._obeyed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._ending = threading.Event()
+        self._sample, self._commanded = 0, -1
+        self._overruns = 0
+        self._faulty = False
+        self._state = "running"
+        self._latency = LatencyWatch()
+        self._made = self._heard = time.monotonic()
+        self._began: float | None = None
+        self._truth = self.advertise(GROUND_TRUTH)
+        self._faults = self.advertise(FAULTS)
+        self._status = self.advertise(RUN_STATUS)
+        self.listen(MOTOR_STATES, self._on_states)
+        self.listen(TORQUE_COMMAND, self._on_command)
+        self.create_subscription(String, FAULTS.name, self._on_fault, qos_profile(FAULTS.qos))
+        self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
+        self.every(STATUS_PERIOD, self._look_at_clock)
+        self._thread = threading.Thread(target=self._emulation.run, args=(self._ending, self._obey_orders), daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Leave the bus."""
+        self._ending.set()
+        self._thread.join()
+        self._bus.shutdown()
+
+    def _obey_orders(self) -> None:
+        # in the thread of the drives, which has no time for a log
+        while not self._orders.empty():
+            self._obeyed.put(obey(self._emulation, self._orders.get()))
+
+    def _on_ready(self, message: String) -> None:
+        self._missing_nodes.discard(message.data)
+
+    def _on_fault(self, message: String) -> None:
+        self._faulty = True
+
+    def _on_states(self, message: JointState) -> None:
+        """Publish the exact state of the SYNC that a sample was measured at, and count what was late."""
+        now = time.monotonic()
+        sample = sample_of_stamp(stamp_of(message), self._rate_hz)
+        try:
+            ((q11, q21),) = read_fields(message, ACTIVE_JOINTS, ("position",))
+        except MessageError as error:
+            self.drop(MOTOR_STATES, str(error))
+            return
+        if sample is None:
+            self.drop(MOTOR_STATES, f"stamp {stamp_of(message)} ns is not on the grid of {self._rate_hz} Hz")
+            return
+        if sample > self._sample:
+            self._began = self._began if self._began is not None else now
+            self._overruns += sample - 1 - max(self._commanded, self._sample - 1)
+            self._sample, self._heard = sample, now
+        if sample <= self._samples or not self._samples:
+            self._publish_truth(sample, q11, q21)
+        while self._injections and sample >= self._injections[0][0] * self._rate_hz:
+            self._orders.put(self._injections.pop(0)[1])
+        if 0 < self._samples <= sample and self._state == "running":
+            self._end(self._faulty)
+
+    def _publish_truth(self, sample: int, q11: float, q21: float) -> None:
+        record = self._sync_of(sample, q11, q21)
+        if record is None:
+            return
+        stamp = sample_stamp_ns(sample, self._rate_hz)
+        position, velocity, effort = record.truth
+        self._truth.publish(joint_state(stamp, JOINTS, position, velocity, effort))
+        self.note_answer()
+
+    def _sync_of(self, sample: int, q11: float, q21: float) -> SyncRecord | None:
+        """Return the SYNC that a sample was measured at.
+
+        A SYNC carries no number on the bus. Samples count with it, though, from the first one on; where the readings
+        contradict that (SYNCs without samples while drives were enabled), it is the newest SYNC that has them.
+        """
+
+        def fits(record: SyncRecord) -> bool:
+            return max(abs(record.angles[0] - q11), abs(record.angles[1] - q21)) < self._tolerance
+
+        records = list(self._emulation.history)
+        counted = next((one for one in records if one.number == sample + self._ahead), None)
+        if counted is not None and sample > 1 and fits(counted):
+            return counted
+        found = next((one for one in reversed(records) if fits(one)), None)
+        if found is not None:
+            self._ahead = found.number - sample
+        return found
+
+    def _on_command(self, message: JointState) -> None:
+        sample = sample_of_stamp(stamp_of(message), self._rate_hz)
+        if sample is not None and self._commanded < sample <= self._sample:
+            self._commanded = sample
+            if sample == self._sample > 0:
+                self._latency.note(time.monotonic() - self._heard)
+
+    def _look_at_clock(self) -> None:
+        """Publish how far the run is; end it where it does not begin, or where the bridge has fallen silent."""
+        now = time.monotonic()
+        while not self._obeyed.empty():
+            self.get_logger().info(self._obeyed.get())
+        if self._samples and self._state == "running":
+            if self._began is None and self._faulty:
+                # drives that could not be enabled, say
+                self._end(failed=True)
+                return
+            if self._began is None and now - self._made > self._ready_timeout:
+                missing = ", ".join(sorted(self._missing_nodes)) or "dextar_bridge"
+                fault = f"nodes_missing: no sample within {self._ready_timeout:g} s, not ready: {missing}"
+                self._faults.publish(String(data=fault))
+                self._end(failed=True)
+                return
+            if self._began is not None and now > self._began + self._samples / self._rate_hz + GRACE:
+                self._end(failed=True)
+                return
+        self._publish_status()
+
+    def _end(self, failed: bool) -> None:
+        """Tell that the run is over; the drives stay, so that the bridge can switch them off in order."""
+        self._state = "failed" if failed else "completed"
+        self._publish_status()
+
+    def _publish_status(self) -> None:
+        status = {
+            "state": self._state,
+            "sample": self._sample,
+            "samples": self._samples,
+            "overruns": self._overruns,
+            "latency_ms": self._latency.summary(),
+        }
+        self._status.publish(String(data=json.dumps(status)))
+
+
+def _injection(text: str) -> tuple[float, str]:
+    """Return moment (s) and order of an injection.
+
+    Raises:
+        InputError: it is not a number and an order.
+    """
+    moment, _, order = text.strip().partition(" ")
+    try:
+        seconds = float(moment)
+    except ValueError:
+        seconds = -1.0
+    if not 0.0 <= seconds < 1e6 or read_order(order) is None:
+        raise InputError(f"emulated_robot: parameter inject: {text!r}: expected seconds and an order: {USAGE}")
+    return seconds, order
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(EmulatedRobot)
+
+
+if __name__ == "__main__":
+    main()
