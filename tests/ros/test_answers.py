@@ -9,8 +9,9 @@ import pytest
 from graph_probe import RATE_HZ, Bench, Probe
 from middle_motion import MiddleMotion
 
-from fivebar_control.controllers.laws import CtcLaw, Gains, VhcCartesianLaw
+from fivebar_control.controllers.laws import CtcLaw, Gains, UnifiedLaw, VhcCartesianLaw
 from fivebar_control.controllers.supervisor import blending_weight
+from fivebar_control.controllers.unified import UnifiedSettings
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.imu import STANDARD_GRAVITY, ImuDescription
@@ -25,6 +26,7 @@ from fivebar_description.interface import (
     SUPERVISOR_NAMES,
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
+    UNIFIED_TORQUE,
     VHC_TORQUE,
     sample_stamp_ns,
 )
@@ -35,6 +37,7 @@ PARTS = {
     "supervisor": ([JOINT_STATES], [SUPERVISOR_STATE, SUPERVISOR_SIGMA]),
     "ctc_controller": ([JOINT_STATES, REFERENCE], [CTC_TORQUE]),
     "vhc_controller": ([JOINT_STATES, REFERENCE], [VHC_TORQUE]),
+    "unified_controller": ([JOINT_STATES, REFERENCE], [UNIFIED_TORQUE]),
     "imu_listener": ([IMU_DATA, REFERENCE], [IMU_ERROR]),
 }
 GAINS = Gains(2500.0, 100.0)
@@ -96,12 +99,13 @@ def test_supervisor_weighs_every_sample(probes: dict[str, Probe], motion: Middle
     assert set(sigmas) > {0.0, 1.0}, "the samples are to cover outside, inside and the rim of a zone"
 
 
-@pytest.mark.parametrize("node", ["ctc_controller", "vhc_controller"])
+@pytest.mark.parametrize("node", ["ctc_controller", "vhc_controller", "unified_controller"])
 def test_candidates_are_the_laws_torques(probes: dict[str, Probe], motion: MiddleMotion, node: str) -> None:
     probe, topic = probes[node], PARTS[node][1][0]
     laws = {
         "ctc_controller": CtcLaw(motion.robot, GAINS),
         "vhc_controller": VhcCartesianLaw(motion.robot, motion.plan, RATE_HZ, GAINS, "full_friction"),
+        "unified_controller": UnifiedLaw(motion.robot, UnifiedSettings(), RATE_HZ),
     }
     for sample in interesting_samples(motion):
         inputs = [(JOINT_STATES, motion.joint_states_message(sample)), (REFERENCE, motion.reference_message(sample))]
@@ -137,7 +141,9 @@ def test_imu_listener_compares_magnitudes(probes: dict[str, Probe], motion: Midd
     assert len(probe.got(IMU_ERROR)) == 5
 
 
-@pytest.mark.parametrize("node", ["trajectory_generator", "supervisor", "ctc_controller", "vhc_controller"])
+@pytest.mark.parametrize(
+    "node", ["trajectory_generator", "supervisor", "ctc_controller", "vhc_controller", "unified_controller"]
+)
 def test_repeated_sample_gets_the_same_answer_again(probes: dict[str, Probe], motion: MiddleMotion, node: str) -> None:
     probe, topic = probes[node], PARTS[node][1][0]
     # the generator's answers are one sample ahead

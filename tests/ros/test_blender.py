@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import math
 import signal
+from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from graph_probe import Bench, Probe
 from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from fivebar_control.controllers.blend import blend
 from fivebar_control.controllers.torque import Torque
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    ALL_WELL,
     CTC_TORQUE,
+    DRIVES_STATE,
     FAULTS,
     JOINT_STATES,
     REFERENCE,
+    SAFETY_STATE,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    TORQUE_REQUESTED,
     VHC_TORQUE,
     Topic,
 )
@@ -30,18 +36,23 @@ CTC, VHC = (1.1, -0.7), (0.3, 0.9)
 UNDEFINED = (math.nan, math.nan)
 ZERO = (0.0, 0.0)
 DEADLINE_MS = 1500.0
+REST = 0.5
+"""Speed (rad/s) below which this robot counts as at rest."""
 
 
 class Rig:
     """A blender, and the rest of the graph played by a probe."""
 
-    def __init__(self, bench: Bench, motion: MiddleMotion, namespace: str = "") -> None:
+    def __init__(self, bench: Bench, motion: MiddleMotion, namespace: str = "", **more: Any) -> None:
         self.bench = bench
         self.motion = motion
         self.node = f"{namespace}/blender"
-        self.process = bench.start("blender", namespace, candidate_deadline_ms=DEADLINE_MS)
+        # the robot of the motion is never quite at rest
+        self.process = bench.start("blender", namespace, candidate_deadline_ms=DEADLINE_MS, rest_speed=REST, **more)
         self.probe: Probe = bench.probe(namespace)
-        self.probe.join("blender", [*INPUTS, FAULTS], [TORQUE_COMMAND, FAULTS])
+        self.probe.join(
+            "blender", [*INPUTS, FAULTS, DRIVES_STATE], [TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE]
+        )
         self.sample = 0
         self.faults_seen = 0
         self.begin()
@@ -82,6 +93,20 @@ class Rig:
         tau1, tau2 = message.effort
         return tau1, tau2
 
+    def requested(self, sample: int) -> Pair:
+        """Return the torque asked for at a sample, before limits."""
+        tau1, tau2 = self.probe.answer(TORQUE_REQUESTED, sample).effort
+        return tau1, tau2
+
+    def ask(self, service: str) -> Trigger.Response:
+        return self.probe.call(Trigger, f"{self.node}/{service}", Trigger.Request())
+
+    def expect_state(self, text: str) -> None:
+        """Wait until safety/state begins with a text."""
+        self.probe.wait_for(
+            lambda: bool(states := self.probe.got(SAFETY_STATE)) and states[-1].data.startswith(text), text
+        )
+
     def next_fault(self) -> str:
         """Wait for a fault that has not been seen yet."""
         faults = self.probe.got(FAULTS)
@@ -90,16 +115,29 @@ class Rig:
         assert len(faults) == self.faults_seen
         return faults[-1].data
 
+    def reset(self, name: str) -> None:
+        """Reset a fault; the inputs of the last sample may still be on their way."""
+        answers: list[Trigger.Response] = []
+
+        def taken() -> bool:
+            answers.append(self.probe.reset(self.node))
+            return bool(answers[-1].success)
+
+        self.probe.wait_for(taken, "a reset", deadline=2.0)
+        assert answers[-1].message.startswith(f"cleared {name}: "), answers
+
     def expect_latched_until_reset(self, name: str) -> None:
         """Further samples get no torque, however good they are, until the reset."""
+        self.expect_state(f"{name}: ")
         for _ in range(2):
-            assert self.command(self.publish()) == ZERO
+            sample = self.publish()
+            assert self.command(sample) == ZERO
         status, _ = self.probe.health(self.node)
         assert status.level == DiagnosticStatus.ERROR
         assert status.message.startswith(f"{name}: ")
-        response = self.probe.reset(self.node)
-        assert response.success
-        assert response.message.startswith(f"cleared {name}: ")
+        self.reset(name)
+        self.expect_state("ok")
+        assert self.probe.samples(TORQUE_REQUESTED)[-1] < sample, "nothing was asked for while the fault was latched"
         assert self.command(self.publish()) == blend(0.5, Torque(*CTC), Torque(*VHC))
         assert self.probe.reset(self.node).message == "no fault was latched"
         assert len(self.probe.got(FAULTS)) == self.faults_seen
@@ -118,11 +156,13 @@ def rig(shared_bench: Bench, motion: MiddleMotion) -> Rig:
         (0.3, CTC, VHC, (0.7 * 1.1 + 0.3 * 0.3, 0.7 * -0.7 + 0.3 * 0.9)),
         (0.0, CTC, UNDEFINED, CTC),
         (1.0, UNDEFINED, VHC, VHC),
-        (0.0, (1e6, -1e6), VHC, (1e6, -1e6)),
+        (0.0, (1e6, -1e6), VHC, (10.0, -10.0)),
     ],
 )
 def test_blends_by_sigma(rig: Rig, sigma: float, ctc: Pair, vhc: Pair, wanted: Pair) -> None:
-    assert rig.command(rig.publish(sigma, ctc, vhc)) == wanted
+    sample = rig.publish(sigma, ctc, vhc)
+    assert rig.command(sample) == wanted
+    assert rig.requested(sample) == (ctc if wanted == (10.0, -10.0) else wanted)
     assert not rig.probe.got(FAULTS)
 
 
@@ -131,7 +171,9 @@ def test_an_undefined_candidate_that_counts_is_a_fault(rig: Rig, sigma: float) -
     sample = rig.publish(sigma, vhc=(0.1, math.nan))
     assert rig.command(sample) == ZERO
     assert rig.next_fault().startswith("torque_undefined: ")
-    assert f"at sample {sample}, sigma = {sigma:.3f}" in rig.probe.got(FAULTS)[-1].data
+    fault = rig.probe.got(FAULTS)[-1].data
+    assert f"at sample {sample}: " in fault
+    assert f"sigma = {sigma:.3f}" in fault
     rig.expect_latched_until_reset("torque_undefined")
 
 
@@ -142,8 +184,9 @@ def test_a_platform_far_from_its_reference_is_a_fault(rig: Rig) -> None:
     assert rig.command(sample) == ZERO
     fault = rig.next_fault()
     assert fault.startswith("tracking_lost: ")
-    assert f"at sample {sample}, limit 50.0 mm" in fault
-    assert 50.8 < float(fault.split()[1]) < 53.2
+    assert f"at sample {sample}: " in fault
+    assert fault.endswith("limit 50.0 mm")
+    assert 50.8 < float(fault.split()[4]) < 53.2
     rig.expect_latched_until_reset("tracking_lost")
 
 
@@ -193,6 +236,72 @@ def test_a_repeated_sample_gets_no_torque_after_a_fault(rig: Rig) -> None:
     rig.probe.wait_for(repeat_is_zero, "zero torque for a repeated sample", deadline=2.0)
     assert rig.probe.samples(TORQUE_COMMAND)[-1] == sample
     rig.expect_latched_until_reset("stop")
+
+
+def test_an_emergency_stop_by_service(rig: Rig) -> None:
+    sample = rig.publish()
+    assert rig.command(sample) != ZERO
+    answer = rig.ask("emergency_stop")
+    assert answer.success
+    assert answer.message == "zero torque: emergency_stop: asked for by blender/emergency_stop"
+    rig.probe.wait_for(lambda: tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO, "zero torque at once")
+    assert rig.next_fault().startswith("emergency_stop: ")
+    rig.expect_latched_until_reset("emergency_stop")
+
+
+def test_a_reset_is_refused_while_the_cause_is_there(rig: Rig) -> None:
+    rig.command(rig.publish(vhc=UNDEFINED))
+    assert rig.next_fault().startswith("torque_undefined: ")
+    for changes, reason in (
+        ({"vhc": UNDEFINED}, "not cleared, torque_undefined: "),
+        ({"dx": 0.06}, "not cleared, tracking_lost: "),
+    ):
+        assert rig.command(rig.publish(**changes)) == ZERO
+        answer = rig.probe.wait_for(
+            lambda wanted=reason: next(
+                (one for one in [rig.probe.reset(rig.node)] if one.message.startswith(wanted)), None
+            ),
+            reason,
+        )
+        assert not answer.success
+        assert "; latched is torque_undefined: " in answer.message
+    rig.expect_latched_until_reset("torque_undefined")
+
+
+def test_a_reset_is_refused_while_the_drives_hold_a_fault(rig: Rig) -> None:
+    rig.command(rig.publish())
+    rig.probe.publish(DRIVES_STATE, String(data="drive_fault: q11 is hot"))
+    rig.probe.publish(FAULTS, String(data="drive_fault: q11 is hot"))
+    rig.next_fault()
+    assert rig.command(rig.publish()) == ZERO
+
+    def refused() -> bool:
+        answer = rig.probe.reset(rig.node)
+        assert not answer.success
+        return "the drives are stopped by drive_fault: q11 is hot" in answer.message
+
+    rig.probe.wait_for(refused, "a refusal because of the drives")
+    rig.probe.publish(DRIVES_STATE, String(data=ALL_WELL))
+    rig.expect_latched_until_reset("drive_fault")
+
+
+def test_states_that_do_not_come_any_more_are_a_fault(bench: Bench, motion: MiddleMotion) -> None:
+    rig = Rig(bench, motion, state_deadline_ms=300.0, last_sample=7)
+    # a run that has come to its last sample misses nothing: two reports on health are a second apart
+    rig.sample = 6
+    assert rig.command(rig.publish()) != ZERO
+    for _ in range(2):
+        status, _ = rig.probe.health(rig.node)
+        assert status.level == DiagnosticStatus.OK
+    rig.sample = 0
+    rig.begin()
+    sample = rig.publish()
+    assert rig.command(sample) != ZERO
+    assert rig.next_fault() == f"state_stale: no joint states after sample {sample} within 300 ms"
+    rig.probe.wait_for(lambda: tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO, "zero torque as the last word")
+    assert rig.probe.samples(TORQUE_COMMAND)[-1] == sample
+    rig.probe.spin_for(0.25)
+    assert "no sample has been complete" in rig.probe.reset(rig.node).message
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

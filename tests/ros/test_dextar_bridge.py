@@ -17,10 +17,13 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from graph_probe import Bench, ChildProcess
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    ALL_WELL,
+    DRIVES_STATE,
     FAULTS,
     MOTOR_STATES,
     TORQUE_COMMAND,
@@ -52,7 +55,7 @@ class Rig:
         self.probe = bench.probe()
         self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
         self.probe.listen(MOTOR_STATES, callback=self._on_states)
-        self.probe.join("dextar_bridge", [TORQUE_COMMAND], [FAULTS])
+        self.probe.join("dextar_bridge", [TORQUE_COMMAND, FAULTS], [FAULTS, DRIVES_STATE])
 
     def _on_states(self, message: Any) -> None:
         self.states.append(message)
@@ -76,6 +79,11 @@ class Rig:
 
     def faults(self) -> list[str]:
         return [message.data.partition(":")[0] for message in self.probe.got(FAULTS)]
+
+    def wait_for_state(self, text: str) -> None:
+        """Wait until drives/state begins with a text."""
+        told = self.probe.got(DRIVES_STATE)
+        self.probe.wait_for(lambda: bool(told) and told[-1].data.startswith(text), f"drives/state {text}")
 
     def wait_for_effort(self, torque: tuple[float, float]) -> None:
         self.probe.wait_for(
@@ -110,6 +118,8 @@ def activated(rig: Rig) -> None:
 
 def test_a_life_from_configure_to_cleanup(rig: Rig) -> None:
     assert rig.state() == State.PRIMARY_STATE_UNCONFIGURED
+    # what cannot be done in this state is refused, and is not the end of the node
+    assert not rig.change(Transition.TRANSITION_DEACTIVATE)
     assert rig.change(Transition.TRANSITION_CONFIGURE)
     assert rig.state() == State.PRIMARY_STATE_INACTIVE
     assert rig.states == []
@@ -158,11 +168,39 @@ def test_a_stale_command_is_zero_torque_until_reset(rig: Rig) -> None:
     count = len(rig.states)
     rig.probe.wait_for(lambda: len(rig.states) > count + 20, "more samples")
     assert {tuple(message.effort) for message in rig.states[count + 2 :]} == {(0.0, 0.0)}
+    rig.wait_for_state("command_stale: ")
     answer = rig.ask("reset")
     assert answer.success
     assert answer.message.startswith("cleared command_stale: ")
+    # the quick stop has switched the drives off, and nothing enables by itself
+    rig.wait_for_state("drives_off: dextar_bridge/enable ")
+    count = len(rig.states)
+    rig.probe.wait_for(lambda: len(rig.states) > count + 20, "more samples")
+    assert {tuple(message.effort) for message in rig.states[count:]} == {(0.0, 0.0)}
+    assert rig.ask("enable").success
+    rig.wait_for_state(ALL_WELL)
     rig.wait_for_effort(rig.torque)
     assert rig.faults() == ["command_stale"]
+
+
+def test_a_fault_of_another_node_stops_the_drives(rig: Rig) -> None:
+    # while there is no power there is nothing to stop
+    rig.probe.publish(FAULTS, String(data="tracking_lost: early"))
+    activated(rig)
+    rig.wait_for_state(ALL_WELL)
+    rig.torque = (0.5, 0.5)
+    rig.wait_for_effort(rig.torque)
+    rig.probe.publish(FAULTS, String(data="tracking_lost: 60 mm"))
+    rig.wait_for_state("tracking_lost: 60 mm")
+    rig.wait_for_effort((0.0, 0.0))
+    answer = rig.ask("enable")
+    assert (answer.success, answer.message) == (False, "reset first: tracking_lost: 60 mm")
+    assert rig.ask("reset").success
+    assert rig.ask("enable").success
+    rig.wait_for_effort(rig.torque)
+    assert rig.change(Transition.TRANSITION_DEACTIVATE)
+    rig.wait_for_state("drives_off: dextar_bridge is not active")
+    assert "command_stale" not in rig.faults()
 
 
 def test_an_emergency_stop_needs_reset_and_enable(rig: Rig) -> None:

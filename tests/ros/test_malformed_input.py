@@ -26,6 +26,7 @@ from fivebar_description.interface import (
     START_STAMP_NS,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    UNIFIED_TORQUE,
     VHC_TORQUE,
     Topic,
     sample_stamp_ns,
@@ -46,6 +47,7 @@ PARTS = {
     "supervisor": Part({JOINT_STATES: STATE}, SUPERVISOR_STATE),
     "ctc_controller": Part({JOINT_STATES: STATE, REFERENCE: STATE}, CTC_TORQUE),
     "vhc_controller": Part({JOINT_STATES: STATE, REFERENCE: STATE}, VHC_TORQUE),
+    "unified_controller": Part({JOINT_STATES: STATE, REFERENCE: STATE}, UNIFIED_TORQUE),
     "imu_listener": Part({IMU_DATA: ("linear_acceleration",), REFERENCE: STATE}, IMU_ERROR),
     "blender": Part(
         {

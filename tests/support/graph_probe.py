@@ -56,7 +56,10 @@ def node_modules() -> dict[str, str]:
     """Return every executable that is a node, with its module, as the packages announce them."""
     packages = ("fivebar_control", "fivebar_sim", "fivebar_bringup")
     entries = [entry for name in packages for entry in distribution(name).entry_points.select(group="console_scripts")]
-    return {entry.name: entry.module for entry in entries if ".nodes." in entry.module}
+    nodes = {entry.name: entry.module for entry in entries if ".nodes." in entry.module}
+    # a process for others, no node itself
+    del nodes["node_group"]
+    return nodes
 
 
 def clean_environment(domain: int, folder: Path) -> dict[str, str]:

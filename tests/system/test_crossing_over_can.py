@@ -1,92 +1,164 @@
-"""The whole graph over the emulated bus: estimator, controllers, bridge and drives cross the singularity twice."""
+"""The rehearsal of an experiment: estimator, controllers, bridge, bus and emulated drives, by the clock."""
 
 from __future__ import annotations
 
-import math
-import os
-import random
-import sys
-import time
-from itertools import pairwise
+import signal
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
+import pytest
 import yaml
+from fivebar_command import RUN_DEADLINE, FivebarCommand
 from graph_probe import Bench
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 
-from fivebar_control.model.kinematics import state_from_joints
-from fivebar_description.interface import FAULTS, JOINT_STATES, REFERENCE, RUN_READY
-from fivebar_description.parameters import load_robot
-from fivebar_description.ros.messages import stamp_of
-from fivebar_description.share import share_file
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
+from fivebar_bringup.rehearsal import write_drive_files
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_control.hardware.configuration import load_drives
+from fivebar_control.hardware.units import position_rad, scale_of
+from fivebar_description.interface import (
+    FAULTS,
+    GROUND_TRUTH,
+    MOTOR_STATES,
+    TORQUE_COMMAND,
+    TORQUE_REQUESTED,
+)
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.drives.configuration import load_emulation
 
-RATE_HZ = 100
-"""Slow enough for a machine that has other work to do."""
+PRIORITY = ("--priority", "20")
+"""Real-time scheduling where it is granted: the clock waits for nobody, whatever else the machine has to do."""
 
-LAST = 2 * RATE_HZ
-COUNTS, DELAY, LIMIT = 262144, 1, 5.0
-
-
-def drive_files(folder: Path) -> tuple[Path, Path]:
-    """The shipped files of the drives and of the bridge, at this rate and on a bus of this test's own."""
-    rng = random.Random(os.getpid() ^ time.monotonic_ns())
-    channel = f"239.76.{rng.randrange(256)}.{rng.randrange(1, 255)}"
-    bus = {"interface": "udp_multicast", "channel": channel, "port": rng.randrange(20000, 60000)}
-    paths = []
-    for package, more in (("fivebar_sim", {}), ("fivebar_control", {"gather_deadline_us": 9000})):
-        content = yaml.safe_load(share_file(package, "config", "drives", "dextar_emulated.yaml").read_text())
-        paths.append(folder / f"{package}.yaml")
-        changes: dict[str, Any] = {"bus": bus, "sync_period_us": 1_000_000 // RATE_HZ, **more}
-        paths[-1].write_text(yaml.safe_dump({**content, **changes}))
-    return paths[0], paths[1]
+ZERO = (0.0, 0.0)
 
 
-def test_the_middle_crossing(tmp_path: Path) -> None:
-    emulation, drives = drive_files(tmp_path)
-    plan = {"rate_hz": RATE_HZ, "lead_samples": DELAY}
-    nodes: dict[str, dict[str, Any]] = {
-        "trajectory_generator": plan,
-        "supervisor": plan,
-        "ctc_controller": plan,
-        "vhc_controller": plan,
-        "blender": {"rate_hz": RATE_HZ},
-        "state_estimator": {
-            "rate_hz": RATE_HZ, "encoder_counts": COUNTS, "delay_samples": DELAY, "torque_limit": LIMIT,
-        },
-        "dextar_bridge": {"rate_hz": RATE_HZ, "drives": str(drives), "command_timeout_ms": 500.0},
-    }  # fmt: skip
+def rehearse(fivebar: Callable[..., FivebarCommand], *options: str) -> FivebarCommand:
+    arguments = ("run", "middle_robot", "--hardware", "emulated", "--json", "--out", "out")
+    return fivebar(*arguments, *PRIORITY, *options)
+
+
+def bag_of(call: FivebarCommand) -> Recording:
+    return read_bag(call.folder / "out" / "bag")
+
+
+def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand]) -> None:
+    call = rehearse(fivebar)
+    assert call.finish() == 0, call.stdout + call.stderr
+    call.expect_no_process(0.0)
+    summary = call.json()
+    print({key: summary[key] for key in ("overruns", "tracking_error_peak_m", "estimate_error_max_m")})
+    assert summary["completed"] is True
+    assert summary["mode"] == "realtime"
+    assert (summary["samples"], summary["assembly_mode_changes"]) == (201, 2)
+    # counted, on the clock of this machine
+    assert isinstance(summary["overruns"], int)
+    assert summary["tracking_error_peak_m"] < 0.01
+    assert 0.0 < summary["estimate_error_max_m"] < 0.002
+    assert 0.1 < max(summary["torque_peak_nm"]) < 5.0
+    bag = bag_of(call)
+    # the exact state is for the judge: the controllers had steps of an encoder of 20000 counts
+    counts = bag.field(MOTOR_STATES, "position")[:, 0] * 20_000 / 6.283185307179586
+    assert abs(counts - counts.round()).max() < 1e-6
+    assert bag.count(GROUND_TRUTH) >= 201
+    assert bag.count(TORQUE_REQUESTED) >= 201
+
+
+def test_a_fault_that_is_injected_on_the_way(fivebar: Callable[..., FivebarCommand]) -> None:
+    call = rehearse(fivebar, "--inject", "0.3 fault 2")
+    assert call.finish() == 1, call.stderr
+    call.expect_no_process(0.0)
+    summary = call.json()
+    assert summary["faults"] == ["drive_fault"]
+    bag = bag_of(call)
+    assert "q21 (node 2)" in bag.texts(FAULTS)[0]
+    assert tuple(bag.field(TORQUE_COMMAND, "effort")[-1]) == ZERO
+    # sample 30 is at 0.3 s; three cycles later nothing pushes any more
+    assert not bag.field(GROUND_TRUTH, "effort")[35:].any()
+    assert bag.field(GROUND_TRUTH, "effort")[10:30].any()
+
+
+def test_a_killed_node_is_told_and_stops_the_robot(fivebar: Callable[..., FivebarCommand]) -> None:
+    call = rehearse(fivebar, "--inject", "0.3 kill dextar_bridge")
+    assert call.finish() == 1, call.stderr
+    call.expect_no_process(0.0)
+    summary = call.json()
+    assert summary["faults"][0] in ("node_died", "state_stale")
+    assert "node_died: dextar_bridge" in " ".join(summary["fault_details"])
+    assert tuple(bag_of(call).field(TORQUE_COMMAND, "effort")[-1]) == ZERO
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -> None:
     with Bench(tmp_path) as bench:
-        emulated = bench.run([str(Path(sys.executable).parent / "emulated_drives"), str(emulation)])
-        for node, parameters in nodes.items():
-            bench.start(node, **parameters)
         probe = bench.probe()
-        probe.listen(FAULTS, JOINT_STATES, REFERENCE)
-        probe.wait_for(lambda: set(nodes) <= {message.data for message in probe.got(RUN_READY)}, "all nodes", 60.0)
-        probe.wait_for(lambda: "ready" in emulated.stdout, "the drives")
-        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
-            request = ChangeState.Request(transition=Transition(id=transition))
-            assert probe.call(ChangeState, "/dextar_bridge/change_state", request).success
+        probe.listen(MOTOR_STATES)
+        slow = load_scenario("middle_robot").model_copy(update={"name": "slow", "segment_duration": 3.0})
+        (tmp_path / "slow.yaml").write_text(slow.to_yaml())
+        arguments = ("run", "slow.yaml", "--hardware", "emulated", "--json", "--out", "out", *PRIORITY)
+        call = FivebarCommand(tmp_path, *arguments, "--domain", str(bench.domain), domain=bench.domain)
+        try:
+            probe.wait_for(lambda: len(probe.got(MOTOR_STATES)) > 30, "the motion", RUN_DEADLINE)
+            call.send(number)
+            assert call.finish() == 1
+            summary = call.json()
+            assert summary["faults"] == ["interrupted"]
+            assert tuple(bag_of(call).field(TORQUE_COMMAND, "effort")[-1]) == ZERO
+            call.expect_no_process(0.0)
+        finally:
+            call.close()
 
-        def ended() -> bool:
-            return bool(probe.got(FAULTS)) or (probe.samples(JOINT_STATES, RATE_HZ) or [0])[-1] == LAST
 
-        probe.wait_for(ended, f"sample {LAST}", 60.0)
-        assert [message.data for message in probe.got(FAULTS)] == []
-        robot = load_robot()
-        references = {stamp_of(message): message.position for message in probe.got(REFERENCE)}
-        states = [state_from_joints(robot, *one.position, *one.velocity) for one in probe.got(JOINT_STATES)]
-        folds = [math.sin(q21 + q22 - q11 - q12) for q11, q12, q21, q22 in
-                 (one.position for one in probe.got(JOINT_STATES))]  # fmt: skip
-        # the last messages of one topic may come before those of another
-        errors = [
-            math.dist((state.x, state.y), references[stamp_of(message)][:2])
-            for state, message in zip(states, probe.got(JOINT_STATES), strict=True)
-            if stamp_of(message) in references
-        ]
-        assert len(errors) > 0.9 * len(states)
-        print(f"largest distance from the reference {max(errors) * 1e3:.2f} mm")
-        assert sum(before * after < 0.0 for before, after in pairwise(folds)) == 2
-        assert min(state.y for state in states) < 0.022
-        assert max(errors) < 0.01
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"estimator": "none"}, "estimator: expected ekf"),
+        ({"delay_samples": 0}, "plant.delay_samples: expected 1"),
+        ({"encoder_counts": None}, "plant.encoder_counts: expected a number"),
+        ({"torque_limit": None}, "plant.torque_limit: expected a number"),
+        ({"rate_hz": 1280}, "rate_hz: expected a divisor of 1000000"),
+    ],
+)
+def test_what_drives_cannot_do_is_refused(tmp_path: Path, change: dict[str, object], reason: str) -> None:
+    content = load_scenario("middle_robot").model_dump(mode="json")
+    for key, value in change.items():
+        (content["plant"] if key in content["plant"] else content)[key] = value
+    with pytest.raises(InputError, match=reason):
+        write_drive_files(Scenario.model_validate(content), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("middle", "--hardware", "emulated"), "expected ekf"),
+        (("middle", "--inject", "1 fault 1"), "expected --hardware emulated"),
+        (("middle_robot", "--hardware", "emulated", "--inject", "soon fault 1"), "expected seconds and one of"),
+        (("middle_robot", "--hardware", "emulated", "--inject", "1 fault 3"), "expected seconds and one of"),
+        (("middle_robot", "--hardware", "emulated", "--inject", "1 kill cook"), "node cook: expected one of"),
+    ],
+)
+def test_bad_input_is_one_line(fivebar: Callable[..., FivebarCommand], arguments: tuple[str, ...], text: str) -> None:
+    call = fivebar("run", *arguments)
+    assert call.finish() == 2
+    assert text in call.stderr
+    assert call.stderr.strip().count("\n") == 0
+
+
+def test_both_files_tell_of_the_same_drives(tmp_path: Path) -> None:
+    scenario = load_scenario("middle_robot")
+    files = write_drive_files(scenario, tmp_path)
+    drives, emulation = load_drives(str(files.drives)), load_emulation(str(files.emulation))
+    assert drives.rate_hz == scenario.rate_hz
+    assert drives.bus.model_dump(exclude={"bitrate"}) == emulation.bus.model_dump()
+    other = write_drive_files(scenario, tmp_path / ".")
+    assert load_drives(str(other.drives)).bus != drives.bus, "two runs never meet"
+    for drive, facts in zip(drives.pair, emulation.pair, strict=True):
+        assert drive.counts_per_revolution == facts.counts_per_revolution == 20_000
+        assert drive.torque_limit_nm == 5.0
+        # one step of 0x6071 is the torque step of the scenario
+        assert drive.rated_torque_nm / 1000 == facts.rated_torque_nm / 1000 == 0.002
+        # whatever way the counts run, the reading is the lower edge of the angles that give it
+        scale = scale_of(drive)
+        counts = 1234 if drive.sign > 0 else -1235
+        assert position_rad(scale, counts) == pytest.approx(1234 * 6.283185307179586 / 20_000)
+    assert yaml.safe_load(files.drives.read_text())["master"]["timeout_ms"] == 30

@@ -19,6 +19,8 @@ from fivebar_description.interface import (
     REFERENCE,
     TOPICS,
     TORQUE_COMMAND,
+    TORQUE_REQUESTED,
+    UNIFIED_TORQUE,
     Topic,
 )
 
@@ -28,7 +30,8 @@ SAMPLES = 501
 STAMPED = [
     topic
     for topic in TOPICS
-    if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu") and topic not in ESTIMATION_TOPICS
+    if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
+    and topic not in (*ESTIMATION_TOPICS, UNIFIED_TORQUE)
 ]
 IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
 
@@ -77,7 +80,7 @@ def test_the_run_is_completed(runs: Runs) -> None:
 
 
 def test_there_are_stamped_topics() -> None:
-    assert {JOINT_STATES, REFERENCE, IMU_DATA, TORQUE_COMMAND} < set(STAMPED)
+    assert {JOINT_STATES, REFERENCE, IMU_DATA, TORQUE_COMMAND, TORQUE_REQUESTED} < set(STAMPED)
 
 
 @pytest.mark.parametrize("other", ["ros again", "offline"])

@@ -11,7 +11,7 @@ from fivebar_command import FivebarCommand
 
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.recording import Recording
-from fivebar_description.interface import ESTIMATION_TOPICS, IMU_ERROR, JOINT_STATES, TOPICS, Topic
+from fivebar_description.interface import ESTIMATION_TOPICS, IMU_ERROR, JOINT_STATES, TOPICS, UNIFIED_TORQUE, Topic
 
 SCENARIO = """
 name: short_encoders
@@ -22,7 +22,7 @@ plant: {torque_quantum: 0.002, encoder_counts: 20000, delay_samples: 2}
 estimator: ekf
 """
 SAMPLES, DELAY = 251, 2
-STAMPED = [topic for topic in TOPICS if topic.type == "sensor_msgs/msg/JointState"]
+STAMPED = [topic for topic in TOPICS if topic.type == "sensor_msgs/msg/JointState" and topic != UNIFIED_TORQUE]
 
 
 @pytest.fixture(scope="module")

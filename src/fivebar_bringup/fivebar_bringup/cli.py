@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.commands import running, studies
+from fivebar_bringup.commands import compare, goto, identify, running, status, studies, sweep
 from fivebar_bringup.commands.app import app
 
-__all__ = ["main", "running", "studies"]
+__all__ = ["compare", "goto", "identify", "main", "running", "status", "studies", "sweep"]
 
 
 def main() -> None:

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from fivebar_description.strict_yaml import InputError
 
@@ -22,14 +23,34 @@ def private_domain() -> Iterator[int]:
     Raises:
         InputError: all domains are held.
     """
-    folder = Path(tempfile.gettempdir()) / f"fivebar-domains-{os.getuid()}"
+    folder = _folder()
     folder.mkdir(mode=0o700, exist_ok=True)
     for domain in PRIVATE_DOMAINS:
         with (folder / str(domain)).open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                continue
-            yield domain
-            return
+            if _take(lock):
+                yield domain
+                return
     raise InputError(f"no free DDS domain between {PRIVATE_DOMAINS.start} and {PRIVATE_DOMAINS.stop - 1}")
+
+
+def held_domains() -> list[int]:
+    """Return the domains that runs of this user hold at the moment."""
+    held = []
+    for path in _folder().glob("*"):
+        with path.open("w") as lock:
+            if path.name.isdecimal() and not _take(lock):
+                held.append(int(path.name))
+    return sorted(held)
+
+
+def _folder() -> Path:
+    return Path(tempfile.gettempdir()) / f"fivebar-domains-{os.getuid()}"
+
+
+def _take(lock: IO[str]) -> bool:
+    """Return whether a lock could be taken; it is held until its file is closed."""
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -5,6 +5,8 @@ The `fivebar` command, the launch file and the page of nodes all start from this
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,14 +14,19 @@ from typing import Any, NamedTuple
 import yaml
 
 from fivebar_bringup.offline import initial_joints
+from fivebar_bringup.rehearsal import Rehearsal
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
     AWAY_TORQUE,
     CANDIDATES,
     CTC_TORQUE,
+    DRIVES_STATE,
     ESTIMATE_COVARIANCE,
+    ESTIMATE_DISTURBANCE,
     ESTIMATION_TOPICS,
     FAULTS,
+    GOAL,
+    GOAL_STATUS,
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
@@ -28,10 +35,12 @@ from fivebar_description.interface import (
     REFERENCE,
     RUN_READY,
     RUN_STATUS,
+    SAFETY_STATE,
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
     TOPICS,
     TORQUE_COMMAND,
+    TORQUE_REQUESTED,
     UNIFIED_TORQUE,
     VHC_TORQUE,
     Topic,
@@ -43,6 +52,13 @@ class Mode(StrEnum):
 
     LOCKSTEP = "lockstep"
     REALTIME = "realtime"
+
+
+class Hardware(StrEnum):
+    """What moves: the simulated robot, or drives on a bus."""
+
+    SIMULATED = "simulated"
+    EMULATED = "emulated"
 
 
 class NodeSpec(NamedTuple):
@@ -65,16 +81,21 @@ class NodeSpec(NamedTuple):
 
 
 PLANT = "plant"
+BRIDGE = "dextar_bridge"
+EMULATED_ROBOT = "emulated_robot"
 RECORDER = "bag_recorder"
 
-REALTIME_DEADLINE_CYCLES = 10
-"""Cycles after which the blender misses a candidate in real time."""
-
 LOCKSTEP_DEADLINE_MS = 2000.0
+"""Longest wait for a candidate where time waits for it (ms)."""
 
 
-def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec, ...]:
+def crossing_graph(
+    scenario: Scenario, mode: Mode, bag: Path, rehearsal: Rehearsal | None = None, drives: str | None = None
+) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of the data's flow.
+
+    With a rehearsal the bridge and emulated drives take the plant's place, with `drives` the bridge to real ones of
+    that configuration, which then waits to be asked.
 
     Raises:
         InputError: the scenario's motion is refused.
@@ -82,9 +103,16 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
     scheme = scenario.scheme()
     blended = scheme.on_locus is not None
     motion = _motion_parameters(scenario)
+    bridged = rehearsal is not None or drives is not None
     nodes = [
         *([_estimator(scenario)] if scenario.estimated else []),
-        NodeSpec("fivebar_control", "trajectory_generator", motion, (JOINT_STATES,), (REFERENCE,)),
+        NodeSpec(
+            "fivebar_control",
+            "trajectory_generator",
+            {**motion, "after_fault": "continue" if mode is Mode.LOCKSTEP else "hold", **_goal_parameters(scenario)},
+            (JOINT_STATES, SAFETY_STATE, GOAL),
+            (REFERENCE, GOAL_STATUS),
+        ),
         NodeSpec(
             "fivebar_control",
             "supervisor",
@@ -109,29 +137,23 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
                     "alpha": scenario.adaptive_gain.alpha,
                     "error_limit": scenario.adaptive_gain.error_limit,
                     "keep_damping": scenario.adaptive_gain.keep_damping,
+                    "disturbance": _disturbance(scenario),
                 },
-                (JOINT_STATES, REFERENCE),
+                _law_inputs(scenario),
                 (VHC_TORQUE,),
             )
         )
     nodes += [
-        _blender(scenario, mode),
-        NodeSpec(
-            "fivebar_control",
-            "imu_listener",
-            {
-                "robot": scenario.robot,
-                "rate_hz": scenario.rate_hz,
-                "working_mode": list(scenario.working_mode),
-                "lead_samples": scenario.lead_samples,
-                **_imu_parameters(scenario),
-            },
-            (IMU_DATA, REFERENCE),
-            (IMU_ERROR,),
-        ),
+        _blender(scenario, mode, endless=bridged),
+        *([] if bridged else [_imu_listener(scenario)]),
     ]
     candidates = {topic for node in nodes for topic in node.publishes} & set(CANDIDATES)
     absent = (*(set(CANDIDATES) - candidates), *(() if scenario.estimated else ESTIMATION_TOPICS))
+    if bridged:
+        # the drives have no accelerometer
+        absent = (*absent, IMU_DATA, IMU_ERROR)
+    if drives is not None:
+        absent = (*absent, GROUND_TRUTH, RUN_STATUS)
     recorded = [topic for topic in TOPICS if topic not in absent]
     recorder = NodeSpec(
         "fivebar_bringup",
@@ -141,11 +163,65 @@ def crossing_graph(scenario: Scenario, mode: Mode, bag: Path) -> tuple[NodeSpec,
         (FAULTS,),
     )
     awaited = [node.executable for node in (*nodes, recorder)]
-    return (*nodes, _plant(scenario, mode, awaited), recorder)
+    if drives is not None:
+        return (*nodes, bridge(scenario, drives, ()), recorder)
+    if rehearsal is None:
+        return (*nodes, _plant(scenario, mode, awaited), recorder)
+    return (*nodes, *_emulated_hardware(scenario, rehearsal, awaited), recorder)
+
+
+def _imu_listener(scenario: Scenario) -> NodeSpec:
+    return NodeSpec(
+        "fivebar_control",
+        "imu_listener",
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "working_mode": list(scenario.working_mode),
+            "lead_samples": scenario.lead_samples,
+            **_imu_parameters(scenario),
+        },
+        (IMU_DATA, REFERENCE),
+        (IMU_ERROR,),
+    )
+
+
+def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
+    """Return the bridge to the drives of a configuration, by name or path; it starts once the awaited are ready."""
+    return NodeSpec(
+        "fivebar_control",
+        BRIDGE,
+        {
+            "rate_hz": scenario.rate_hz,
+            "drives": drives,
+            "command_timeout_ms": scenario.safety.stop_cycles * 1e3 / scenario.rate_hz,
+            "autostart": bool(awaited),
+            "wait_for_nodes": list(awaited) or [""],
+        },
+        (TORQUE_COMMAND, FAULTS, RUN_READY),
+        (MOTOR_STATES, FAULTS, DRIVES_STATE),
+    )
+
+
+def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[str]) -> tuple[NodeSpec, NodeSpec]:
+    robot = NodeSpec(
+        "fivebar_sim",
+        EMULATED_ROBOT,
+        {
+            "rate_hz": scenario.rate_hz,
+            "emulation": str(rehearsal.files.emulation.absolute()),
+            "samples": scenario.plan().path.samples(scenario.rate_hz),
+            "inject": list(rehearsal.inject) or [""],
+            "wait_for_nodes": awaited,
+        },
+        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY),
+        (GROUND_TRUTH, FAULTS, RUN_STATUS),
+    )
+    return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
 
 
 def _away_controller(scenario: Scenario, motion: dict[str, Any]) -> NodeSpec:
-    inputs = (JOINT_STATES, REFERENCE)
+    inputs = _law_inputs(scenario)
     if scenario.scheme().away == "unified":
         parameters = {
             **motion,
@@ -153,22 +229,45 @@ def _away_controller(scenario: Scenario, motion: dict[str, Any]) -> NodeSpec:
             "torque_limit": scenario.plant.torque_limit or 0.0,
         }
         return NodeSpec("fivebar_control", "unified_controller", parameters, inputs, (UNIFIED_TORQUE,))
-    parameters = {**motion, "kp": scenario.gains.kp, "kd": scenario.gains.kd}
+    parameters = {
+        **motion,
+        "kp": scenario.gains.kp,
+        "kd": scenario.gains.kd,
+        "disturbance": _disturbance(scenario),
+    }
     return NodeSpec("fivebar_control", "ctc_controller", parameters, inputs, (CTC_TORQUE,))
+
+
+def _disturbance(scenario: Scenario) -> str:
+    return "estimated" if scenario.makes_up else "none"
+
+
+def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
+    return (JOINT_STATES, REFERENCE, *((ESTIMATE_DISTURBANCE,) if scenario.makes_up else ()))
 
 
 def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
     return {
         "robot": scenario.robot,
         "rate_hz": scenario.rate_hz,
-        "working_mode": list(scenario.working_mode),
+        "working_mode": list(scenario.signs()),
         "waypoints": [coordinate for waypoint in scenario.waypoints for coordinate in waypoint],
         "segment_durations": list(scenario.durations()),
         "time_law": scenario.time_law,
+        "min_authority": scenario.min_authority,
         "zone_rule": scenario.zone.rule,
         "zone_duration_ms": scenario.zone.duration_ms,
         "zone_epsilon": scenario.zone.epsilon,
         "lead_samples": scenario.lead_samples,
+    }
+
+
+def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
+    limit = {} if scenario.torque_limit is None else {"goal_torque_limit": scenario.torque_limit}
+    return {
+        "takes_goals": scenario.controller == "unified",
+        "goal_speed_limit": scenario.safety.joint_speed_limit,
+        **limit,
     }
 
 
@@ -195,14 +294,14 @@ def _estimator(scenario: Scenario) -> NodeSpec:
         },
         # what is on its way to the drives matters only where they are late
         (MOTOR_STATES, *((TORQUE_COMMAND,) if drives.delay_samples else ())),
-        (JOINT_STATES, ESTIMATE_COVARIANCE, FAULTS),
+        (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
     )
 
 
-def _blender(scenario: Scenario, mode: Mode) -> NodeSpec:
-    scheme = scenario.scheme()
+def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
+    scheme, safety = scenario.scheme(), scenario.safety_settings()
     away = AWAY_TORQUE[scheme.away]
-    deadline_ms = LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else REALTIME_DEADLINE_CYCLES * 1e3 / scenario.rate_hz
+    period_ms, cycles = 1e3 / scenario.rate_hz, scenario.safety.stop_cycles
     candidates = (away,) if scheme.on_locus is None else (away, VHC_TORQUE, SUPERVISOR_STATE)
     return NodeSpec(
         "fivebar_control",
@@ -211,12 +310,28 @@ def _blender(scenario: Scenario, mode: Mode) -> NodeSpec:
             "robot": scenario.robot,
             "rate_hz": scenario.rate_hz,
             "candidates": scheme.away if scheme.on_locus is None else "blended",
-            "candidate_deadline_ms": deadline_ms,
-            "tracking_error_limit": scenario.tracking_error_limit,
+            # one cycle less than the drives' side allows, so that the node which knows what is missing says so
+            "candidate_deadline_ms": LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else (cycles - 1) * period_ms,
+            "state_deadline_ms": 0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
+            # a plant ends with the motion, drives go on
+            "last_sample": 0 if endless else scenario.plan().path.samples(scenario.rate_hz),
+            "working_mode": list(scenario.working_mode),
+            "torque_limit": _zero_for_none(safety.torque_limit),
+            "torque_rate_limit": _zero_for_none(safety.torque_rate_limit),
+            "joint_speed_limit": safety.joint_speed_limit,
+            "workspace": [0.0] if safety.workspace is None else list(safety.workspace),
+            "type1_margin": safety.type1_margin,
+            "tracking_error_limit": safety.tracking_error_limit,
+            "rest_speed": safety.rest_speed,
         },
-        (JOINT_STATES, REFERENCE, *candidates, FAULTS),
-        (TORQUE_COMMAND, FAULTS),
+        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE),
+        (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
     )
+
+
+def _zero_for_none(limit: float) -> float:
+    """Return a limit as nodes take it: ROS parameters know neither null nor infinity."""
+    return limit if math.isfinite(limit) else 0.0
 
 
 def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
@@ -232,6 +347,7 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             "publishes": "motor_states" if scenario.estimated else "joint_states",
             "initial_joints": list(initial_joints(scenario)),
             "wait_for_nodes": awaited,
+            "freshness_samples": scenario.safety.stop_cycles - 1,
             "mass_scale": options.mass_scale,
             "inertia_scale": options.inertia_scale,
             "friction_scale": options.friction_scale,
@@ -244,5 +360,11 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             **_imu_parameters(scenario),
         },
         (TORQUE_COMMAND, RUN_READY),
-        (*((MOTOR_STATES, GROUND_TRUTH) if scenario.estimated else (JOINT_STATES,)), IMU_DATA, FAULTS, RUN_STATUS),
+        (
+            *((MOTOR_STATES, GROUND_TRUTH) if scenario.estimated else (JOINT_STATES,)),
+            IMU_DATA,
+            FAULTS,
+            DRIVES_STATE,
+            RUN_STATUS,
+        ),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -12,18 +11,21 @@ from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.controllers.guard import Guard
 from fivebar_control.controllers.laws import CtcLaw, Gains, Supervisor, SupervisorState, UnifiedLaw, on_locus_law
-from fivebar_control.controllers.reference import reference_from_platform
+from fivebar_control.controllers.reference import against_disturbance
 from fivebar_control.controllers.torque import ZERO, Torque
 from fivebar_control.estimation.covariance import Row
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import JointAngles, Platform
+from fivebar_control.trajectory.desired import desired_at
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    ALL_WELL,
     AWAY_TORQUE,
+    DRIVES_STATE,
     ESTIMATE_COVARIANCE,
+    ESTIMATE_DISTURBANCE,
     ESTIMATE_NAMES,
     ESTIMATION_TOPICS,
     FAULTS,
@@ -37,10 +39,12 @@ from fivebar_description.interface import (
     NANOSECONDS,
     REFERENCE,
     REFERENCE_NAMES,
+    SAFETY_STATE,
     SUPERVISOR_NAMES,
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    TORQUE_REQUESTED,
     VHC_TORQUE,
     Topic,
     sample_stamp_ns,
@@ -56,11 +60,13 @@ class Estimated(NamedTuple):
         motors: motor angles (rad) and applied torques (Nm), all that the estimator is given.
         truth: the exact state.
         deviations: standard deviations of the estimate.
+        disturbance: estimated disturbance torques of both motors (Nm).
     """
 
     motors: tuple[tuple[float, float], tuple[float, float]]
     truth: Measurement
     deviations: Row
+    disturbance: tuple[float, float]
 
 
 class Sample(NamedTuple):
@@ -73,6 +79,7 @@ class Sample(NamedTuple):
         reference: of the moment that the joint states are about.
         away: torque of the law away from the locus, or of the only one (Nm).
         vhc: None where the controller has no such law.
+        requested: torque before limits (Nm), None once a fault is latched.
         estimated: None without an estimator.
     """
 
@@ -84,6 +91,7 @@ class Sample(NamedTuple):
     supervisor: SupervisorState
     away: Torque
     vhc: Torque | None
+    requested: Torque | None
     command: Torque
     estimated: Estimated | None = None
 
@@ -97,8 +105,9 @@ class OfflineRun(NamedTuple):
 
 def initial_joints(scenario: Scenario) -> JointAngles:
     """Return the posture in which a scenario starts."""
-    (x, y), (mode1, mode2) = scenario.waypoints[0], scenario.working_mode
-    return inverse_geometry(scenario.five_bar(), mode1, mode2, x, y)
+    robot, plan = scenario.five_bar(), scenario.plan()
+    legs = desired_at(robot, plan, 0.0, plan.path.at(0.0)).state[:2]
+    return JointAngles(legs[0].q1, legs[0].q2, legs[1].q1, legs[1].q2)
 
 
 def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample: None) -> OfflineRun:
@@ -110,7 +119,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     scheme = scenario.scheme()
     supervise = Supervisor(plan, rate_hz, scheme.weighting)
     away_law = (
-        UnifiedLaw(robot, scenario.unified_settings())
+        UnifiedLaw(robot, scenario.unified_settings(), rate_hz)
         if scheme.away == "unified"
         else CtcLaw(robot, Gains(gains.kp, gains.kd))
     )
@@ -127,7 +136,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         if scheme.on_locus is not None
         else None
     )
-    guard = Guard(scenario.tracking_error_limit)
+    guard = Guard(robot, scenario.working_mode, rate_hz, scenario.safety_settings())
     estimator = (
         StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf.as_settings())
         if scenario.estimated
@@ -144,28 +153,29 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
             motors = measured.of_motors()
             estimate = estimator.take(number, *motors[0], *motors[1])
             if estimator.fault is not None and guard.fault is None:
-                guard.trip(*estimator.fault)
+                guard.trip(estimator.fault)
                 faults.append(str(estimator.fault))
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
-            estimated = Estimated(motors, plant.truth(), estimate.deviations)
+            estimated = Estimated(motors, plant.truth(), estimate.deviations, estimate.disturbance)
         state = state_from_joints(robot, *measured.position, *measured.velocity)
         moment = number + lead
         platform = plan.path.at(moment / rate_hz)
-        reference = reference_from_platform(robot, plan.mode1, plan.mode2, platform)
+        reference = desired_at(robot, plan, moment / rate_hz, platform)
+        if estimated is not None and scenario.makes_up:
+            reference = against_disturbance(reference, *estimated.disturbance)
         supervisor = supervise(moment, state)
         away = away_law(moment, state, reference)
         vhc = vhc_law(moment, state, reference) if vhc_law is not None else None
-        error = math.hypot(state.x - platform.x, state.y - platform.y)
         # the reference of the first moments comes too late for anybody to compare it
         imu_error = imu_check.error(imu.acceleration, plan.path.at(number / rate_hz)) if number >= lead else None
         tripped = guard.fault is not None
-        if vhc is None:
-            command = guard.command(number, error, 0.0, away, away)
-        else:
-            command = guard.command(number, error, supervisor.sigma, away, vhc)
+        sigma, on_locus = (0.0, away) if vhc is None else (supervisor.sigma, vhc)
+        requested, command = guard.command(number, state, (platform.x, platform.y), sigma, away, on_locus)
         if guard.fault is not None and not tripped:
             faults.append(str(guard.fault))
-        samples.append(Sample(number, measured, imu, imu_error, platform, supervisor, away, vhc, command, estimated))
+        samples.append(
+            Sample(number, measured, imu, imu_error, platform, supervisor, away, vhc, requested, command, estimated)
+        )
         if estimator is not None:
             estimator.commanded(number, *command)
         progress(number)
@@ -182,7 +192,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     """Write a run as the bag that the node graph would have left; log times are the stamps."""
     away = AWAY_TORQUE[scenario.scheme().away]
     topics = [JOINT_STATES, IMU_DATA, REFERENCE, away, SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
-    topics += [IMU_ERROR, FAULTS]
+    topics += [TORQUE_REQUESTED, IMU_ERROR, FAULTS, SAFETY_STATE, DRIVES_STATE]
     if run.samples[0].vhc is not None:
         topics.append(VHC_TORQUE)
     if scenario.estimated:
@@ -203,6 +213,11 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         bag.write(TORQUE_COMMAND, stamp, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=ZERO))
         for fault in run.faults:
             bag.write(FAULTS, stamp, serialize.string(fault))
+        first = sample_stamp_ns(0, rate_hz)
+        for topic in (SAFETY_STATE, DRIVES_STATE):
+            bag.write(topic, first, serialize.string(ALL_WELL))
+        for fault in run.faults[:1]:
+            bag.write(SAFETY_STATE, stamp, serialize.string(fault))
         bag.close({"dropped": "0"})
 
 
@@ -220,16 +235,19 @@ def _messages(sample: Sample, stamp: int, away: Topic) -> list[tuple[Topic, byte
         (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
         (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),
     ]
+    if sample.requested is not None:
+        messages.append((TORQUE_REQUESTED, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.requested)))
     if sample.imu_error is not None:
         messages.append((IMU_ERROR, serialize.float64(sample.imu_error)))
     if sample.vhc is not None:
         messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.vhc)))
     if sample.estimated is not None:
-        (angles, torques), truth, deviations = sample.estimated
+        (angles, torques), truth, deviations, disturbance = sample.estimated
         messages += [
             (MOTOR_STATES, serialize.joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)),
             (GROUND_TRUTH, serialize.joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)),
             (ESTIMATE_COVARIANCE, serialize.joint_state(stamp, ESTIMATE_NAMES, deviations)),
+            (ESTIMATE_DISTURBANCE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=disturbance)),
         ]
     return messages
 

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 from fivebar_bringup.bag.recording import BagError
 from fivebar_bringup.domain import private_domain
 from fivebar_bringup.graph import Mode, crossing_graph
+from fivebar_bringup.injection import Injection, kills
 from fivebar_bringup.launcher import Progress, run_graph
 from fivebar_bringup.offline import simulate, write_bag
+from fivebar_bringup.processes import Scheduling, processes
+from fivebar_bringup.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.run_directory import RunDirectory, new_run_directory
@@ -23,21 +28,33 @@ class RunFailed(Exception):
 
 
 def run_with_ros(
-    scenario: Scenario, mode: Mode, out: Path | None, domain: int | None, progress: Progress
+    scenario: Scenario,
+    mode: Mode,
+    out: Path | None,
+    domain: int | None,
+    progress: Progress,
+    scheduling: Scheduling | None = None,
+    composed: bool = True,
+    rehearse: Sequence[Injection] | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
+    `rehearse` are the faults to inject where bridge and emulated drives take the plant's place, None for the plant.
+
     Raises:
-        InputError: the motion is refused or the output directory cannot be used.
+        InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
         RunFailed: the run left no bag that can be reported on.
     """
     run = new_run_directory(out, scenario)
-    nodes = crossing_graph(scenario, mode, run.bag)
-    if domain is None:
-        with private_domain() as free:
-            outcome = run_graph(nodes, run, free, progress)
-    else:
-        outcome = run_graph(nodes, run, domain, progress)
+    rehearsal = None
+    if rehearse is not None:
+        orders = tuple(str(injection) for injection in rehearse if injection.victim is None)
+        rehearsal = Rehearsal(write_drive_files(scenario, run.path), orders)
+    nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
+    specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
+    to_kill = kills(rehearse or (), specs, scenario.rate_hz)
+    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill)
     _write_timing(
         run,
         {
@@ -45,6 +62,7 @@ def run_with_ros(
             "mode": mode.value,
             "wall_s": outcome.wall_s,
             "overruns": outcome.overruns if mode is Mode.REALTIME else None,
+            "latency_ms": outcome.latency_ms,
             "faults": outcome.faults,
         },
     )
@@ -66,7 +84,7 @@ def run_offline(scenario: Scenario, out: Path | None, progress: Progress) -> tup
     result = simulate(scenario, lambda sample: progress(sample, last))
     wall_s = time.monotonic() - began
     write_bag(result, scenario, run.bag)
-    _write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "overruns": None, "faults": []})
+    _write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": []})
     return run, write_report(run)
 
 

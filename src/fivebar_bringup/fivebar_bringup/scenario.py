@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Literal
 
 import yaml
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
 from fivebar_control.controllers.laws import SCHEMES, Scheme
+from fivebar_control.controllers.safety import Area, SafetySettings
 from fivebar_control.controllers.unified import UnifiedSettings
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import Drives
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
-from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import MIN_AUTHORITY, Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_description.imu import ImuDescription
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
@@ -25,6 +27,7 @@ from fivebar_sim.options import ImuOptions, PlantOptions
 
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
+Mode = Annotated[tuple[Sign, Sign], Field(strict=False)]
 Gain = NotNegative
 
 
@@ -55,6 +58,8 @@ class UnifiedSection(StrictModel):
     kp: Gain = UnifiedSettings().kp
     kd: Gain = UnifiedSettings().kd
     weight: Positive = UnifiedSettings().weight
+    observer_rate: NotNegative = UnifiedSettings().observer_rate
+    disturbance_limit: NotNegative = UnifiedSettings().disturbance_limit
 
 
 class AdaptiveGainSection(StrictModel):
@@ -87,6 +92,36 @@ class PlantSection(StrictModel):
         return PlantOptions(**self.model_dump())
 
 
+class SafetySection(StrictModel):
+    """Section `safety`: what the last node before the drives allows, see `SafetySettings` for each.
+
+    Attributes:
+        torque_limit: Nm; None for that of the plant.
+        torque_rate_limit: Nm/s; None for no limit.
+        workspace: x_min, x_max, y_min, y_max (m); None for wherever both legs reach.
+        type1_margin: of no effect with `working_modes`, a motion that may meet Type 1.
+        stop_cycles: in real time, cycles within which the robot is stopped once a node is lost.
+    """
+
+    torque_limit: Positive | None = None
+    torque_rate_limit: Positive | None = None
+    joint_speed_limit: Positive = SafetySettings().joint_speed_limit
+    workspace: Annotated[tuple[float, float, float, float], Field(strict=False)] | None = None
+    type1_margin: Annotated[float, Field(ge=0.0, lt=1.0)] = SafetySettings().type1_margin
+    rest_speed: Positive = SafetySettings().rest_speed
+    stop_cycles: Annotated[int, Field(ge=2, le=10_000)] = 3
+
+    @field_validator("workspace")
+    @classmethod
+    def _has_an_inside(cls, bounds: tuple[float, float, float, float] | None) -> Area | None:
+        if bounds is None:
+            return None
+        area = Area(*bounds)
+        if not (area.x_min < area.x_max and area.y_min < area.y_max):
+            raise ValueError("expected x_min < x_max and y_min < y_max")
+        return area
+
+
 class ImuSection(StrictModel):
     """Section `imu`: the simulated IMU, and what the listener knows of it (all but the noise)."""
 
@@ -111,7 +146,10 @@ class ImuSection(StrictModel):
 
 
 class EkfSection(StrictModel):
-    """Section `ekf`: what the estimator assumes; see `EkfSettings` for each."""
+    """Section `ekf`: what the estimator assumes, see `EkfSettings` for each.
+
+    With `feed_forward` the laws that have no observer of their own make up for the disturbance that it finds.
+    """
 
     acceleration_noise: Positive = EkfSettings().acceleration_noise
     disturbance_rate: NotNegative = EkfSettings().disturbance_rate
@@ -119,10 +157,11 @@ class EkfSection(StrictModel):
     homing_tolerance: Positive = EkfSettings().homing_tolerance
     mirror_deviations: NotNegative = EkfSettings().mirror_deviations
     dwell_limit: Positive = EkfSettings().dwell_limit
+    feed_forward: bool = True
 
     def as_settings(self) -> EkfSettings:
         """Return the settings for the estimator."""
-        return EkfSettings(**self.model_dump())
+        return EkfSettings(**self.model_dump(exclude={"feed_forward"}))
 
 
 class Scenario(StrictModel):
@@ -131,10 +170,11 @@ class Scenario(StrictModel):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
     controller: Literal["ctc", "multi_joint", "multi_cartesian", "multi_model_ctc", "unified"] = "multi_cartesian"
     robot: str = "dextar"
-    working_mode: Annotated[tuple[Sign, Sign], Field(strict=False)] = (1, -1)
+    working_mode: Mode = (1, -1)
+    working_modes: Annotated[tuple[Mode, ...], Field(strict=False)] | None = None
     waypoints: Annotated[tuple[Pair, ...], Field(strict=False, min_length=2)]
     segment_duration: Positive | Annotated[tuple[Positive, ...], Field(strict=False)] = 1.0
-    time_law: Literal["quintic", "criterion"] = "quintic"
+    time_law: Literal["quintic", "criterion", "septic"] = "quintic"
     rate_hz: Annotated[int, Field(ge=50, le=10_000)] = 500
     zone: Zone = Zone()
     vhc_resolution: Literal["min_norm", "full_friction", "full_inverse"] = "full_friction"
@@ -145,6 +185,7 @@ class Scenario(StrictModel):
     imu: ImuSection = ImuSection()
     estimator: Literal["none", "ekf"] = "none"
     ekf: EkfSection = EkfSection()
+    safety: SafetySection = SafetySection()
     tracking_error_limit: Positive = 0.05
 
     @field_validator("rate_hz")
@@ -153,6 +194,30 @@ class Scenario(StrictModel):
         if NANOSECONDS % rate_hz != 0:
             raise ValueError("expected a rate that divides 1e9, so that stamps are whole nanoseconds")
         return rate_hz
+
+    @model_validator(mode="after")
+    def _may_meet_type1(self) -> Scenario:
+        if self.working_modes is None:
+            return self
+        if len(self.working_modes) != len(self.waypoints):
+            raise ValueError(
+                f"working_modes: {len(self.working_modes)} given for {len(self.waypoints)} waypoints:"
+                " expected one pair of signs per waypoint"
+            )
+        if self.working_modes[0] != self.working_mode:
+            raise ValueError(
+                f"working_modes: begins with {list(self.working_modes[0])}: expected the working_mode"
+                f" {list(self.working_mode)}, in which the robot starts"
+            )
+        if self.controller != "unified":
+            raise ValueError(
+                f"working_modes: controller {self.controller} cannot meet Type 1: expected controller unified"
+            )
+        if self.estimated:
+            raise ValueError(
+                "working_modes: estimator ekf follows the platform in one working mode: expected estimator none"
+            )
+        return self
 
     def durations(self) -> tuple[float, ...]:
         """Return one duration (s) per segment.
@@ -180,20 +245,36 @@ class Scenario(StrictModel):
         Raises:
             PlanRefused: the motion cannot be made.
         """
-        return plan_motion(
+        plan = plan_motion(
             self.five_bar(),
-            self.working_mode,
+            self.signs(),
             self.waypoints,
             self.durations(),
             self.rate_hz,
             self.zone.as_rule(),
             self.time_law,
+            self.min_authority,
         )
+        if any(meeting.leg == 2 for meeting in plan.meetings):
+            raise PlanRefused(
+                "working_modes: leg 2 meets Type 1, but it carries the IMU, whose check follows one working mode of"
+                " that leg: expected only leg 1 to be stretched"
+            )
+        return plan
+
+    def signs(self) -> tuple[int, ...]:
+        """Return the working mode as the planner takes it: two signs, or two for every waypoint."""
+        return self.working_mode if self.working_modes is None else tuple(chain.from_iterable(self.working_modes))
 
     @property
     def estimated(self) -> bool:
         """Whether the controllers work from the two motors' encoders alone."""
         return self.estimator == "ekf"
+
+    @property
+    def makes_up(self) -> bool:
+        """Whether the laws make up for the disturbance torques that the estimator finds."""
+        return self.estimated and self.ekf.feed_forward and self.scheme().away == "ctc"
 
     @property
     def lead_samples(self) -> int:
@@ -213,6 +294,30 @@ class Scenario(StrictModel):
         """Return the settings of the law without switching."""
         limit = self.plant.torque_limit
         return UnifiedSettings(**self.unified.model_dump(), torque_limit=math.inf if limit is None else limit)
+
+    @property
+    def torque_limit(self) -> float | None:
+        """Largest torque (Nm) that a motor can get: the lesser of the last node's limit and the drives', if any."""
+        limits = [limit for limit in (self.safety.torque_limit, self.plant.torque_limit) if limit is not None]
+        return min(limits, default=None)
+
+    def safety_settings(self) -> SafetySettings:
+        """Return what the last node before the drives allows."""
+        safety = self.safety
+        return SafetySettings(
+            torque_limit=math.inf if self.torque_limit is None else self.torque_limit,
+            torque_rate_limit=math.inf if safety.torque_rate_limit is None else safety.torque_rate_limit,
+            joint_speed_limit=safety.joint_speed_limit,
+            workspace=None if safety.workspace is None else Area(*safety.workspace),
+            type1_margin=safety.type1_margin if self.working_modes is None else 0.0,
+            tracking_error_limit=self.tracking_error_limit,
+            rest_speed=safety.rest_speed,
+        )
+
+    @property
+    def min_authority(self) -> float:
+        """Least |n . v1| of a crossing; the law without switching does not hold the path by its normal."""
+        return 0.0 if self.scheme().away == "unified" else MIN_AUTHORITY
 
     def scheme(self) -> Scheme:
         """Return how the controller is put together."""

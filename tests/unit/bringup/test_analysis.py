@@ -383,6 +383,8 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "tracking_error_peak_m",
         "planned_samples",
         "planned_mode_changes",
+        "working_mode_changes",
+        "planned_working_mode_changes",
         "dropped_messages",
     ]
 

@@ -19,18 +19,18 @@ from fivebar_bringup.cli import app
 from fivebar_bringup.offline import simulate, write_bag
 from fivebar_bringup.report.criterion_figure import crossing_residuals, reference_residual
 from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.plain_values import finite
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import summarize
+from fivebar_bringup.report.table import Cell, Table
 from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.reproduce import claims_model, claims_simulation, tables
 from fivebar_bringup.reproduce.cases import FULL, QUICK, VARIANTS, Case
 from fivebar_bringup.reproduce.free_dynamics import free_dynamics, rotated
-from fivebar_bringup.reproduce.memory import RunInMemory
 from fivebar_bringup.reproduce.page import html_page
-from fivebar_bringup.reproduce.reproduce import CLAIMS, finite, reproduce
+from fivebar_bringup.reproduce.reproduce import CLAIMS, reproduce
 from fivebar_bringup.reproduce.rows import Row, largest
 from fivebar_bringup.reproduce.runner import Result, run_case, run_cases
-from fivebar_bringup.reproduce.tables import Cell, Table
 from fivebar_bringup.reproduce.verdicts import (
     Judgement,
     Pair,
@@ -49,6 +49,7 @@ from fivebar_bringup.reproduce.verdicts import (
     some_setting_works,
     vanishing,
 )
+from fivebar_bringup.run_in_memory import RunInMemory
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_description.strict_yaml import InputError
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_control.estimation.covariance import ProcessNoise, diagonal, measured, propagated
+from fivebar_control.estimation.covariance import ProcessNoise, diagonal, measured, process_noise, propagated
 
 Matrix = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -32,7 +32,7 @@ def noise_matrix(noise: ProcessNoise) -> Matrix:
 
 def test_noise_of_a_period_is_that_of_white_acceleration_and_walking_disturbances() -> None:
     period, acceleration, rate = 0.002, 0.3, 2.0
-    noise = ProcessNoise(acceleration, rate, period)
+    noise = process_noise(acceleration, rate, period)
     # many small steps, each with white noise on the velocity and on the disturbance
     steps = 400
     h = period / steps
@@ -47,7 +47,7 @@ def test_noise_of_a_period_is_that_of_white_acceleration_and_walking_disturbance
 
 def test_propagation_is_f_p_ft_plus_q_and_stays_symmetric() -> None:
     random = np.random.default_rng(0)
-    noise = ProcessNoise(0.1, 1.0, 0.002)
+    noise = process_noise(0.1, 1.0, 0.002)
     for _ in range(50):
         p, f = random_covariance(random), random.normal(size=(4, 6))
         full = np.vstack([f, np.eye(6)[4:]])

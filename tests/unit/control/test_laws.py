@@ -55,18 +55,32 @@ def test_ctc_law_is_the_same_for_every_sample(dextar: FiveBar, instant: tuple[St
 def test_vhc_law_follows_the_line_of_its_sample(
     resolution: str, dextar: FiveBar, plan: Plan, instant: tuple[State, Reference]
 ) -> None:
+    """The line has the direction of the segment and goes through the reference, wherever that has been held."""
     law = VhcCartesianLaw(dextar, plan, RATE_HZ, GAINS, resolution)
-    lines = {
-        0: Line(0.0, 0.15, 0.0, -1.0),
-        249: Line(0.0, 0.15, 0.0, -1.0),
-        250: Line(0.0, 0.035, 1.0, 0.0),
-        499: Line(0.0, 0.035, 1.0, 0.0),
-        500: Line(0.01, 0.035, 0.0, 1.0),
-        1500: Line(0.01, 0.035, 0.0, 1.0),
+    _, reference = instant
+    place = reference.state.x, reference.state.y
+    directions = {
+        0: (0.0, -1.0),
+        249: (0.0, -1.0),
+        250: (1.0, 0.0),
+        499: (1.0, 0.0),
+        500: (0.0, 1.0),
+        1500: (0.0, 1.0),
     }
-    for sample, line in lines.items():
+    for sample, direction in directions.items():
+        line = Line(*place, *direction)
         wanted = vhc_cartesian_torque(dextar, *instant, line, 2500.0, 100.0, RESOLUTIONS[resolution])
         assert law(sample, *instant) == wanted
+
+
+def test_on_the_plan_the_line_through_the_reference_is_the_segment(dextar: FiveBar, plan: Plan) -> None:
+    law = VhcCartesianLaw(dextar, plan, RATE_HZ, GAINS, "full_friction")
+    state = state_from_platform(dextar, 1, -1, 0.0095, 0.09, 0.02, 0.3)
+    for sample in (500, 700, 1000, 1499):
+        reference = reference_from_platform(dextar, 1, -1, plan.path.at(sample / RATE_HZ))
+        line = Line(0.01, 0.035, 0.0, 1.0)
+        wanted = vhc_cartesian_torque(dextar, state, reference, line, 2500.0, 100.0, RESOLUTIONS["full_friction"])
+        assert law(sample, state, reference) == pytest.approx(wanted, rel=1e-12)
 
 
 def test_an_unknown_resolution_is_refused_with_the_known_ones(dextar: FiveBar, plan: Plan) -> None:
@@ -115,7 +129,8 @@ def test_joint_law_raises_its_gains_only_inside_a_zone_and_after_a_jump(
     state, reference = instant
     tracked = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, -0.3)
     on_track = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.13, 0.0, -0.3, 0.0, 0.0))
-    down, up = Line(0.0, 0.15, 0.0, -1.0), Line(0.01, 0.035, 0.0, 1.0)
+    place = reference.state.x, reference.state.y
+    down, up = Line(*place, 0.0, -1.0), Line(*place, 0.0, 1.0)
 
     def torque(line: Line, factor_p: float, factor_d: float) -> object:
         gains = (2500.0 * factor_p, 100.0 * factor_d)

@@ -142,6 +142,13 @@ def test_type_1_distance_and_margin(dextar: FiveBar) -> None:
     assert type1_margin(state) == pytest.approx(min(abs(math.sin(state.leg1.q2)), abs(math.sin(state.leg2.q2))))
 
 
+@pytest.mark.parametrize("x", [-0.14, 0.14])
+def test_no_margin_where_one_leg_does_not_reach(dextar: FiveBar, x: float) -> None:
+    state = state_from_platform(dextar, 1, -1, x, 0.05, 0.0, 0.0)
+    assert math.isnan(state.leg1.sin_q2) != math.isnan(state.leg2.sin_q2)
+    assert math.isnan(type1_margin(state))
+
+
 def type_3_robot(dextar: FiveBar) -> FiveBar:
     """A five-bar whose legs can both be stretched along x at once: 0.1 + 0.1 = 0.1 + (0.06 + 0.04)."""
 
@@ -153,7 +160,8 @@ def type_3_robot(dextar: FiveBar) -> FiveBar:
 
 def test_every_class_is_told(dextar: FiveBar) -> None:
     regular = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, 0.0)
-    serial = state_from_platform(dextar, 1, -1, -0.059, 0.18, 0.0, 0.0)
+    stretched = dextar.leg1.base_x + 0.18 * math.cos(1.1), 0.18 * math.sin(1.1)
+    serial = state_from_platform(dextar, 1, -1, *stretched, 0.0, 0.0)
     parallel = state_from_platform(dextar, 1, -1, 0.0, math.sqrt(0.0081 - 0.000961), 0.0, 0.0)
     assert classify(dextar, regular).kind is SingularityType.REGULAR
     assert classify(dextar, serial).kind is SingularityType.TYPE_1

@@ -50,6 +50,6 @@ def test_topics_are_relative_and_different() -> None:
 
 def test_rare_messages_wait_for_late_subscribers_and_the_control_path_keeps_eight() -> None:
     latched = {topic.name for topic in TOPICS if topic.qos.transient_local}
-    assert latched == {"faults", "run/status", "run/ready"}
+    assert latched == {"faults", "safety/state", "drives/state", "run/status", "run/ready"}
     for topic in TOPICS:
         assert topic.qos.depth == 8 if topic.name not in latched else topic.qos.depth >= 10

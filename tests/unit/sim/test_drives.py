@@ -218,6 +218,39 @@ def test_a_fault_stops_both_and_needs_reset_and_enable(bench: Bench, bus: DriveB
     assert bus.states == ON
 
 
+def with_option(drives: DriveFile, option: int) -> DriveFile:
+    q11, q21 = (drive.model_copy(update={"quick_stop_option": option}) for drive in drives.pair)
+    return drives.model_copy(update={"drives": drives.drives.model_copy(update={"q11": q11, "q21": q21})})
+
+
+@pytest.mark.parametrize(("option", "ends"), [(0, OFF), (2, OFF), (6, (State.QUICK_STOP, State.QUICK_STOP))])
+def test_a_quick_stop_does_what_its_option_says(bench: Bench, option: int, ends: tuple[State, State]) -> None:
+    """0: no torque at once; 2: the drive brakes, then switches off; 6: it brakes and stays powered."""
+    with DriveBus(with_option(bench.drives, option), bench.open()) as bus:
+        bus.set_up()
+        bus.enable(5.0)
+        push(bus, 12)
+        plant, drives = bench.emulation.plant, bench.emulation.drives
+        before = plant.kinetic_energy()
+        assert before > 1e-4
+        bus.quick_stop()
+        torques = []
+        for _ in range(2):
+            bus.write(PUSH)
+            bus.exchange()
+            torques.append([drive.torque for drive in drives])
+        speeds = plant.joint_velocities[[0, 2]]
+        if option == 0:
+            # the last torque acted until the SYNC that brought the stop
+            assert torques[-1] == [0.0, 0.0]
+        else:
+            assert all(torque * speed < 0.0 for torque, speed in zip(torques[-1], speeds, strict=True))
+        cycles_until(bus, lambda _: bus.states == ends and [drive.torque for drive in drives] == [0.0, 0.0])
+        assert not bus.enabled
+        bus.enable(5.0)
+        assert bus.states == ON
+
+
 def test_a_lost_drive_is_noticed_by_the_age_of_its_heartbeat(bench: Bench, bus: DriveBus) -> None:
     bus.set_up()
     bus.enable(5.0)
@@ -229,6 +262,7 @@ def test_a_lost_drive_is_noticed_by_the_age_of_its_heartbeat(bench: Bench, bus: 
     cycles_until(bus, lambda _: bus.states[0] is State.SWITCH_ON_DISABLED)
     assert not bus.enabled
     # it cannot hear us either, so it stops by itself; once back, its fault is seen
+    settled(lambda: bench.emulation.drives[1].state is PowerState.FAULT)
     bench.emulation.drives[1].inject(Injection.NONE)
     cycles_until(bus, lambda cycle: fault_name(cycle) == "drive_fault")
     bus.reset(5.0)

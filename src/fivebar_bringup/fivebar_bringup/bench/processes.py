@@ -18,9 +18,10 @@ from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.domain import private_domain
 from fivebar_bringup.graph import Mode, crossing_graph
 from fivebar_bringup.launcher import run_graph
+from fivebar_bringup.processes import processes
 from fivebar_bringup.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
-from fivebar_description.interface import JOINT_STATES
+from fivebar_description.interface import FAULTS, JOINT_STATES
 
 HOPS = 3
 """Hops of one cycle: plant to controllers, controllers to blender, blender to plant."""
@@ -29,22 +30,34 @@ RING_DEADLINE = 120.0
 
 
 class GraphSpeed(NamedTuple):
-    """Cycle times (ms), simulated seconds per second, and each node's processor time per cycle (ms), DDS included."""
+    """What a run of the graph took.
+
+    Attributes:
+        cycle_p50_ms, cycle_p99_ms: times between two samples (ms).
+        realtime_factor: simulated seconds per second.
+        missed: samples whose torque came too late, in real time.
+        latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
+        cpu_ms: processor time of each process per cycle (ms), DDS included.
+        faults: what went wrong.
+    """
 
     cycle_p50_ms: float
     cycle_p99_ms: float
     realtime_factor: float
+    missed: int | None
+    latency_ms: dict[str, float] | None
     cpu_ms: dict[str, float]
+    faults: list[str]
 
 
-def graph_speed(scenario: Scenario) -> GraphSpeed:
-    """Run a scenario with the node graph in lockstep and measure it between its first and last status message."""
+def graph_speed(scenario: Scenario, mode: Mode) -> GraphSpeed:
+    """Run a scenario with the node graph, as `fivebar run` does, and measure it."""
     looks: list[tuple[int, dict[str, float]]] = []
     pids: Mapping[str, int] = {}
 
-    def started(processes: Mapping[str, int]) -> None:
+    def started(numbers: Mapping[str, int]) -> None:
         nonlocal pids
-        pids = processes
+        pids = numbers
 
     def look(sample: int, last: int) -> None:
         if 0 < sample < last:
@@ -52,14 +65,20 @@ def graph_speed(scenario: Scenario) -> GraphSpeed:
 
     with tempfile.TemporaryDirectory() as folder, private_domain() as domain:
         run = new_run_directory(Path(folder), scenario)
-        run_graph(crossing_graph(scenario, Mode.LOCKSTEP, run.bag), run, domain, look, started)
-        times = np.diff(read_bag(run.bag).log_times(JOINT_STATES)) / 1e6
+        specs = processes(crossing_graph(scenario, mode, run.bag), mode, scenario.rate_hz)
+        outcome = run_graph(specs, run, domain, look, started)
+        bag = read_bag(run.bag)
+        times = np.diff(bag.log_times(JOINT_STATES)) / 1e6
+        faults = [*outcome.faults, *(bag.texts(FAULTS) if bag.count(FAULTS) else ())]
     (first, before), (last, after) = looks[0], looks[-1]
     return GraphSpeed(
         float(np.percentile(times, 50)),
         float(np.percentile(times, 99)),
         1e3 / scenario.rate_hz / float(np.mean(times)),
+        outcome.overruns,
+        outcome.latency_ms,
         {name: (after[name] - before[name]) / (last - first) * 1e3 for name in pids},
+        faults,
     )
 
 

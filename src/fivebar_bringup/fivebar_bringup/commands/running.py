@@ -21,12 +21,17 @@ from fivebar_bringup.commands.app import (
     input_errors,
     progress_bar,
 )
-from fivebar_bringup.graph import Mode, crossing_graph
+from fivebar_bringup.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.injection import read_injection
+from fivebar_bringup.processes import Scheduling
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.run import run_offline, run_with_ros
 from fivebar_bringup.run_directory import RunDirectory
 from fivebar_bringup.scenario import load_scenario
+from fivebar_description.interface import HIGHEST_PRIORITY
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.drives.commands import USAGE
 
 
 @app.command()
@@ -39,18 +44,52 @@ def run(
         int | None,
         typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one, for this run only]"),
     ] = None,
+    separate: Annotated[
+        bool, typer.Option("--separate", help="With --realtime: every node in a process of its own.")
+    ] = False,
+    priority: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=HIGHEST_PRIORITY,
+            help="With --realtime: priority of the control chain under SCHED_FIFO, 0 for ordinary scheduling. Where the"
+            " system does not grant it, the nodes warn in their logs and go on.",
+        ),
+    ] = 50,
+    processors: Annotated[
+        str, typer.Option(help='With --realtime: processors for the control chain, such as "0,2".')
+    ] = "",
+    hardware: Annotated[
+        Hardware,
+        typer.Option(help="The simulated robot, or the rehearsal of an experiment: bridge, CAN bus, emulated drives."),
+    ] = Hardware.SIMULATED,
+    inject: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="'SECONDS FAULT'",
+            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE.",
+        ),
+    ] = None,
     out: OutOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run SCENARIO with all ROS nodes as processes, record a bag, and write the report.
 
     Example: `fivebar run middle --out runs/first`
+
+    Example: `fivebar run middle_robot --hardware emulated --inject "1.2 fault 1"`
     """
     with input_errors(), ending_on_sigterm():
         loaded = load_scenario(scenario)
-        mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
+        emulated = hardware is Hardware.EMULATED
+        if inject and not emulated:
+            raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
+        mode = Mode.REALTIME if realtime or emulated else Mode.LOCKSTEP
+        injections = [read_injection(text) for text in inject or ()] if emulated else None
         with progress_bar(loaded.name, as_json) as progress:
-            directory, summary = run_with_ros(loaded, mode, out, domain, progress)
+            directory, summary = run_with_ros(
+                loaded, mode, out, domain, progress, Scheduling(priority, processors), not separate, injections
+            )
     _finish(directory, summary, as_json)
 
 

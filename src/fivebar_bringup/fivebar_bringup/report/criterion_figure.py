@@ -22,15 +22,20 @@ def reference_residual(run: Findings) -> FloatArray:
 
     The sign follows t_s, which is continuous but for 1/cond(A) = 1, where the two singular directions change places.
     """
-    modes = run.modes
-    rows = [criterion_residual(run.robot, *modes, Platform(*row)) for row in run.series.reference.tolist()]
+    rows = [
+        criterion_residual(run.robot, *run.plan.modes_at(t), Platform(*row))
+        for t, row in zip(run.series.time.tolist(), run.series.reference.tolist(), strict=True)
+    ]
     return np.array(rows, dtype=np.float64)
 
 
 def crossing_residuals(run: Findings) -> list[float]:
     """Return the reference's m t_s^T xddot (N) at each planned crossing, in order of time."""
-    modes, path = run.modes, run.plan.path
-    return [criterion_residual(run.robot, *modes, path.at(crossing.time)) for crossing in run.plan.crossings]
+    plan = run.plan
+    return [
+        criterion_residual(run.robot, *plan.modes_at(crossing.time), plan.path.at(crossing.time))
+        for crossing in plan.crossings
+    ]
 
 
 def criterion(run: Findings) -> Figure:
@@ -70,6 +75,6 @@ def criterion(run: Findings) -> Figure:
     axes.set_ylabel("force along tₛ in N")
     error_axis(axes, np.concatenate([whole, at_crossings]))
     time_axis([axes], series, run.plan.path.duration)
-    shade_zones(axes, series, "blending zone, σ > 0")
+    shade_zones(axes, series, run.zone_name)
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
     return figure

@@ -69,9 +69,7 @@ def vhc_error(run: Findings) -> Figure:
     panels = figure.subplots(2, 1, sharex=True)
     lengths, unit = suitable_unit(peak(series.vhc_error), "m")
     _zoned_line(panels[0], series, series.vhc_error * lengths, GREEN, "h")
-    panels[0].set_title(
-        f"distance h from the path: up to {engineering(summary.vhc_error_max_m, 'm')} in the blending zones"
-    )
+    panels[0].set_title(f"distance h from the path: up to {engineering(summary.vhc_error_max_m, 'm')} in the zones")
     panels[0].set_ylabel(f"h in {unit}")
     angles, unit = suitable_unit(peak(series.vhc_error_joint), "rad")
     for motor in range(2):
@@ -187,7 +185,7 @@ def _finish(run: Findings, panels: Sequence[Axes]) -> None:
     """Share the time axis and put one legend above the first panel."""
     time_axis(panels, run.series, run.plan.path.duration)
     for number, axes in enumerate(panels):
-        shade_zones(axes, run.series, "blending zone, σ > 0" if number == 0 else None)
+        shade_zones(axes, run.series, run.zone_name if number == 0 else None)
         handles, names = axes.get_legend_handles_labels()
         if names:
             axes.legend(handles, names, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=len(names), borderpad=0.0)

@@ -25,13 +25,18 @@ class Findings(NamedTuple):
 
     @property
     def modes(self) -> tuple[int, int]:
-        """The working mode."""
+        """The working mode at the start."""
         return self.plan.mode1, self.plan.mode2
 
     @property
     def blends(self) -> bool:
         """Whether the controller uses sigma."""
         return self.scenario.scheme().on_locus is not None
+
+    @property
+    def zone_name(self) -> str:
+        """What a figure's legend calls the time with sigma > 0."""
+        return "blending zone, σ > 0" if self.blends else "near the locus, σ > 0"
 
     @property
     def blends_by_condition(self) -> bool:

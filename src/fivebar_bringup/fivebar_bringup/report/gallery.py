@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fivebar_bringup.report import criterion_figure, figures, plane
 from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.picture import Picture
@@ -14,32 +16,43 @@ def draw_pictures(run: Findings) -> list[Picture]:
     if not run.series.sample.size:
         return []
     thesis = counterpart(run.scenario)
+    zones = (
+        "The supervisor blends where it is shaded (σ > 0)."
+        if run.blends
+        else "Shaded is where the supervisor would blend (σ > 0); this controller does not."
+    )
     with house_style():
         survey = plane.survey_run(run)
         drawn = {
             "hero": (
                 plane.hero(run, survey),
-                "The robot as measured, at even steps of its way through the locus, beside the torques that took it"
-                " there and the weight σ that the supervisor gave to the law on the locus.",
+                "The robot as measured, at even steps of its way"
+                + (" through the locus," if run.plan.crossings else ",")
+                + " beside the torques that took it"
+                " there and the weight σ that the supervisor "
+                + ("gave" if run.blends else "would give")
+                + " to the law on the locus.",
             ),
             "torques": (
                 figures.torques(run),
-                "Torques that the motors applied; grey, where the drives gave less, what was asked of them. The"
-                " supervisor blends where it is shaded (σ > 0). The axis is logarithmic on both sides of zero where"
+                "Torques that the motors applied; grey, where the drives gave less, what was asked of them."
+                f" {zones} The axis is logarithmic on both sides of zero where"
                 f" torques exceed 100 Nm. Answers to {thesis.torque}.",
             ),
             "vhc_error": (
                 figures.vhc_error(run),
-                "Signed distance h of the platform from the current path segment, which the Cartesian constraint law"
-                f" keeps at zero (answers to {thesis.vhc_error}), and the motor angles against those of the nearest"
-                f" path point, which the joint-space law does (answers to {thesis.vhc_error_joint}). Strong lines"
-                " where the law on the locus has a say, pale ones elsewhere.",
+                "Signed distance h of the platform from the current straight path segment, which the Cartesian"
+                f" constraint law keeps at zero (answers to {thesis.vhc_error}), and the motor angles against those of"
+                " the nearest path point, which the joint-space law does (answers to"
+                f" {thesis.vhc_error_joint}). Strong lines"
+                + (" where the law on the locus has a say," if run.blends else " where it would have a say,")
+                + " pale ones elsewhere.",
             ),
             "path": (
                 plane.path(run, survey),
-                "Path of the platform, coloured by assembly mode, with the Type 2 locus of the working mode, the"
-                " boundary of the workspace (Type 1) and the robot in up to three measured postures. Answers to"
-                f" {thesis.path}.",
+                "Path of the platform, coloured by assembly mode, with the Type 2 locus of the working mode at the"
+                " start, the boundary of the workspace (Type 1) and the robot in up to three measured postures. Answers"
+                f" to {thesis.path}.",
             ),
             "supervisor": (
                 figures.supervisor(run),
@@ -56,9 +69,14 @@ def draw_pictures(run: Findings) -> list[Picture]:
             ),
             "tracking": (
                 figures.tracking(run),
-                "Platform minus reference. In the zones the constraint acts across the path only, so that the"
-                " platform runs freely along it and the computed torque law catches up afterwards. The thesis"
-                " gives no figure of it.",
+                "Platform minus reference. "
+                + (
+                    "In the zones the constraint acts across the path only, so that the platform runs freely along it"
+                    " and the computed torque law catches up afterwards. "
+                    if run.blends
+                    else ""
+                )
+                + "The thesis gives no figure of it.",
             ),
             "acceleration": (
                 figures.acceleration(run),
@@ -66,4 +84,7 @@ def draw_pictures(run: Findings) -> list[Picture]:
                 f" Answers to {thesis.acceleration}.",
             ),
         }
+        if np.all(np.isnan(run.series.vhc_error)):
+            # a motion without a straight segment keeps to no line
+            del drawn["vhc_error"]
         return [Picture(name, caption, png(figure)) for name, (figure, caption) in drawn.items()]

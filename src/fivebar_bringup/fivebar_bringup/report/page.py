@@ -92,9 +92,11 @@ def _verdict(summary: Summary) -> str:
     if summary.completed:
         asked = summary.torque_saturated_samples
         beyond = f" {asked} samples asked for more torque than the drives can give." if asked else ""
+        turned = summary.working_mode_changes
+        working = f", {turned} of working mode" if turned else ""
         return (
             '<div class="verdict"><strong>Completed</strong>: all'
-            f" {summary.samples} samples, {summary.assembly_mode_changes} changes of assembly mode, no fault."
+            f" {summary.samples} samples, {summary.assembly_mode_changes} changes of assembly mode{working}, no fault."
             f"{beyond}</div>"
         )
     reasons = "".join(f"<li>{escape(reason)}</li>" for reason in summary.not_completed_because)
@@ -106,6 +108,8 @@ def _rows(scenario: Scenario, summary: Summary) -> Iterable[Row]:
     thesis = thesis_figures(scenario)
     cycle = summary.cycle_time_ms
     yield "changes of assembly mode", str(summary.assembly_mode_changes), thesis.mode_changes
+    if summary.planned_working_mode_changes or summary.working_mode_changes:
+        yield "changes of working mode", str(summary.working_mode_changes), None
     yield "largest torque applied, motors 1 and 2", _both(summary.torque_peak_nm, "Nm"), thesis.torque
     yield "largest torque asked for, motors 1 and 2", _both(summary.torque_requested_peak_nm, "Nm"), None
     yield "samples that asked for more than the limit", _count(summary.torque_saturated_samples), None

@@ -28,6 +28,7 @@ from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.wording import plain
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
+from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Segment
 
 LOWEST = -0.045
@@ -37,6 +38,9 @@ FAR = "#8a93a5"
 
 GHOSTS = 6
 """Postures of the robot in the front page's picture."""
+
+CURVE_POINTS = 60
+"""Points of a segment that is no straight line in the plane."""
 
 HERO_WIDTH, HERO_HEIGHT = 14.0, 5.6
 
@@ -85,7 +89,7 @@ def hero(run: Findings, plane: Map) -> Figure:
     weight.set_ylim(-0.06, 1.12)
     weight.set_ylabel("weight σ")
     time_axis((torque, weight), series, run.plan.path.duration)
-    shade_zones(torque, series, "blending zone, σ > 0")
+    shade_zones(torque, series, run.zone_name)
     shade_zones(weight, series, None)
     torque.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
     return figure
@@ -95,6 +99,8 @@ def _headline(run: Findings) -> tuple[str, str]:
     """Return title and subtitle of the front page's picture."""
     summary = run.summary
     subtitle = f"{summary.assembly_mode_changes} changes of assembly mode"
+    if run.plan.working_mode_changes:
+        subtitle += f" and {summary.working_mode_changes} of working mode"
     subtitle += f" with at most {plain(peak(run.series.torque_applied), 'Nm')}"
     if run.limits_bite:
         subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were asked for"
@@ -103,8 +109,13 @@ def _headline(run: Findings) -> tuple[str, str]:
         subtitle += f"; the computed torque law alone asks for up to {asked} on the way"
     if not summary.completed:
         return "The motion was not completed", subtitle
-    crossing = "Through the Type 2 singularity" if run.plan.crossings else "Within one assembly mode"
-    return crossing, subtitle
+    crossed = "Through the Type 2 singularity" if run.plan.crossings else ""
+    stretched = "To the Type 1 singularity" if run.plan.meetings else ""
+    if run.plan.working_mode_changes:
+        stretched = "Through the Type 1 singularity"
+    if crossed and stretched:
+        return "Through the Type 2 and the Type 1 singularity", subtitle
+    return crossed or stretched or "Within one assembly mode", subtitle
 
 
 def _draw_crossing(axes: Axes, run: Findings, plane: Map) -> None:
@@ -136,7 +147,7 @@ def _draw_posture(axes: Axes, run: Findings, row: int, color: str, alpha: float,
     draw_robot(axes, run.robot, (q11, q21), (x, y), color, alpha, zorder=zorder)
 
 
-def _segment(run: Findings) -> Segment:
+def _segment(run: Findings) -> Segment | JointSegment:
     """Return the first segment that crosses the locus, or the first one."""
     crossings = run.plan.crossings
     return run.plan.path.segments[crossings[0].segment if crossings else 0]
@@ -151,10 +162,10 @@ def _rows_of_segment(run: Findings) -> IntArray:
 
 def _even_rows(run: Findings, count: int) -> list[int]:
     """Return rows that are evenly spaced on the way along that segment, as far as the robot went."""
-    rows, line = _rows_of_segment(run), _segment(run).line()
-    x, y = run.series.platform[rows, 0], run.series.platform[rows, 1]
-    way = np.nan_to_num((x - line.x) * line.direction_x + (y - line.y) * line.direction_y)
-    marks = np.linspace(way[0], np.max(way), count)
+    rows = _rows_of_segment(run)
+    steps = np.hypot(*np.diff(np.nan_to_num(run.series.platform[rows, :2]), axis=0).T)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    marks = np.linspace(0.0, way[-1], count)
     return [int(rows[np.argmin(np.abs(way - mark))]) for mark in marks]
 
 
@@ -180,7 +191,7 @@ def _postures(run: Findings) -> list[Posture]:
 
 def _draw_path(axes: Axes, run: Findings, zorder: float) -> None:
     series = run.series
-    corners = np.array(run.scenario.waypoints) * 1e3
+    corners = np.array([run.plan.path.at(t)[:2] for t in _corner_times(run)]) * 1e3
     axes.plot(corners[:, 0], corners[:, 1], color="white", linewidth=6.5, zorder=zorder, solid_capstyle="round")
     axes.plot(corners[:, 0], corners[:, 1], color="#b9c0cc", linewidth=4.5, zorder=zorder + 0.1, solid_capstyle="round")
     for sign, color in ((1.0, BLUE), (-1.0, VERMILION)):
@@ -188,6 +199,15 @@ def _draw_path(axes: Axes, run: Findings, zorder: float) -> None:
         x = np.where(here, series.platform[:, 0], np.nan) * 1e3
         y = np.where(here, series.platform[:, 1], np.nan) * 1e3
         axes.plot(x, y, color=color, linewidth=1.9, zorder=zorder + 0.2)
+
+
+def _corner_times(run: Findings) -> list[float]:
+    """Return the times (s) between which the reference is a straight line: its rests, and much denser on a curve."""
+    times = [0.0]
+    for segment in run.plan.path.segments:
+        count = CURVE_POINTS if isinstance(segment, JointSegment) else 1
+        times += [segment.start_time + segment.duration * step / count for step in range(1, count + 1)]
+    return times
 
 
 def _name_waypoints(axes: Axes, run: Findings) -> None:

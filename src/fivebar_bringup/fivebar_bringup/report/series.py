@@ -10,7 +10,7 @@ import numpy as np
 
 from fivebar_bringup.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.controllers.vhc_cartesian import Line, line_constraint
+from fivebar_control.controllers.vhc_cartesian import line_constraint
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.geometry import inverse_geometry, wrap
 from fivebar_control.model.kinematics import det_a, state_from_joints
@@ -27,7 +27,7 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     SUPERVISOR_NAMES,
     SUPERVISOR_STATE,
-    TORQUE_COMMAND,
+    TORQUE_REQUESTED,
     VHC_TORQUE,
     Topic,
     sample_of_stamp,
@@ -56,7 +56,7 @@ class RunSeries:
         joint_position: [n, 4], q11, q12, q21, q22 (rad).
         joint_velocity: [n, 4], their rates (rad/s).
         torque_applied: [n, 2], torques that the motors had over the period before the sample (Nm).
-        torque_requested: [n, 2], torques commanded in answer to the sample (Nm), before the drives' limits.
+        torque_requested: [n, 2], torques asked for in answer to the sample (Nm), before all limits; NaN after a fault.
         torque_away: [n, 2], candidate of the law away from the locus, or of the only law (Nm).
         torque_vhc: [n, 2], candidate of the controller on the locus (Nm).
         reference: [n, 6], x, y (m), vx, vy (m/s), ax, ay (m/s^2).
@@ -124,10 +124,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
     states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
     platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
     constraint = _rows(
-        [
-            _constraint_errors(robot, plan, plan.path.line_at(t), state)
-            for t, state in zip(time.tolist(), states, strict=True)
-        ],
+        [_constraint_errors(robot, plan, t, state) for t, state in zip(time.tolist(), states, strict=True)],
         3,
     )
     return RunSeries(
@@ -138,7 +135,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         joint_position=position,
         joint_velocity=velocity,
         torque_applied=join.values(exact, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
-        torque_requested=join.values(TORQUE_COMMAND, ACTIVE_JOINTS, "effort"),
+        torque_requested=join.values(TORQUE_REQUESTED, ACTIVE_JOINTS, "effort"),
         torque_away=join.values(AWAY_TORQUE[scenario.scheme().away], ACTIVE_JOINTS, "effort"),
         torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
         reference=reference,
@@ -246,10 +243,13 @@ def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: 
     return errors
 
 
-def _constraint_errors(robot: FiveBar, plan: Plan, line: Line, state: State) -> tuple[float, float, float]:
-    """Return h (m) and, for both motors, q_i1 minus that of the path point nearest to the platform (rad)."""
-    h, _, n_x, n_y = line_constraint(line, state.x, state.y, state.vx, state.vy)
-    on_path = inverse_geometry(robot, plan.mode1, plan.mode2, state.x - h * n_x, state.y - h * n_y)
+def _constraint_errors(robot: FiveBar, plan: Plan, t: float, state: State) -> tuple[float, float, float]:
+    """Return h (m) and, for both motors, q_i1 minus that of the path point nearest to the platform (rad).
+
+    NaN on segments that are no straight lines.
+    """
+    h, _, n_x, n_y = line_constraint(plan.path.line_at(t), state.x, state.y, state.vx, state.vy)
+    on_path = inverse_geometry(robot, *plan.modes_at(t), state.x - h * n_x, state.y - h * n_y)
     return h, _turn(state.leg1.q1 - on_path.q11), _turn(state.leg2.q1 - on_path.q21)
 
 

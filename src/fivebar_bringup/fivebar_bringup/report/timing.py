@@ -19,6 +19,7 @@ class Timing(StrictModel):
         mode: how time passed in the node graph.
         wall_s: how long the run took (s).
         overruns: periods of the clock that went by without a torque for them.
+        latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
         faults: texts of the faults that a launcher sees, such as a node that died.
     """
 
@@ -28,6 +29,7 @@ class Timing(StrictModel):
     mode: Literal["lockstep", "realtime"] | None = None
     wall_s: float | None = None
     overruns: int | None = None
+    latency_ms: dict[str, float] | None = None
     faults: list[str] = Field(default_factory=list)
 
 

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from html import escape
 
 from fivebar_bringup.report.page import CSS
-from fivebar_bringup.report.picture import Picture
+from fivebar_bringup.report.picture import figure_html
+from fivebar_bringup.report.table import TABLE_CSS, Table, table_html
 from fivebar_bringup.reproduce.rows import Row
-from fivebar_bringup.reproduce.tables import Cell, Table
 from fivebar_bringup.reproduce.verdicts import Verdict
 
 MORE_CSS = """
 main { max-width: 1180px; }
 .chip { display: inline-block; padding: .05rem .6rem; border-radius: 1rem; font-size: .86rem; font-weight: 600;
   white-space: nowrap; border: 1.5px solid currentColor; }
-.good { color: var(--good); }
-.bad { color: var(--bad); }
 .row { margin: 0 0 1.6rem; background: var(--card); border: 1px solid var(--line); border-radius: 8px; }
 .row > header { display: flex; flex-wrap: wrap; gap: .3rem .9rem; align-items: baseline; padding: .9rem 1.1rem .3rem; }
 .row h3 { margin: 0; font-size: 1.05rem; flex: 1 1 22rem; }
@@ -27,16 +24,8 @@ main { max-width: 1180px; }
 .row dt { color: var(--soft); }
 .row dd { margin: 0; overflow-wrap: anywhere; }
 .row figure { margin: 0; border: 0; border-top: 1px solid var(--line); border-radius: 0; }
-.dense td, .dense th { padding: .3rem .55rem; font-size: .84rem; white-space: nowrap; }
-.dense td.long { white-space: normal; min-width: 12rem; }
-.note { color: var(--soft); }
-details { margin: .9rem 0; }
-summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
 a { color: inherit; }
 """
-
-LONG = 24
-"""Entries with more characters are broken into lines."""
 
 
 def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
@@ -51,7 +40,7 @@ def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: f
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
 <title>Reproduction: {escape(short)}</title>
-<style>{CSS}{MORE_CSS}</style>
+<style>{CSS}{TABLE_CSS}{MORE_CSS}</style>
 </head>
 <body>
 <main>
@@ -66,7 +55,7 @@ by the rule that stands with it: <span class="chip good">agreed</span> where the
 <h2>Figures and claims</h2>
 {gallery}
 <h2>Tables</h2>
-{"".join(_table(table) for table in tables)}
+{"".join(table_html(table) for table in tables)}
 <h2>Do it again</h2>
 <pre>{escape(command)}</pre>
 </main>
@@ -100,7 +89,7 @@ def _row(row: Row) -> str:
     return (
         f'<section class="row" id="{_anchor(row)}"><header><span class="place">{escape(row.place)}</span>'
         f"<h3>{escape(row.title)}</h3>{_chip(row)}</header>\n<dl>\n{content}\n</dl>\n"
-        f"{''.join(_figure(picture) for picture in row.pictures)}</section>"
+        f"{''.join(figure_html(picture) for picture in row.pictures)}</section>"
     )
 
 
@@ -113,30 +102,3 @@ def _chip(row: Row) -> str:
     verdict = row.judgement.verdict
     kind = "bad" if verdict == Verdict.NOT_REPRODUCED else "good"
     return f'<span class="chip {kind}">{escape(verdict)}</span>'
-
-
-def _figure(picture: Picture) -> str:
-    data = base64.b64encode(picture.png).decode("ascii")
-    return (
-        f'<figure><img alt="{escape(picture.caption, quote=True)}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
-    )
-
-
-def _table(table: Table) -> str:
-    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in table.columns)
-    body = "\n".join(f"<tr>{''.join(_cell(cell) for cell in row)}</tr>" for row in table.rows)
-    inner = (
-        f'<div class="scroll dense"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
-    )
-    if table.folded:
-        return f"<details><summary>{escape(table.title)}</summary>{inner}</details>\n"
-    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
-    return f"<h3>{escape(table.title)}</h3>{note}{inner}\n"
-
-
-def _cell(cell: Cell) -> str:
-    kinds = [kind for kind, holds in (("good", cell.good is True), ("bad", cell.good is False)) if holds]
-    kinds += ["long"] if len(cell.text) > LONG else []
-    attribute = f' class="{" ".join(kinds)}"' if kinds else ""
-    return f"<td{attribute}>{escape(cell.text)}</td>"

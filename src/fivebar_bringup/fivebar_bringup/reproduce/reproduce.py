@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import json
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.bag.tail import replace_file
+from fivebar_bringup.report.plain_values import finite
+from fivebar_bringup.report.table import Table
 from fivebar_bringup.reproduce import claims_experiment, claims_methods, claims_model, claims_simulation, tables
 from fivebar_bringup.reproduce.cases import FULL, QUICK, Case, Extent
 from fivebar_bringup.reproduce.page import html_page
 from fivebar_bringup.reproduce.rows import Claim, Row
 from fivebar_bringup.reproduce.runner import Drawings, Results, run_cases
-from fivebar_bringup.reproduce.tables import Table
 from fivebar_bringup.reproduce.verdicts import Verdict
 from fivebar_bringup.run_directory import new_directory
 from fivebar_description.strict_yaml import InputError
@@ -137,14 +137,3 @@ def _write(directory: Path, page: Path, html: str, content: Mapping[str, Any], r
         replace_file(page, html.encode("utf-8"))
     except OSError as error:
         raise InputError(f"{directory}: the results cannot be written: {error.strerror}") from error
-
-
-def finite(content: Any) -> Any:
-    """Return plain values with None in the place of NaN and infinities, which JSON does not have."""
-    if isinstance(content, float):
-        return content if math.isfinite(content) else None
-    if isinstance(content, Mapping):
-        return {key: finite(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [finite(value) for value in content]
-    return content

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import math
-import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +17,8 @@ from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import Summary, rms, summarize
 from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.reproduce.cases import Case
-from fivebar_bringup.reproduce.memory import RunInMemory
+from fivebar_bringup.run_in_memory import RunInMemory
+from fivebar_bringup.shared_work import share
 from fivebar_control.estimation.imu_check import noise_floor
 from fivebar_control.trajectory.planner import PlanRefused
 
@@ -132,30 +129,12 @@ def run_cases(
         workers: processes to use.
         progress: called with the number of finished cases and of all.
     """
-    results: dict[Case, Result] = {}
-    progress(0, len(cases))
-    if workers < 2:
-        for case, drawings in cases.items():
-            results[case] = run_case(case, drawings)
-            progress(len(results), len(cases))
-        return results
-    # fresh processes: the progress bar has a thread, and a process with threads must not be forked
-    context = multiprocessing.get_context("spawn")
-    others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_prepare_worker) as pool:
-        longest_first = sorted(cases, key=_length, reverse=True)
-        futures = [pool.submit(run_case, case, cases[case]) for case in longest_first]
-        try:
-            for future in as_completed(futures):
-                result = future.result()
-                results[result.case] = result
-                progress(len(results), len(cases))
-        except BaseException:
-            # the pool itself would wait for runs that nobody wants any more
-            for worker in set(multiprocessing.active_children()) - others:
-                worker.terminate()
-            raise
-    return results
+    longest_first = sorted(cases.items(), key=lambda item: _length(item[0]), reverse=True)
+    return {result.case: result for result in share(_run_item, longest_first, workers, progress)}
+
+
+def _run_item(item: tuple[Case, Drawings]) -> Result:
+    return run_case(*item)
 
 
 def run_case(case: Case, drawings: Sequence[str] = ()) -> Result:
@@ -197,7 +176,7 @@ def _noise_outside(series: RunSeries, noise: float) -> float | None:
 def _fraction(run: Findings, number: int) -> float:
     """Return after which fraction of its segment's way a planned crossing comes."""
     crossing = run.plan.crossings[number]
-    segment = run.plan.path.segments[crossing.segment]
+    segment = run.plan.path.straight(crossing.segment)
     line = segment.line()
     way = (crossing.x - segment.start_x) * line.direction_x + (crossing.y - segment.start_y) * line.direction_y
     return way / math.hypot(segment.end_x - segment.start_x, segment.end_y - segment.start_y)
@@ -217,9 +196,3 @@ def _larger(pair: tuple[float | None, float | None]) -> float | None:
 
 def _length(case: Case) -> float:
     return case.duration * len(case.scenario().waypoints)
-
-
-def _prepare_worker() -> None:
-    """Leave Ctrl-C to the parent, and seldom look for garbage: a run is many small tuples and no cycles."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    gc.set_threshold(200_000)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
 
+from fivebar_bringup.report.table import Cell, Table
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.reproduce.cases import (
@@ -44,30 +44,6 @@ LAWS = (
 
 SHORT = (0.3, 0.5, 1.0)
 """Durations (s) of the motions that cross far from half of their way."""
-
-
-class Cell(NamedTuple):
-    """An entry: as a person reads it, as a number or plain value, and whether it is good, bad or neither."""
-
-    text: str
-    value: Any
-    good: bool | None = None
-
-
-class Table(NamedTuple):
-    """A table with its place on the page: name, title, what it shows, columns and rows."""
-
-    name: str
-    title: str
-    note: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    folded: bool = False
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the table as plain values."""
-        rows = [dict(zip(self.columns, (cell.value for cell in row), strict=True)) for row in self.rows]
-        return {"name": self.name, "title": self.title, "rows": rows}
 
 
 def crossing_cases(extent: Extent) -> list[Case]:

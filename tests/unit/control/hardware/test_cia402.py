@@ -47,6 +47,9 @@ STEPS = {
     (State.FAULT, Goal.DISABLED): 0x00,
     (State.UNKNOWN, Goal.DISABLED): 0x00,
     **{(state, Goal.OFF): 0x00 for state in State},
+    **{(state, Goal.QUICK_STOP): 0x00 for state in State},
+    (State.ENABLED, Goal.QUICK_STOP): 0x02,
+    (State.QUICK_STOP, Goal.QUICK_STOP): 0x02,
 }
 
 
@@ -83,6 +86,8 @@ def drive_after(state: State, word: int) -> State:
         return state
     if not word & 0x02:
         return State.SWITCH_ON_DISABLED
+    if not word & 0x04:
+        return State.QUICK_STOP if state is State.ENABLED else state
     low = word & 0x0F
     if low == 0x06:
         return State.READY
@@ -110,6 +115,13 @@ def test_disabling_steps_down_and_off_falls_down() -> None:
         State.ENABLED, State.SWITCHED_ON, State.READY, State.SWITCH_ON_DISABLED,
     ]  # fmt: skip
     assert path_to(Goal.OFF, State.ENABLED) == [State.ENABLED, State.SWITCH_ON_DISABLED]
+
+
+def test_a_quick_stop_is_of_enabled_drives_and_enabling_begins_again_after_it() -> None:
+    assert path_to(Goal.QUICK_STOP, State.ENABLED) == [State.ENABLED, State.QUICK_STOP]
+    assert path_to(Goal.QUICK_STOP, State.SWITCHED_ON) == [State.SWITCHED_ON, State.SWITCH_ON_DISABLED]
+    # bit 1 set, bit 2 clear: the drive stops in its own way and keeps its power until it has
+    assert next_controlword(State.ENABLED, Goal.QUICK_STOP) & 0x06 == 0x02
 
 
 def test_a_fault_is_never_enabled_and_needs_the_whole_sequence() -> None:

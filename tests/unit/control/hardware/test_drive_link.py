@@ -119,6 +119,10 @@ def test_an_emergency_alone_is_a_fault_until_forgotten(link: DriveLink) -> None:
     cycle(link)
     link.take(Emergency(0, 0x4310, 0x09, bytes(5)), 10.0)
     link.take(Emergency(0, 0x0000, 0x00, bytes(5)), 10.0)
+    # the statusword of a fault would come with the next answer
+    cycle(link)
+    assert link.fault(10.0) is None
+    cycle(link)
     fault = link.fault(10.0)
     assert fault is not None
     assert (fault.name, "over-temperature of the drive" in fault.detail) == ("drive_emergency", True)

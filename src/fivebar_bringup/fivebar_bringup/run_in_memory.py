@@ -9,10 +9,12 @@ import numpy as np
 from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.offline import OfflineRun
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.controllers.torque import UNDEFINED
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     AWAY_TORQUE,
     FAULTS,
+    GROUND_TRUTH,
     IMU_DATA,
     JOINT_STATES,
     JOINTS,
@@ -20,19 +22,21 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     SUPERVISOR_NAMES,
     SUPERVISOR_STATE,
-    TORQUE_COMMAND,
+    TORQUE_REQUESTED,
     VHC_TORQUE,
     Topic,
     sample_stamp_ns,
 )
+from fivebar_sim.plant import Measurement
 
 NAMES = {
     JOINT_STATES.name: JOINTS,
+    GROUND_TRUTH.name: JOINTS,
     REFERENCE.name: REFERENCE_NAMES,
     SUPERVISOR_STATE.name: SUPERVISOR_NAMES,
     **{topic.name: ACTIVE_JOINTS for topic in AWAY_TORQUE.values()},
     VHC_TORQUE.name: ACTIVE_JOINTS,
-    TORQUE_COMMAND.name: ACTIVE_JOINTS,
+    TORQUE_REQUESTED.name: ACTIVE_JOINTS,
 }
 
 
@@ -56,11 +60,15 @@ class RunInMemory(Recording):
             (REFERENCE.name, "velocity"): references[:, 2:],
             (SUPERVISOR_STATE.name, "position"): np.array([sample.supervisor for sample in samples]),
             (AWAY_TORQUE[scenario.scheme().away].name, "effort"): np.array([sample.away for sample in samples]),
-            (TORQUE_COMMAND.name, "effort"): np.array([sample.command for sample in samples]),
+            (TORQUE_REQUESTED.name, "effort"): np.array([sample.requested or UNDEFINED for sample in samples]),
         }
         on_locus = [sample.vhc for sample in samples if sample.vhc is not None]
         if on_locus:
             self._fields[VHC_TORQUE.name, "effort"] = np.array(on_locus)
+        exact = [sample.estimated.truth for sample in samples if sample.estimated is not None]
+        if exact:
+            for field in Measurement._fields:
+                self._fields[GROUND_TRUTH.name, field] = np.array([getattr(truth, field) for truth in exact])
 
     def count(self, topic: Topic) -> int:
         """Return the number of messages of a topic."""

@@ -1,0 +1,1 @@
+"""The same motions with every controller, side by side: on an exact robot, and on rigs with what real ones have."""

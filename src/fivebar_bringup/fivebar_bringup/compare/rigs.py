@@ -1,0 +1,99 @@
+"""The rigs that controllers are compared on: how the robot differs from its model, what is measured, which gains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from fivebar_bringup.scenario import GainsSection, PlantSection, Scenario
+
+WRONG = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 0.8}
+ENCODERS = {"encoder_counts": 20_000, "torque_quantum": 0.002, "delay_samples": 1}
+
+ENCODER_GAINS: dict[str, Mapping[str, float]] = {
+    "gains": {"kp": 1600.0, "kd": 80.0, "kp_vhc": 1600.0, "kd_vhc": 80.0},
+    "unified": {"kp": 2500.0, "kd": 100.0},
+}
+"""Sections of the scenario for rigs with encoders. The velocity comes from counts and the torque a sample late, so the
+gains are lower than with exact sensors; with 900 and 60 the blended controllers' errors are twice as large."""
+
+
+class Rig(NamedTuple):
+    """A rig.
+
+    Attributes:
+        name: as in `--rigs`.
+        words: what it is, for a person.
+        plant: section `plant` of its scenarios, without torque limit and seed, which are the given scenario's.
+        estimator: section `estimator`.
+        gains: sections with gains that replace those of the given scenario key by key.
+    """
+
+    name: str
+    words: str
+    plant: Mapping[str, float]
+    estimator: str = "none"
+    gains: Mapping[str, Mapping[str, float]] = {}
+
+
+RIGS = {
+    rig.name: rig
+    for rig in (
+        Rig("ideal", "exact sensors and exact parameters", {}),
+        Rig("wrong", "exact sensors; mass +10 %, inertia −10 %, friction × 0.8", WRONG),
+        Rig(
+            "encoders",
+            "only the motors' encoders, 20 000 counts, their rounding is the noise; torque in steps of 2 mNm, one"
+            " sample of delay; estimator ekf; exact parameters",
+            ENCODERS,
+            "ekf",
+            ENCODER_GAINS,
+        ),
+        Rig(
+            "realistic",
+            "the encoders, torque steps, delay and estimator of the rig encoders with the parameters of the rig wrong",
+            {**ENCODERS, **WRONG},
+            "ekf",
+            ENCODER_GAINS,
+        ),
+    )
+}
+"""By name."""
+
+AS_GIVEN = "as_given"
+"""The plant, estimator and gains of the scenario itself."""
+
+RIG_NAMES = (*RIGS, AS_GIVEN)
+
+
+def rig_words(name: str) -> str:
+    """Return what a rig is."""
+    return RIGS[name].words if name in RIGS else "plant, estimator and gains as the scenario gives them"
+
+
+def on_rig(scenario: Scenario, name: str) -> dict[str, Any]:
+    """Return the content of a scenario with its robot put on a rig."""
+    content = scenario.model_dump()
+    if name == AS_GIVEN:
+        return content
+    rig = RIGS[name]
+    kept = {key: content["plant"][key] for key in ("torque_limit", "seed")}
+    content |= {"plant": {**kept, **rig.plant}, "estimator": rig.estimator}
+    for section, gains in rig.gains.items():
+        content[section] |= gains
+    return content
+
+
+def default_rigs(scenario: Scenario) -> tuple[str, ...]:
+    """Return the rigs for a scenario where none are named: all, and its own plant where that is none of them."""
+    for name in RIGS:
+        content = on_rig(scenario, name)
+        if PlantSection(**content["plant"]) == scenario.plant and content["estimator"] == scenario.estimator:
+            return tuple(RIGS)
+    return RIG_NAMES
+
+
+def gains_used(scenario: Scenario, name: str) -> tuple[GainsSection, tuple[float, float]]:
+    """Return the gains on a rig: those of the blended controllers and of ctc, and kp (1/s^2), kd (1/s) of unified."""
+    content = on_rig(scenario, name)
+    return GainsSection(**content["gains"]), (content["unified"]["kp"], content["unified"]["kd"])

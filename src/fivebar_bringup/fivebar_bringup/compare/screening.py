@@ -1,0 +1,52 @@
+"""What the planner's screen says of the runs: the only place where the comparison meets it."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.trajectory.feasibility import screen
+from fivebar_control.trajectory.limits import Limits, limits_of
+from fivebar_control.trajectory.pacing import NoPace, Task, pace_of, slowest_pace
+from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused
+from fivebar_control.trajectory.reference_torque import Follower
+
+
+def objections(scenario: Scenario, plan: Plan) -> tuple[str, ...]:
+    """Return why the screen refuses a motion under the scenario's torque limit; empty where it does not."""
+    return tuple(screen(scenario.five_bar(), plan, scenario.rate_hz, _follower(scenario), _limits(scenario)).reasons)
+
+
+def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
+    """Return the shortest durations (s) of the segments that the screen allows under the scenario's torque limit.
+
+    They are found for ballistic blending zones.
+
+    Raises:
+        PlanRefused: a segment has none, or the motion is not one of fifth-order segments in one working mode.
+    """
+    if scenario.time_law != QUINTIC or scenario.working_modes is not None:
+        raise PlanRefused("the quickest pace is only known for fifth-order segments in one working mode")
+    robot, mode = scenario.five_bar(), scenario.working_mode
+    task = Task(robot, mode, scenario.rate_hz, _follower(scenario), _limits(scenario))
+    durations = []
+    for number, (start, end) in enumerate(pairwise(scenario.waypoints), start=1):
+        slowest = slowest_pace(task, start, end)
+        if isinstance(slowest, NoPace):
+            raise PlanRefused(f"segment {number}: {slowest.reason}")
+        durations.append(pace_of(task, slowest).fastest)
+    return tuple(durations)
+
+
+def _follower(scenario: Scenario) -> Follower:
+    return Follower(scenario.controller, scenario.vhc_resolution, scenario.unified.weight)
+
+
+def _limits(scenario: Scenario) -> Limits:
+    counts = scenario.plant.encoder_counts
+    return limits_of(
+        _follower(scenario),
+        torque=math.inf if scenario.torque_limit is None else scenario.torque_limit,
+        speed_step=0.0 if counts is None else math.tau * scenario.rate_hz / counts,
+    )

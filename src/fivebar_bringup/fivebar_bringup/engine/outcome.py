@@ -1,0 +1,113 @@
+"""What a compiled run leaves: a few numbers, or a row of them for every sample."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_bringup.report.summary import ERROR_LIMIT, FINAL_ERROR_LIMIT
+
+NO_FAULT = 0
+TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 2, 3, 4, 5
+ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED = 6, 7, 8
+FAULT_NAMES = (
+    "",
+    "torque_undefined",
+    "over_speed",
+    "out_of_workspace",
+    "near_type_1",
+    "tracking_lost",
+    "estimate_lost",
+    "estimate_ambiguous",
+    "plant_diverged",
+)
+"""By the numbers above; the names are those of the node graph."""
+
+
+class Outcome(NamedTuple):
+    """The figures of a run; errors are those of the actual robot, whatever its sensors say.
+
+    Attributes:
+        samples: samples made.
+        fault, fault_sample: number of the first fault (see `FAULT_NAMES`), and of its sample, -1 without one.
+        mode_changes: changes of the sign of det A.
+        error_x, error_y, error_peak: largest tracking error along x, along y, and distance (m).
+        error_final: distance (m) from the reference at the last sample.
+        constraint_error: largest distance (m) from the current path segment while sigma > 0, 0 where that never was.
+        requested1, requested2: largest torque asked of each motor, before all limits (Nm).
+        applied1, applied2: largest torque applied (Nm).
+        saturated: samples that asked for more than the torque limit.
+        work: sum over motors and periods of |torque times angle turned| (J): with drives that recover nothing, the
+            mechanical energy that driving and braking take.
+        sigma_max: largest blending weight.
+        type1_distance: least distance (m) of the platform from a leg's Type 1 boundary.
+        estimate_error: largest distance (m) of the platform that the controllers were told of from where it was at
+            the moment that it was told for; 0 without an estimator.
+        mirror_deviations: fewest standard deviations between the estimate and the other assembly mode, else infinite.
+        loop_gap: largest gap (m) that a step opened, before it was closed.
+    """
+
+    samples: int
+    fault: int
+    fault_sample: int
+    mode_changes: int
+    error_x: float
+    error_y: float
+    error_peak: float
+    error_final: float
+    constraint_error: float
+    requested1: float
+    requested2: float
+    applied1: float
+    applied2: float
+    saturated: int
+    work: float
+    sigma_max: float
+    type1_distance: float
+    estimate_error: float
+    mirror_deviations: float
+    loop_gap: float
+
+
+class TraceRow(NamedTuple):
+    """What a trace holds of each sample.
+
+    Attributes:
+        q11, q12, q21, q22, dq11, dq12, dq21, dq22: exact joints (rad, rad/s).
+        told_x, told_y, told_vx, told_vy: the platform that the controllers were told of (m, m/s).
+        sigma, kappa: the supervisor's state.
+        requested1, requested2: torques asked for in answer to the sample (Nm), NaN once a fault is latched.
+        command1, command2: torques commanded (Nm).
+        applied1, applied2: torques applied over the period before the sample (Nm).
+    """
+
+    q11: float
+    q12: float
+    q21: float
+    q22: float
+    dq11: float
+    dq12: float
+    dq21: float
+    dq22: float
+    told_x: float
+    told_y: float
+    told_vx: float
+    told_vy: float
+    sigma: float
+    kappa: float
+    requested1: float
+    requested2: float
+    command1: float
+    command2: float
+    applied1: float
+    applied2: float
+
+
+def completed(outcome: Outcome, planned_samples: int, planned_mode_changes: int) -> bool:
+    """Return whether a run is completed, by the rule of the summary."""
+    return (
+        outcome.fault == NO_FAULT
+        and outcome.samples == planned_samples
+        and outcome.mode_changes == planned_mode_changes
+        and outcome.error_peak <= ERROR_LIMIT
+        and outcome.error_final <= FINAL_ERROR_LIMIT
+    )

@@ -1,0 +1,1 @@
+"""Motions on request: from where the robot rests to a place in a named assembly mode."""

@@ -1,0 +1,122 @@
+"""What identification came to, beside what it started from."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from fivebar_control.identification.equations import PARAMETERS
+from fivebar_control.identification.identification import Identification, parameter_values
+from fivebar_control.identification.least_squares import CONFIDENCE
+from fivebar_description.parameters import Friction, Inertias, Mass, RobotFile
+
+INTERVALS = f"{100.0 * CONFIDENCE:.0f} % intervals"
+
+UNITS = dict(zip(PARAMETERS, ("kg m²", "kg m²", "kg", "Nm", "Nm", "Nm", "Nm"), strict=True))
+
+
+class Parameter(NamedTuple):
+    """One identified parameter with the half width of its interval and what it was before, in its unit."""
+
+    name: str
+    unit: str
+    value: float
+    half_width: float
+    before: float
+
+    @property
+    def decimals(self) -> int:
+        """Decimal places that show two digits of the interval."""
+        return min(max(1 - math.floor(math.log10(self.half_width)), 0), 9) if self.half_width > 0.0 else 9
+
+    def text(self) -> str:
+        """Return value and interval."""
+        value = round(self.value, self.decimals) + 0.0  # which takes the minus from a zero
+        return f"{value:.{self.decimals}f} ± {self.half_width:.{self.decimals}f}"
+
+    def change(self) -> str:
+        """Return the change in percent, or in the unit where it was zero before."""
+        if self.before == 0.0:
+            return f"{self.value - self.before:+.4f} {self.unit}"
+        return f"{100.0 * (self.value - self.before) / abs(self.before):+.2f} %"
+
+
+class Findings(NamedTuple):
+    """The robot file that was started from, the bag, its length in samples, and what came out."""
+
+    start: RobotFile
+    bag: Path
+    rate_hz: float
+    samples: int
+    found: Identification
+
+    def parameters(self) -> list[Parameter]:
+        """Return the parameters in the order of `PARAMETERS`."""
+        before = parameter_values(self.start.five_bar())
+        values, halves = self.found.fit.values.tolist(), self.found.fit.half_widths.tolist()
+        return [
+            Parameter(name, UNITS[name], *figures)
+            for name, *figures in zip(PARAMETERS, values, halves, before, strict=True)
+        ]
+
+    def robot_file(self) -> RobotFile:
+        """Return the identified robot: lengths and width are those that were started from."""
+        value = {one.name: round(one.value, one.decimals + 1) for one in self.parameters()}
+        friction = {name: value[name] for name in ("f_s11", "f_s21", "f_off11", "f_off21")}
+        return RobotFile(
+            name=f"{self.start.name}_identified",
+            lengths_m=self.start.lengths_m,
+            inertias_kg_m2=Inertias(zz_11R=value["zz_11R"], zz_21R=value["zz_21R"]),
+            mass_kg=Mass(m=value["m"]),
+            friction=Friction(**friction, width_rad_s=self.start.friction.width_rad_s),
+        )
+
+    def encoder(self) -> str:
+        """Return what the readings are."""
+        resolution = self.found.cutoffs.resolution
+        if resolution == 0.0:
+            return "no counts"
+        return f"{2.0 * math.pi / resolution:.0f} counts per revolution"
+
+    def parameter_file(self) -> str:
+        """Return the robot file as YAML, its intervals in a comment."""
+        width = max(len(name) for name in PARAMETERS)
+        lines = [f"Identified from {self.bag}, starting from {self.start.name}: {INTERVALS}"]
+        lines += [f"  {one.name:<{width}}  {one.text()} {one.unit}" for one in self.parameters()]
+        lines.append(f"Lengths and width_rad_s are those of {self.start.name}, not identified.")
+        # neither a path nor a name may end the comment
+        lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
+        return "\n".join(lines) + "\n" + yaml.safe_dump(self.robot_file().model_dump(), sort_keys=False)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all figures for a file."""
+        fit, cutoffs = self.found.fit, self.found.cutoffs
+        return {
+            "robot": self.start.name,
+            "bag": str(self.bag),
+            "samples": self.samples,
+            "rate_hz": self.rate_hz,
+            "confidence": CONFIDENCE,
+            "parameters": {
+                one.name: {
+                    "value": one.value,
+                    "half_width": one.half_width,
+                    "before": one.before,
+                    "unit": one.unit,
+                }
+                for one in self.parameters()
+            },
+            "condition_number": fit.condition,
+            "encoder_resolution_rad": cutoffs.resolution or None,
+            "angle_noise_rad": cutoffs.noise,
+            "acceleration_rms_rad_s2": cutoffs.acceleration,
+            "derivative_cutoff_hz": cutoffs.derivative_hz,
+            "parallel_cutoff_hz": cutoffs.parallel_hz,
+            "used_s": list(self.found.used_s),
+            "independent_rows": fit.independent,
+            "residual_rms_nm": fit.deviations.tolist(),
+            "misfit": list(self.found.misfit),
+        }

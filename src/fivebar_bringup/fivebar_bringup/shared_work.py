@@ -1,0 +1,102 @@
+"""Many independent pieces of work, done in this process or shared among several."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, as_completed, wait
+from contextlib import contextmanager
+from itertools import islice
+from multiprocessing import connection
+from typing import TypeVar
+
+Task = TypeVar("Task")
+Done = TypeVar("Done")
+
+
+def share(
+    function: Callable[[Task], Done],
+    tasks: Sequence[Task],
+    workers: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Done]:
+    """Return what a function makes of every task, in the order of the tasks.
+
+    Args:
+        function: a module's own function; with several workers it and the tasks have to be picklable.
+        tasks: begun in this order, so that the longest should come first.
+        workers: processes to use; fewer than two do everything in this one.
+        progress: called with the number of finished tasks and of all.
+    """
+    progress(0, len(tasks))
+    if workers < 2:
+        results = []
+        for task in tasks:
+            results.append(function(task))
+            progress(len(results), len(tasks))
+        return results
+    with _pool(workers) as pool:
+        futures = [pool.submit(function, task) for task in tasks]
+        for done, future in enumerate(as_completed(futures), start=1):
+            future.result()
+            progress(done, len(tasks))
+        return [future.result() for future in futures]
+
+
+def stream(function: Callable[[Task], Done], tasks: Iterable[Task], workers: int) -> Generator[Done, None, None]:
+    """Give what a function makes of tasks as it comes, in any order; tasks are taken only as processes get free.
+
+    The tasks may be endless: whoever has enough closes the iterator, and what is under way is dropped.
+
+    Args:
+        function: a module's own function; with several workers it and the tasks have to be picklable.
+        tasks: begun in this order.
+        workers: processes to use; fewer than two do everything in this one.
+    """
+    if workers < 2:
+        yield from map(function, tasks)
+        return
+    coming = iter(tasks)
+    with _pool(workers) as pool:
+        # one more each, so that nobody waits for the next task
+        under_way: set[Future[Done]] = {pool.submit(function, task) for task in islice(coming, 2 * workers)}
+        while under_way:
+            finished, under_way = wait(under_way, return_when=FIRST_COMPLETED)
+            under_way |= {pool.submit(function, task) for task in islice(coming, len(finished))}
+            for future in finished:
+                yield future.result()
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Give a pool of fresh processes, which end at once when the work is given up."""
+    # fresh: the progress bar has a thread, and a process with threads must not be forked
+    context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_prepare_worker) as pool:
+        try:
+            yield pool
+        except BaseException:
+            # the pool itself would wait for work that nobody wants any more
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.terminate()
+            raise
+
+
+def _prepare_worker() -> None:
+    """Leave Ctrl-C to the parent, end with it, and seldom look for garbage: runs are many small tuples, no cycles."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.set_threshold(200_000)
+    threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """A killed parent cannot end its workers, and they would wait for its next task forever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)

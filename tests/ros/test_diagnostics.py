@@ -1,0 +1,137 @@
+"""What nodes tell of themselves on /diagnostics, nodes that share a process, and `fivebar status`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticStatus
+from graph_probe import Bench, ChildProcess, Probe
+from middle_motion import MiddleMotion
+
+from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE
+
+GROUP = [sys.executable, "-m", "fivebar_bringup.nodes.node_group"]
+STATUS = [sys.executable, "-m", "fivebar_bringup.cli", "status"]
+
+
+def feed(probe: Probe, motion: MiddleMotion, samples: int) -> None:
+    """Let the supervisor answer samples, one after the other."""
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE])
+    for sample in range(samples):
+        probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+        probe.answer(SUPERVISOR_STATE, sample)
+
+
+def test_a_node_tells_its_rate_jitter_late_and_dropped_messages(bench: Bench, motion: MiddleMotion) -> None:
+    bench.start("supervisor")
+    probe = bench.probe()
+    feed(probe, motion, 50)
+    status, figures = probe.health("/supervisor")
+    while figures["answered"] != "50" or figures["rate_hz"] == "0.0":
+        status, figures = probe.health("/supervisor")
+    assert status.level == DiagnosticStatus.OK
+    assert set(figures) >= {"rate_hz", "jitter_ms", "interval_max_ms", "late", "dropped"}
+    assert float(figures["rate_hz"]) > 1.0
+    assert float(figures["interval_max_ms"]) >= float(figures["jitter_ms"]) > 0.0
+    assert (figures["late"], figures["dropped"]) == ("0", "0")
+
+
+def test_thresholds_are_parameters(bench: Bench, motion: MiddleMotion) -> None:
+    bench.start("supervisor", late_after_ms=0.01, warn_dropped=1)
+    probe = bench.probe()
+    feed(probe, motion, 20)
+    status, figures = probe.health("/supervisor")
+    while int(figures["late"]) == 0:
+        status, figures = probe.health("/supervisor")
+    assert status.level == DiagnosticStatus.WARN
+    assert status.message.startswith("late: ")
+    message = motion.joint_states_message(20)
+    message.name = ["a", "b", "c", "d"]
+    probe.publish(JOINT_STATES, message)
+    probe.wait_for_dropped("/supervisor", 1)
+    # one dropped message is allowed here; the late answers are over
+    status, _ = probe.health("/supervisor")
+    assert status.level == DiagnosticStatus.OK
+    probe.publish(JOINT_STATES, message)
+    probe.wait_for_dropped("/supervisor", 2)
+    status, _ = probe.health("/supervisor")
+    assert status.level == DiagnosticStatus.WARN
+    assert "joint_states" in status.message
+
+
+def test_what_the_system_does_not_grant_is_a_warning(bench: Bench, motion: MiddleMotion) -> None:
+    process = bench.start("supervisor", processors="4095")
+    feed(bench.probe(), motion, 3)
+    assert process.status is None
+    assert "processors 4095 not granted" in process.stderr
+
+
+def test_processors_are_kept_by_every_thread(bench: Bench, motion: MiddleMotion) -> None:
+    process = bench.start("supervisor", processors="0")
+    feed(bench.probe(), motion, 3)
+    for task in Path(f"/proc/{process.pid}/task").iterdir():
+        allowed = [line for line in (task / "status").read_text().splitlines() if line.startswith("Cpus_allowed_list")]
+        assert allowed == ["Cpus_allowed_list:\t0"]
+
+
+def test_malformed_processors_end_the_node(bench: Bench) -> None:
+    process = bench.start("supervisor", processors="0;1")
+    assert process.wait() == 2
+    assert "parameter processors" in process.stderr
+    assert len(process.stderr.strip().splitlines()) == 1
+
+
+def group(bench: Bench, *modules: str, **parameters: object) -> ChildProcess:
+    """Start nodes in one process, each with parameters of its own by name."""
+    path = bench.folder / "group.yaml"
+    content = {f"/**/{node}": {"ros__parameters": values} for node, values in parameters.items()}
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return bench.run([*GROUP, *modules, "--ros-args", "--params-file", str(path)])
+
+
+def test_nodes_in_one_process_answer_each_with_its_parameters(bench: Bench, motion: MiddleMotion) -> None:
+    modules = [f"fivebar_control.nodes.{name}" for name in ("trajectory_generator", "supervisor")]
+    process = group(bench, *modules, trajectory_generator={}, supervisor={"zone_rule": "fixed", "zone_epsilon": 0.3})
+    probe = bench.probe()
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE, REFERENCE])
+    sample = motion.crossing - 60
+    probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+    sigma, kappa = probe.answer(SUPERVISOR_STATE, sample).position
+    assert 0.0 < sigma < 1.0
+    assert sigma == pytest.approx(2.0 - kappa / 0.3, abs=1e-12)
+    assert probe.answer(REFERENCE, sample + 1)
+    reports = bench.run([*STATUS, "--domain", str(bench.domain), "--json"])
+    assert reports.wait() == 0
+    assert [report["node"] for report in json.loads(reports.stdout)] == ["/supervisor", "/trajectory_generator"]
+    assert {report["level"] for report in json.loads(reports.stdout)} == {"ok"}
+    process.send(2)
+    assert process.wait() == 0
+
+
+def test_a_group_needs_modules_of_nodes(bench: Bench) -> None:
+    for words, expected in (
+        ([], "no node given"),
+        (["fivebar_control.nodes.nothing"], "expected the module of a node"),
+        (["fivebar_control.model.dynamics"], "defines 0 nodes"),
+    ):
+        process = bench.run([*GROUP, *words])
+        assert process.wait() == 2
+        assert expected in process.stderr
+        assert len(process.stderr.strip().splitlines()) == 1
+
+
+def test_status_of_an_empty_domain_says_so(bench: Bench) -> None:
+    process = bench.run([*STATUS, "--domain", str(bench.domain)])
+    assert process.wait() == 1
+    assert f"no node of the graph is heard in domain {bench.domain}" in process.stdout
+
+
+def test_status_without_a_domain_takes_that_of_the_run(bench: Bench, tmp_path: Path) -> None:
+    """The bench holds its domain as `fivebar run` does, in a folder that no other test looks at."""
+    process = bench.run([*STATUS], ROS_DOMAIN_ID="x", TMPDIR=str(tmp_path))
+    assert process.wait() == 2
+    assert "ROS_DOMAIN_ID: 'x'" in process.stderr

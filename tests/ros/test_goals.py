@@ -1,0 +1,128 @@
+"""Motions on request over ROS: the trajectory generator plans beside its cycle, moves, arrives, or says why not."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from graph_probe import RATE_HZ, Bench, Probe
+from sensor_msgs.msg import JointState
+
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.interface import GOAL, GOAL_STATUS, JOINT_STATES, JOINTS, REFERENCE, sample_stamp_ns
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.messages import joint_state
+
+MOTION = {"waypoints": [0.0, 0.15, 0.0, 0.14], "segment_durations": [0.1]}
+"""Samples 0 to 50."""
+
+PLANNING_SAMPLES = 20_000
+"""More than any planning takes, as long as every sample takes a hop to the node and back."""
+
+
+class Driver:
+    """Plays the rest of the graph: one sample after the other."""
+
+    def __init__(self, probe: Probe) -> None:
+        self.probe = probe
+        self.sample = 0
+        posture = inverse_geometry(load_robot("dextar"), 1, -1, 0.0, 0.14)
+        self._posture = tuple(posture)
+        probe.join("trajectory_generator", [JOINT_STATES, GOAL], [REFERENCE, GOAL_STATUS])
+        probe.ask([(JOINT_STATES, self._message())], [REFERENCE], 1)
+
+    def _message(self) -> JointState:
+        still = (0.0,) * 4
+        return joint_state(sample_stamp_ns(self.sample, RATE_HZ), JOINTS, self._posture, still, still)
+
+    def step(self) -> tuple[float, ...]:
+        """Go on by one sample and return the next one's reference x, y, vx, vy."""
+        self.sample += 1
+        self.probe.publish(JOINT_STATES, self._message())
+        return tuple(self.probe.answer(REFERENCE, self.sample + 1).position)
+
+    def steps(self, count: int) -> list[tuple[float, ...]]:
+        return [self.step() for _ in range(count)]
+
+    def request(self, **fields: float) -> None:
+        self.probe.publish(GOAL, JointState(name=list(fields), position=list(fields.values())))
+
+    def statuses(self) -> list[dict[str, Any]]:
+        return [json.loads(message.data) for message in self.probe.got(GOAL_STATUS)]
+
+    def wait_for_status(self, state: str) -> dict[str, Any]:
+        """Wait for the next status without going on; it has to be this one."""
+        count = len(self._told)
+        self.probe.wait_for(lambda: len(self.statuses()) > count, f"a status, expected {state}")
+        found = self.statuses()[count]
+        self._told.append(found)
+        assert found["state"] == state
+        return found
+
+    def step_until_status(self, state: str) -> list[tuple[float, ...]]:
+        count, seen = len(self._told), []
+        while len(self.statuses()) == count:
+            assert len(seen) < PLANNING_SAMPLES
+            seen.append(self.step())
+        self._told.append(self.statuses()[count])
+        assert self._told[-1]["state"] == state, self._told
+        return seen
+
+    @property
+    def _told(self) -> list[dict[str, Any]]:
+        return self.__dict__.setdefault("told", [])
+
+
+def start(bench: Bench, takes_goals: bool = True) -> Driver:
+    bench.start("trajectory_generator", **MOTION, takes_goals=takes_goals)
+    return Driver(bench.probe())
+
+
+def test_a_goal_is_planned_beside_the_cycle_and_followed(bench: Bench) -> None:
+    driver = start(bench)
+    assert driver.steps(60)[-1] == (0.0, 0.14, 0.0, 0.0)
+    driver.request(x=0.0, y=0.03, assembly_mode=-1.0, duration=math.nan)
+    assert driver.wait_for_status("planning")["goal"] == [0.0, 0.03]
+    before = driver.step_until_status("moving")
+    # while it was planned the reference went on at rest
+    assert set(before[:-1]) == {(0.0, 0.14, 0.0, 0.0)}
+    moving = driver.statuses()[-1]
+    assert moving["first_sample"] > driver.sample
+    driver.request(x=0.0, y=0.14)
+    assert "moving for another" in driver.wait_for_status("refused")["reason"]
+    way = driver.step_until_status("arrived")
+    places = [position[1] for position in way]
+    assert places == sorted(places, reverse=True)
+    assert way[-1] == pytest.approx((0.0, 0.03, 0.0, 0.0))
+    # no step anywhere: from one sample to the next no further than the speed takes it
+    assert max(abs(after - here) for here, after in pairwise(places)) < 2.0 / RATE_HZ
+    assert driver.sample == pytest.approx(moving["last_sample"], abs=2)
+
+
+def test_what_cannot_be_is_refused_and_moves_nothing(bench: Bench) -> None:
+    driver = start(bench)
+    driver.steps(60)
+    for fields, reason in (
+        ({"x": 0.3}, "expected x and y"),
+        ({"x": math.nan, "y": 0.1}, "finite"),
+        ({"x": 0.0, "y": 0.03, "mode1": -1.0}, "Type 1"),
+    ):
+        driver.request(**fields)
+        assert reason in driver.wait_for_status("refused")["reason"]
+    driver.request(x=0.3, y=0.1)
+    driver.wait_for_status("planning")
+    assert set(driver.step_until_status("refused")) == {(0.0, 0.14, 0.0, 0.0)}
+    assert "out of reach" in driver.statuses()[-1]["reason"]
+    assert driver.step() == (0.0, 0.14, 0.0, 0.0)
+
+
+def test_without_the_parameter_no_goal_is_taken(bench: Bench) -> None:
+    """A blended controller takes its path from its own parameters and would not follow."""
+    driver = start(bench, takes_goals=False)
+    driver.steps(60)
+    driver.request(x=0.0, y=0.03)
+    assert "takes_goals" in driver.wait_for_status("refused")["reason"]
+    assert driver.step() == (0.0, 0.14, 0.0, 0.0)

@@ -1,0 +1,335 @@
+"""Every fault at three moments of a crossing: no torque in time, a name, a reset where one is possible, a bag.
+
+What breaks drives, bus and processes happens to the whole graph in real time; what breaks a message happens to the last
+node alone, between the recorded samples of the same crossing.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from fault_bench import FaultBench, fault_bench
+from graph_probe import Bench
+from lifecycle_msgs.msg import Transition
+from middle_motion import MiddleMotion, Pair
+from std_msgs.msg import String
+
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.graph import BRIDGE
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_control.controllers.laws import Supervisor
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_description.interface import (
+    CTC_TORQUE,
+    FAULTS,
+    JOINT_STATES,
+    JOINTS,
+    REFERENCE,
+    RUN_READY,
+    SAFETY_STATE,
+    SUPERVISOR_STATE,
+    TORQUE_COMMAND,
+    TORQUE_REQUESTED,
+    VHC_TORQUE,
+    Topic,
+    sample_stamp_ns,
+)
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.messages import joint_state
+
+RATE_HZ = 50
+"""Slow enough for a machine that has other work to do: a cycle is 20 ms."""
+
+ZERO = (0.0, 0.0)
+
+STOP_CYCLES = 3
+"""Cycles within which a lost part stops the robot."""
+
+NOTICED = {"frozen": 8, "mute": 6}
+"""Cycles that faults take to show which take nothing away at once: a motor turns on, a heartbeat has its age."""
+
+ATTEMPTS = 3
+"""How often a motion is begun, or held, where a busy machine misses cycles: what is tested comes after that."""
+
+ROUNDS_WITHOUT = 10
+"""Cycles for which nothing may move after the stop."""
+
+FRICTION = max(leg.coulomb + abs(leg.offset) for leg in (load_robot().leg1, load_robot().leg2))
+"""Largest torque (Nm) after a reset: the robot stands, and so it shall."""
+
+
+class Broken(NamedTuple):
+    """How something is broken, the fault's name, and whether a reset is possible once it is mended."""
+
+    order: str
+    name: str
+    resets: bool = True
+
+
+DRIVES = {
+    "drive fault": Broken("fault 1", "drive_fault"),
+    "lost heartbeat": Broken("mute 1", "drive_lost"),
+    "frozen encoder": Broken("frozen 1", "encoder_frozen", resets=False),
+    "bus off": Broken("bus_off", "feedback_missing", resets=False),
+}
+
+NODES = {
+    "stale command": Broken("stop blender", "command_stale"),
+    "killed controller": Broken("kill ctc_controller", "candidate_missing"),
+    "killed supervisor": Broken("kill supervisor", "candidate_missing"),
+    "killed blender": Broken("kill blender", "command_stale"),
+    "killed bridge": Broken(f"kill {BRIDGE}", "state_stale", resets=False),
+}
+
+
+def scenario() -> Scenario:
+    content = load_scenario("middle_robot").model_dump(mode="json")
+    gains = {"kp": 100.0, "kd": 20.0, "kp_vhc": 100.0, "kd_vhc": 20.0}
+    content |= {"name": "matrix", "rate_hz": RATE_HZ, "gains": gains, "safety": {"stop_cycles": STOP_CYCLES}}
+    return Scenario.model_validate(content)
+
+
+def moments() -> dict[str, int]:
+    """Samples of the reference away from the locus, in the blending zone and on the locus."""
+    made = scenario()
+    plan = made.plan()
+    supervise = Supervisor(plan, RATE_HZ, "condition")
+    crossing = round(plan.crossings[0].time * RATE_HZ)
+
+    def sigma(sample: int) -> float:
+        x, y, vx, vy, *_ = plan.path.at(sample / RATE_HZ)
+        return supervise(sample, state_from_platform(made.five_bar(), plan.mode1, plan.mode2, x, y, vx, vy)).sigma
+
+    inside = [sample for sample in range(crossing) if 0.0 < sigma(sample) < 1.0]
+    assert sigma(crossing) == 1.0
+    assert sigma(crossing // 2) == 0.0
+    return {"away": crossing // 2, "in the zone": inside[-1], "on the locus": crossing}
+
+
+MOMENTS = moments()
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
+    with fault_bench(tmp_path_factory.mktemp("matrix"), scenario()) as rig:
+        yield rig
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("fault", DRIVES)
+def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
+    broken = DRIVES[fault]
+    arrive(rig, MOMENTS[moment])
+    known = len(rig.faults())
+    since = time.monotonic()
+    rig.drives.order(broken.order)
+    assert rig.wait_for_fault(known) == broken.name
+    cycles = NOTICED.get(broken.order.split()[0], STOP_CYCLES)
+    took = rig.seconds_to_zero(since) / rig.period
+    print(f"{fault}, {moment}: no torque after {took:.1f} cycles")
+    # a cycle more: the one in which it breaks has begun
+    assert took <= cycles + 1
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    assert not rig.ask("blender", "reset").success
+    rig.drives.order("mend 1", "mend 2", "bus_on")
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    rig.wait_for_rest()
+    expect_reset(rig, broken)
+
+
+def expect_reset(rig: FaultBench, broken: Broken) -> None:
+    """Reset in the order of the documentation: bridge, enable, blender."""
+    rig.enable_drives()
+    rig.expect_no_torque_for(2 * rig.period)
+    for _ in range(ATTEMPTS):
+        before = len(rig.drives.log)
+        answer = rig.reset_blender()
+        assert answer.success is broken.resets, answer.message
+        if not broken.resets:
+            assert "only a new run clears" in answer.message
+            rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+            return
+        # the robot holds where it stands, with no bump
+        rig.probe.spin_for(ROUNDS_WITHOUT * rig.period)
+        if not rig.stopped():
+            break
+        rig.enable_drives()
+    assert not rig.stopped(), rig.faults()
+    torques = [abs(torque) for entry in rig.drives.log[before:] for torque in entry[1:]]
+    print(f"largest torque after the reset {max(torques):.3f} Nm")
+    assert 0.0 < max(torques) < FRICTION
+    assert max(abs(rig.drives.emulation.plant.joint_velocities)) < 0.1
+
+
+def arrive(rig: FaultBench, sample: int) -> None:
+    """Bring the motion to a sample; again where a cycle was missed on the way, as it happens on a busy machine."""
+    for _ in range(ATTEMPTS):
+        recover(rig)
+        rig.begin()
+        if rig.run_to(sample):
+            return
+    pytest.fail(f"not even once in {ATTEMPTS} times to sample {sample}: {rig.faults()[-ATTEMPTS:]}")
+
+
+def recover(rig: FaultBench) -> None:
+    """Make ready for a new run whatever the last case has left."""
+    for name, process in rig.processes.items():
+        if process.status is not None and name != BRIDGE:
+            rig.restart(name)
+    if not rig.running:
+        return
+    if rig.stopped():
+        # a new run, for what only that clears; the robot holds in it, so another one is to follow
+        rig.ask(BRIDGE, "reset")
+        rig.begin()
+        rig.wait_for_rest()
+        assert rig.reset_blender().success
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("fault", NODES)
+def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
+    broken = NODES[fault]
+    verb, node = broken.order.split()
+    arrive(rig, MOMENTS[moment])
+    known = len(rig.faults())
+    since = time.monotonic()
+    rig.kill(node, signal.SIGSTOP if verb == "stop" else signal.SIGKILL)
+    assert rig.wait_for_fault(known) == broken.name
+    took = rig.seconds_to_zero(since) / rig.period
+    print(f"{fault}, {moment}: no torque after {took:.1f} cycles")
+    assert took <= STOP_CYCLES + 1
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    if verb == "stop":
+        rig.kill(node, signal.SIGCONT)
+    else:
+        rig.restart(node)
+    if node == "blender" and verb == "kill":
+        # it does not know what stopped the robot, and says so with the first sample that it hears
+        rig.probe.wait_for(lambda: "joined_late" in rig.faults()[known:], "joined_late")
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    if node == BRIDGE:
+        # a new bridge is to be configured, and its first sample begins a new run
+        rig.running = False
+        assert rig.change(Transition.TRANSITION_CONFIGURE)
+        # the drives have tripped over its silence
+        assert rig.ask(BRIDGE, "reset").success
+        rig.begin()
+        rig.wait_for_rest()
+        assert rig.reset_blender().success
+        return
+    rig.wait_for_rest()
+    expect_reset(rig, broken)
+
+
+def test_the_bag_tells_it_all(rig: FaultBench) -> None:
+    """The recorder has run through all of the above."""
+    expect_readable(rig.bag, {one.name for one in (*DRIVES.values(), *NODES.values())}, rig.stop_recorder)
+
+
+def expect_readable(bag: Path, faults: set[str], stop_recorder: Callable[[], None]) -> None:
+    stop_recorder()
+    recording = read_bag(bag)
+    assert faults <= {text.partition(":")[0] for text in recording.texts(FAULTS)}
+    efforts = recording.field(TORQUE_COMMAND, "effort")
+    assert len(efforts) > 20
+    assert np.all(np.isfinite(efforts))
+    assert tuple(efforts[-1]) == ZERO
+
+
+class LastNode:
+    """The blender between the samples of the crossing, and a recorder."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.motion = MiddleMotion()
+        self.bag = bench.folder / "bag"
+        settings = {"workspace": [-0.05, 0.05, 0.01, 0.16], "joint_speed_limit": 5.0, "rest_speed": 0.5}
+        bench.start("blender", candidate_deadline_ms=10_000.0, **settings)
+        topics = [TORQUE_COMMAND, TORQUE_REQUESTED, FAULTS, SAFETY_STATE]
+        self._recorder = bench.start("bag_recorder", directory=str(self.bag), topics=[topic.name for topic in topics])
+        self.probe = bench.probe()
+        inputs = [JOINT_STATES, REFERENCE, CTC_TORQUE, VHC_TORQUE, SUPERVISOR_STATE]
+        self.probe.join("blender", [*inputs, FAULTS], topics)
+        self.probe.wait_for(lambda: "bag_recorder" in {one.data for one in self.probe.got(RUN_READY)}, "the recorder")
+        self.probe.ask(self.messages(0), [TORQUE_COMMAND], 0)
+
+    def messages(
+        self, sample: int, torque: Pair = (0.3, -0.2), speed: float = 1.0, dx: float = 0.0
+    ) -> list[tuple[Topic, Any]]:
+        """Return a sample's inputs: the robot `speed` times as fast as it was, robot and reference `dx` m aside."""
+        motion, stamp = self.motion, sample_stamp_ns(sample, 500)
+        x, y, *_ = motion.plan.path.at(sample / 500)
+        joints = inverse_geometry(motion.robot, motion.plan.mode1, motion.plan.mode2, x + dx, y)
+        _, velocity = motion.joints(sample)
+        return [
+            (REFERENCE, motion.reference_message(sample, dx)),
+            (CTC_TORQUE, motion.torque_message(sample, torque)),
+            (VHC_TORQUE, motion.torque_message(sample, torque)),
+            (SUPERVISOR_STATE, motion.supervisor_message(sample, 0.5)),
+            (JOINT_STATES, joint_state(stamp, JOINTS, joints, [speed * one for one in velocity], (0.0,) * 4)),
+        ]
+
+    def command(self, sample: int, **changes: Any) -> Pair:
+        for topic, message in self.messages(sample, **changes):
+            self.probe.publish(topic, message)
+        tau1, tau2 = self.probe.answer(TORQUE_COMMAND, sample).effort
+        return tau1, tau2
+
+    def stop_recorder(self) -> None:
+        self._recorder.send(signal.SIGINT)
+        assert self._recorder.wait() == 0
+
+
+@pytest.fixture(scope="module")
+def last_node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LastNode]:
+    with Bench(tmp_path_factory.mktemp("last_node")) as bench:
+        yield LastNode(bench)
+
+
+MESSAGES: dict[str, tuple[str, dict[str, Any]]] = {
+    "NaN torque": ("torque_undefined", {"torque": (math.nan, 0.1)}),
+    "over-speed": ("over_speed", {"speed": 60.0}),
+    "out of workspace": ("out_of_workspace", {"dx": 0.051}),
+}
+SAMPLES_OF_500_HZ = {moment: sample * 500 // RATE_HZ for moment, sample in MOMENTS.items()}
+
+
+@pytest.mark.parametrize("fault", MESSAGES)
+@pytest.mark.parametrize("moment", SAMPLES_OF_500_HZ)
+def test_messages(last_node: LastNode, moment: str, fault: str) -> None:
+    name, changes = MESSAGES[fault]
+    # a little later for each fault, since samples only go on
+    first = SAMPLES_OF_500_HZ[moment] + 20 * list(MESSAGES).index(fault)
+    assert last_node.command(first) == (0.3, -0.2)
+    # no torque in the very cycle in which it is seen, and for as long as it lasts
+    for sample in range(first + 1, first + 4):
+        assert last_node.command(sample, **changes) == ZERO
+    faults = last_node.probe.got(FAULTS)
+    last_node.probe.wait_for(
+        lambda: bool(faults) and faults[-1].data.startswith(f"{name}: at sample {first + 1}"), name
+    )
+
+    def refused() -> bool:
+        answer = last_node.probe.reset("/blender")
+        assert not answer.success
+        return f"not cleared, {name}" in answer.message
+
+    last_node.probe.wait_for(refused, "a refusal that names the cause")
+    for sample in range(first + 4, first + 8):
+        assert last_node.command(sample) == ZERO
+    last_node.probe.wait_for(lambda: last_node.probe.reset("/blender").success, "a reset")
+    assert last_node.command(first + 8) == (0.3, -0.2)
+
+
+def test_the_bag_of_the_last_node(last_node: LastNode) -> None:
+    last_node.probe.publish(FAULTS, String(data="emergency_stop: the end"))
+    last_node.probe.wait_for(lambda: tuple(last_node.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO, "no torque")
+    expect_readable(last_node.bag, {name for name, _ in MESSAGES.values()}, last_node.stop_recorder)

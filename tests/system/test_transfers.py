@@ -1,0 +1,65 @@
+"""Random motions that the screen calls feasible, on a robot that differs from its model: all of them complete."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fivebar_bringup.offline import simulate
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.model.kinematics import det_a, state_from_joints
+from fivebar_control.trajectory.limits import limits_of
+from fivebar_control.trajectory.postures import WORKING_MODES, place_at, rest_problem
+from fivebar_control.trajectory.reference_torque import Follower
+from fivebar_control.trajectory.transfer import Speed, plan_transfer
+from fivebar_description.parameters import load_robot
+
+RATE_HZ = 500
+COUNTS = 100_000
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("controller", ["unified", "multi_cartesian"])
+def test_a_transfer_between_assembly_modes_completes(controller: str, seed: int) -> None:
+    robot, follower, mode = load_robot("dextar"), Follower(controller), WORKING_MODES[seed % 4]
+    limits = limits_of(follower, torque=2.0, speed_step=2.0 * math.pi * RATE_HZ / COUNTS)
+    random = np.random.default_rng(seed)
+    rests: list[tuple[float, float]] = []
+    while len(rests) < 2:
+        x, y = random.uniform((-0.13, -0.18), (0.13, 0.18)).tolist()
+        wanted = -1 if rests else 1
+        if rest_problem(robot, mode, x, y, limits) is None and place_at(robot, mode, x, y).assembly == wanted:
+            rests.append((x, y))
+    transfer = plan_transfer(robot, mode, rests[0], rests[1], -1, RATE_HZ, follower, limits, list(Speed)[seed % 2])
+    mass, inertia, friction = random.uniform(0.85, 1.15, 3).tolist()
+    plant = {
+        "mass_scale": mass,
+        "inertia_scale": inertia,
+        "friction_scale": friction,
+        "encoder_counts": COUNTS,
+        "delay_samples": seed % 2,
+        "torque_limit": 2.0,
+    }
+    scenario = Scenario.model_validate(
+        {
+            "name": "transfer",
+            "controller": controller,
+            "working_mode": mode,
+            "waypoints": transfer.waypoints,
+            "segment_duration": transfer.durations,
+            "plant": plant,
+        }
+    )
+    run = simulate(scenario)
+    assert run.faults == []
+    states = [state_from_joints(robot, *sample.measured.position, *sample.measured.velocity) for sample in run.samples]
+    errors = [
+        math.hypot(state.x - sample.reference.x, state.y - sample.reference.y)
+        for state, sample in zip(states, run.samples, strict=True)
+    ]
+    assert max(errors) < 0.05
+    assert errors[-1] < 0.002
+    signs = np.sign([det_a(state) for state in states])
+    assert int(np.count_nonzero(np.diff(signs))) == len(transfer.branches) >= 1

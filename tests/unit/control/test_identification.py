@@ -1,0 +1,160 @@
+"""Identification from made-up records: what it finds in them, and which it refuses by name.
+
+Motions are sums of sines in the motors' angles, torques are Pinocchio's for them, averaged over every period.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fivebar_control.identification.equations import PARAMETERS, Record
+from fivebar_control.identification.identification import NotIdentifiable, identify, parameter_values
+from fivebar_control.identification.regressor import MotorMotion, platform_load
+from fivebar_description.parameters import FiveBar, load_robot, scaled
+
+Array = NDArray[np.float64]
+
+RATE = 250.0
+CENTRE = (1.57, 1.57)
+"""Motor angles (rad) of dextar with both proximal links upright: det A > 0 with the platform above them."""
+
+Waves = tuple[tuple[float, float, float], ...]
+"""Amplitude (rad), frequency (Hz), phase."""
+
+RICH: tuple[Waves, Waves] = (
+    ((0.25, 0.61, 0.3), (0.06, 2.3, 1.0)),
+    ((0.25, 0.83, 1.7), (0.06, 1.9, 0.2)),
+)
+
+
+def motion(waves: tuple[Waves, Waves], time: Array) -> tuple[Array, Array, Array]:
+    """q, dq, ddq, each [n, 2]."""
+    q, dq, ddq = (np.zeros((len(time), 2)) for _ in range(3))
+    for motor in range(2):
+        q[:, motor] = CENTRE[motor]
+        for amplitude, frequency, phase in waves[motor]:
+            w = 2.0 * math.pi * frequency
+            q[:, motor] += amplitude * np.sin(w * time + phase)
+            dq[:, motor] += amplitude * w * np.cos(w * time + phase)
+            ddq[:, motor] -= amplitude * w**2 * np.sin(w * time + phase)
+    return q, dq, ddq
+
+
+@cache
+def record(waves: tuple[Waves, Waves] = RICH, seconds: float = 16.0) -> Record:
+    """The robot's record; every torque is the mean of five within the period before its sample."""
+    robot = load_robot("dextar")
+    samples = int(seconds * RATE)
+    q = motion(waves, np.arange(samples) / RATE)[0]
+    torque = np.zeros((samples, 2))
+    zz_1, zz_2, mass = parameter_values(robot)[:3]
+    for part in (0.1, 0.3, 0.5, 0.7, 0.9):
+        within, speed, acceleration = motion(waves, (np.arange(samples) - part) / RATE)
+        for k in range(samples):
+            row = MotorMotion(*within[k].tolist(), *speed[k].tolist(), *acceleration[k].tolist())
+            load = platform_load(robot, 1, row)
+            torque[k] += 0.2 * (np.array([zz_1, zz_2]) * acceleration[k] + mass * np.array([load.load1, load.load2]))
+        for motor, leg in enumerate((robot.leg1, robot.leg2)):
+            torque[:, motor] += 0.2 * (leg.coulomb * np.tanh(speed[:, motor] / leg.width) + leg.offset)
+    return Record(RATE, q, torque, np.ones(samples))
+
+
+@pytest.fixture(scope="module")
+def robot() -> FiveBar:
+    return load_robot("dextar")
+
+
+def test_the_parameters_come_back(robot: FiveBar) -> None:
+    """From a robot whose inertias, mass and friction are all wrong: they have no say."""
+    found = identify(scaled(robot, 2.0, 0.5, 3.0), record())
+    true = np.array(parameter_values(robot))
+    assert found.fit.values == pytest.approx(true, rel=1e-3, abs=1e-4)
+    assert found.fit.condition < 10.0
+    assert max(found.misfit) < 1e-3
+
+
+def test_a_gap_is_left_out(robot: FiveBar) -> None:
+    whole = record()
+    angles, torques = whole.angles.copy(), whole.torques.copy()
+    angles[1500:1510] = math.nan
+    torques[1500:1510] = math.nan
+    torques[1495:1500] = 77.0
+    found = identify(robot, whole._replace(angles=angles, torques=torques))
+    assert found.fit.values == pytest.approx(np.array(parameter_values(robot)), rel=1e-3, abs=1e-4)
+    assert sum(found.used_s) < sum(identify(robot, whole).used_s)
+
+
+def test_the_torques_of_the_wrong_period_are_noticed(robot: FiveBar) -> None:
+    """One sample of shift is what an effort of the coming instead of the past period would be."""
+    late = record()._replace(torques=np.roll(record().torques, -1, axis=0))
+    assert max(identify(robot, late).misfit) > 10.0 * max(identify(robot, record()).misfit)
+
+
+def still(motor: int) -> tuple[Waves, Waves]:
+    return ((), RICH[1]) if motor == 1 else (RICH[0], ())
+
+
+@pytest.mark.parametrize("motor", [1, 2])
+def test_a_motor_that_stands_still_is_named(robot: FiveBar, motor: int) -> None:
+    with pytest.raises(NotIdentifiable, match=f"not enough motion: motor {motor} turns faster than 0.06 rad/s"):
+        identify(robot, record(still(motor), 6.0))
+
+
+def test_a_short_record_is_refused(robot: FiveBar) -> None:
+    whole = record()
+    short = Record(RATE, whole.angles[:40], whole.torques[:40], whole.assembly[:40])
+    with pytest.raises(NotIdentifiable, match="too short: 40 samples"):
+        identify(robot, short)
+    brief = Record(RATE, whole.angles[:250], whole.torques[:250], whole.assembly[:250])
+    with pytest.raises(NotIdentifiable, match="too short: the filters' reach at ends and gaps leaves"):
+        identify(robot, brief)
+
+
+def test_a_motor_that_turns_one_way_leaves_friction_and_offset_together(robot: FiveBar) -> None:
+    whole = record()
+    backwards = motion(RICH, np.arange(len(whole.angles)) / RATE)[1][:, 0] < 0.0
+    torques = whole.torques.copy()
+    torques[backwards, 0] = math.nan
+    with pytest.raises(NotIdentifiable, match="f_s11 and f_off11 apart: the condition number"):
+        identify(robot, whole._replace(torques=torques))
+
+
+def test_without_the_assembly_mode_nothing_is_used(robot: FiveBar) -> None:
+    with pytest.raises(NotIdentifiable, match="away from the Type 2 locus"):
+        identify(robot, record()._replace(assembly=np.zeros(len(record().angles))))
+
+
+def test_torques_of_the_other_sign_are_refused(robot: FiveBar) -> None:
+    with pytest.raises(NotIdentifiable, match="comes out negative"):
+        identify(robot, record()._replace(torques=-record().torques))
+
+
+def test_torques_of_the_other_motor_are_refused(robot: FiveBar) -> None:
+    with pytest.raises(NotIdentifiable, match=r"of the torque of motor \d unexplained"):
+        identify(robot, record()._replace(torques=record().torques[:, ::-1]))
+
+
+def test_noise_that_hides_a_parameter_is_refused(robot: FiveBar) -> None:
+    """Slow motion has hardly any inertial torque."""
+    slow = tuple(((0.3, 0.1 * (motor + 2), 0.0),) for motor in range(2))
+    quiet = record((slow[0], slow[1]), 24.0)
+    noise = 0.3 * np.random.default_rng(1).normal(size=quiet.torques.shape)
+    with pytest.raises(NotIdentifiable, match=r"the motion says too little about (zz_11R|zz_21R|m): "):
+        identify(robot, quiet._replace(torques=quiet.torques + noise))
+
+
+def test_parameters_are_in_the_order_of_their_names(robot: FiveBar) -> None:
+    assert dict(zip(PARAMETERS, parameter_values(robot), strict=True)) == {
+        "zz_11R": 0.0133,
+        "zz_21R": 0.0142,
+        "m": 0.537,
+        "f_s11": 0.345,
+        "f_s21": 0.43,
+        "f_off11": 0.0855,
+        "f_off21": 0.0,
+    }

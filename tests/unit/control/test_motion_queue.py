@@ -1,0 +1,106 @@
+"""The reference of a robot that takes requests: one motion at a time, from rest to rest, none when refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import pytest
+
+from fivebar_control.trajectory.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
+from fivebar_control.trajectory.path import Path
+from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_description.parameters import FiveBar
+
+RATE_HZ = 100
+
+
+@pytest.fixture
+def queue(dextar: FiveBar) -> MotionQueue:
+    """A robot that goes from (0, 0.15) to (0, 0.12) within samples 0 to 50."""
+    return MotionQueue(plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.12)), (0.5,), RATE_HZ, ZoneRule()), RATE_HZ)
+
+
+def test_without_a_request_it_rests_at_the_end_of_the_plan(queue: MotionQueue) -> None:
+    assert queue.at(0)[:2] == (0.0, 0.15)
+    assert queue.at(25).y == pytest.approx(0.135)
+    assert queue.at(50) == queue.at(5000) == (0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
+    assert queue.resting_from() == 50
+
+
+def test_a_motion_follows_from_the_sample_that_it_is_given(queue: MotionQueue) -> None:
+    order = queue.order(60, Goal(0.03, 0.12, assembly=1, duration=1.0))
+    assert order == ((0.0, 0.12), (1, -1), (0.03, 0.12), 1, 1.0)
+    queue.begin(75, Path.through((order.start, order.goal), (1.0,)))
+    assert queue.at(74) == queue.at(75) == (0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
+    assert queue.at(125)[:2] == pytest.approx((0.015, 0.12))
+    assert queue.at(175)[:2] == queue.at(9999)[:2] == pytest.approx((0.03, 0.12))
+    # a repeated sample of the motion before gets the same answer as then
+    assert queue.at(25).y == pytest.approx(0.135)
+
+
+def test_one_motion_after_the_other(queue: MotionQueue) -> None:
+    for first, goal in ((50, (0.03, 0.12)), (150, (0.0, 0.15))):
+        order = queue.order(first, Goal(*goal))
+        queue.begin(first, Path.through((order.start, order.goal), (1.0,)))
+    assert queue.at(150)[:2] == (0.03, 0.12)
+    assert queue.at(250)[:2] == (0.0, 0.15)
+
+
+def test_no_request_is_taken_while_the_robot_moves_or_another_is_planned(queue: MotionQueue) -> None:
+    with pytest.raises(GoalRefused, match=r"moving for another 0\.30 s"):
+        queue.order(20, Goal(0.03, 0.12))
+    queue.order(50, Goal(0.03, 0.12))
+    with pytest.raises(GoalRefused, match="another request"):
+        queue.order(51, Goal(0.0, 0.15))
+    queue.cancel()
+    assert queue.order(52, Goal(0.0, 0.15)).goal == (0.0, 0.15)
+    assert queue.at(9999)[:2] == (0.0, 0.12)
+
+
+def test_another_working_mode_is_refused(queue: MotionQueue) -> None:
+    with pytest.raises(GoalRefused, match=r"\(-1, -1\) is reached only through a Type 1 singularity"):
+        queue.order(50, Goal(0.03, 0.12, mode1=-1))
+    assert queue.order(50, Goal(0.03, 0.12, mode1=1, mode2=-1)).working_mode == (1, -1)
+
+
+def test_a_motion_that_nobody_ordered_or_that_begins_elsewhere_is_not_followed(queue: MotionQueue) -> None:
+    elsewhere = Path.through(((0.0, 0.11), (0.03, 0.12)), (1.0,))
+    with pytest.raises(GoalRefused, match="no order"):
+        queue.begin(60, elsewhere)
+    queue.order(50, Goal(0.03, 0.12))
+    with pytest.raises(GoalRefused, match="does not begin where"):
+        queue.begin(60, elsewhere)
+    assert queue.at(9999)[:2] == (0.0, 0.12)
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "expected"),
+    [
+        (("x", "y"), (0.1, 0.2), Goal(0.1, 0.2)),
+        (("y", "x", "assembly_mode"), (0.2, 0.1, -1.0), Goal(0.1, 0.2, assembly=-1)),
+        (("x", "y", "assembly_mode", "duration"), (0.1, 0.2, math.nan, math.nan), Goal(0.1, 0.2)),
+        (("x", "y", "mode1", "mode2", "duration"), (0.1, 0.2, 1.0, -1.0, 2.5), Goal(0.1, 0.2, 0, 1, -1, 2.5)),
+    ],
+)
+def test_a_message_becomes_a_goal(names: Sequence[str], values: Sequence[float], expected: Goal) -> None:
+    assert read_goal(names, values) == expected
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "why"),
+    [
+        (("x",), (0.1,), "expected x and y"),
+        (("x", "y", "z"), (0.1, 0.2, 0.3), "expected x and y"),
+        (("x", "y", "y"), (0.1, 0.2, 0.3), "at most once"),
+        (("x", "y"), (0.1,), "one position per name"),
+        (("x", "y"), (math.nan, 0.2), "finite"),
+        (("x", "y"), (0.1, math.inf), "finite"),
+        (("x", "y", "mode1"), (0.1, 0.2, 0.5), "mode1 0.5"),
+        (("x", "y", "duration"), (0.1, 0.2, -1.0), "duration -1.0"),
+        (("x", "y", "duration"), (0.1, 0.2, math.inf), "duration inf"),
+    ],
+)
+def test_a_malformed_message_is_refused(names: Sequence[str], values: Sequence[float], why: str) -> None:
+    with pytest.raises(GoalRefused, match=why):
+        read_goal(names, values)

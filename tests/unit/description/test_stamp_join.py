@@ -1,0 +1,39 @@
+"""Joining by sample: what is new, repeated, old, or a leap that one wrong stamp must not cause."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivebar_description.ros.stamp_join import CAPACITY, LEAP, Arrival, StampJoin
+
+
+def answered(sample: int) -> StampJoin:
+    join = StampJoin(["a"])
+    assert join.put("a", sample, None) == (None,)
+    return join
+
+
+def test_the_first_message_may_be_of_any_sample() -> None:
+    assert StampJoin(["a"]).arrival(10 * LEAP) is Arrival.NEW
+
+
+def test_one_far_stamp_changes_nothing() -> None:
+    join = answered(7)
+    assert join.arrival(7 + LEAP + 1) is Arrival.LEAP
+    assert join.arrival(8) is Arrival.NEW
+    assert join.arrival(7) is Arrival.REPEATED
+    assert join.arrival(6) is Arrival.OLD
+
+
+def test_two_far_stamps_in_a_row_are_believed() -> None:
+    join = answered(7)
+    assert join.arrival(7 + 2 * LEAP) is Arrival.LEAP
+    assert join.arrival(8 + 2 * LEAP) is Arrival.NEW
+
+
+@given(first=st.integers(LEAP + 1, 10**9), step=st.integers(CAPACITY + 1, 10**9))
+def test_scattered_far_stamps_are_never_believed(first: int, step: int) -> None:
+    join = answered(0)
+    assert [join.arrival(first + number * step) for number in range(4)] == [Arrival.LEAP] * 4
+    assert join.arrival(1) is Arrival.NEW

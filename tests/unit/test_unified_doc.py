@@ -1,0 +1,40 @@
+"""docs/unified.md says what the settings are, and names files and scenarios that exist."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from fivebar_bringup.reproduce.unified_sweep import SWEPT
+from fivebar_bringup.scenario import UnifiedSection, shipped_scenarios
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs" / "unified.md").read_text(encoding="utf-8")
+
+
+def test_the_settings_are_those_of_a_scenario() -> None:
+    settings = TEXT.partition("## Settings")[2]
+    told = {name: float(value) for name, value in re.findall(r"^\| `(\w+)` \| ([\d.]+) ", settings, flags=re.MULTILINE)}
+    assert told == UnifiedSection().model_dump()
+
+
+def test_every_value_of_the_sweep_is_in_the_table() -> None:
+    rows = re.findall(r"^\| `(\w+)` ([\d.]+)( \(default\))? \|", TEXT, flags=re.MULTILINE)
+    assert [(name, float(value)) for name, value, _ in rows] == [
+        (name, value) for name, values in SWEPT.items() for value in values
+    ]
+    defaults = UnifiedSection().model_dump()
+    assert {name: float(value) for name, value, chosen in rows if chosen} == {name: defaults[name] for name in SWEPT}
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"fivebar simulate (\w+)", TEXT))))
+def test_named_scenarios_are_shipped(name: str) -> None:
+    assert name in shipped_scenarios()
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"`((?:src|tests)/[\w/.]+)`|\((images/\w+\.png)\)", TEXT))))
+def test_named_files_exist(name: tuple[str, str]) -> None:
+    source, image = name
+    assert (ROOT / source).is_file() if source else (ROOT / "docs" / image).is_file()
