@@ -223,7 +223,7 @@ def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench:
     elapsed = time.monotonic() - began
     assert status(probe)["sample"] == last
     assert status(probe)["overruns"] > 30
-    # a second for the first answer, 600 periods of 10 ms by the clock; what is left of the deadline is this process being late to look
+    # a second for the first answer, then 600 periods of 10 ms; the rest is this process being late to look
     assert 6.9 < elapsed < 10.0
     samples = [sample for sample, _ in controller.applied]
     # sample 0 is published until the clock starts

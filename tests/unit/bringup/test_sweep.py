@@ -235,8 +235,8 @@ def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pyt
         opened(tmp_path, SEED, CASES)
     with SweepDirectory(made).alone(), pytest.raises(InputError, match="another sweep"):
         sweep(made)
-    monkeypatch.setattr(sweep_directory, "digest", lambda function: "new")
-    with pytest.raises(InputError, match="code of the closed loop"):
+    monkeypatch.setattr(sweep_directory, "program_digest", lambda: "new")
+    with pytest.raises(InputError, match="not new"):
         opened(made, None, None)
 
 
@@ -274,7 +274,7 @@ def test_tables_count_what_the_rows_say() -> None:
 
 
 def test_a_failure_is_explained_by_what_would_have_saved_it() -> None:
-    """Found by its torque: at half of the limit's price it fails, and only more torque or time can save it."""
+    """One with exact sensors: neither can they save it, nor can what the controller is told be wrong."""
     row = next(
         row
         for number in range(200)

@@ -19,8 +19,11 @@ from fivebar_description.strict_yaml import InputError
 
 COLOURS = {"ok": "green", "warning": "yellow", "error": "red", "stale": "magenta"}
 
+DISCOVERY_TIME = 5.0
+"""Longest time (s) until the first node must have been heard."""
+
 LISTENING_TIME = 2.5
-"""Nodes report once a second."""
+"""How long (s) to listen for the others: nodes report once a second."""
 
 OLDEST = 3.0
 """A node that has been silent for longer (s) is stale."""
@@ -52,7 +55,8 @@ def status(
     with input_errors():
         number = _domain(domain)
     with DiagnosticsListener(number) as listener:
-        listener.listen(LISTENING_TIME)
+        if listener.heard(DISCOVERY_TIME):
+            listener.listen(LISTENING_TIME)
         if watch:
             _watch(listener)
         reports = listener.reports(OLDEST)

@@ -54,6 +54,13 @@ class DiagnosticsListener:
         while (left := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
 
+    def heard(self, seconds: float) -> bool:
+        """Listen until a node has been heard, for some time (s) at most; return whether one has."""
+        end = time.monotonic() + seconds
+        while not self._reports and (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+        return bool(self._reports)
+
     def reports(self, oldest: float) -> list[NodeReport]:
         """Return the last report of every node by name; one older than `oldest` (s) is called stale."""
         now = time.monotonic()

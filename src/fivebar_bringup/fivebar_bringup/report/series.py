@@ -27,6 +27,7 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     SUPERVISOR_NAMES,
     SUPERVISOR_STATE,
+    TORQUE_COMMAND,
     TORQUE_REQUESTED,
     VHC_TORQUE,
     Topic,
@@ -110,6 +111,8 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
     robot, plan = scenario.five_bar(), scenario.plan()
     exact = GROUND_TRUTH if scenario.estimated else JOINT_STATES
     join = _Join(recording, scenario.rate_hz, exact)
+    # a bag of a graph whose last node has no limits of its own has the command alone
+    requested = TORQUE_REQUESTED if recording.count(TORQUE_REQUESTED) > 0 else TORQUE_COMMAND
     time = join.sample / scenario.rate_hz
     position = join.values(exact, JOINTS, "position")
     velocity = join.values(exact, JOINTS, "velocity")
@@ -135,7 +138,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         joint_position=position,
         joint_velocity=velocity,
         torque_applied=join.values(exact, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
-        torque_requested=join.values(TORQUE_REQUESTED, ACTIVE_JOINTS, "effort"),
+        torque_requested=join.values(requested, ACTIVE_JOINTS, "effort"),
         torque_away=join.values(AWAY_TORQUE[scenario.scheme().away], ACTIVE_JOINTS, "effort"),
         torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
         reference=reference,

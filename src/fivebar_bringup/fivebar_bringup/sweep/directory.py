@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.bag.tail import replace_file
-from fivebar_bringup.engine.compiling import digest
-from fivebar_bringup.engine.loop import run_loop
 from fivebar_bringup.run_directory import new_directory
+from fivebar_bringup.sweep.program import program_digest
 from fivebar_bringup.sweep.rows import HEAD, Row, as_lines, from_lines
 from fivebar_bringup.sweep.running import CONTROLLERS
 from fivebar_description.strict_yaml import InputError
@@ -26,12 +25,12 @@ class Settings(NamedTuple):
     Attributes:
         seed: of all cases.
         cases: crossings that the screen has to call feasible for unified before the sweep is done.
-        engine: digest of the code of the closed loop.
+        program: digest of the code that decides the rows.
     """
 
     seed: int
     cases: int
-    engine: str
+    program: str
 
 
 class SweepDirectory(NamedTuple):
@@ -67,7 +66,7 @@ class SweepDirectory(NamedTuple):
         """
         try:
             content = json.loads(self.settings.read_text(encoding="utf-8"))["settings"]
-            return Settings(int(content["seed"]), int(content["cases"]), str(content["engine"]))
+            return Settings(int(content["seed"]), int(content["cases"]), str(content["program"]))
         except OSError as error:
             raise InputError(f"{self.settings}: cannot be read: {error.strerror}") from error
         except (ValueError, KeyError, TypeError) as error:
@@ -133,21 +132,20 @@ def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[Sweep
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
     """
-    engine = digest(run_loop)
+    program = program_digest()
     if out is not None and SweepDirectory(out).settings.is_file():
         begun = SweepDirectory(out)
         settings = begun.read_settings()
-        wanted = {"seed": seed, "cases": cases, "engine": engine}
+        wanted = {"seed": seed, "cases": cases, "program": program}
         for name, value in wanted.items():
             found = getattr(settings, name)
             if value is not None and value != found:
-                what = "code of the closed loop" if name == "engine" else name
                 raise InputError(
-                    f"{out}: holds a sweep with {what} {found}, not {value}: expected the same or another directory"
+                    f"{out}: holds a sweep with {name} {found}, not {value}: expected the same or another directory"
                 )
         return begun, settings
     new = SweepDirectory(new_directory(out, "sweep"))
-    settings = Settings(DEFAULT_SEED if seed is None else seed, DEFAULT_CASES if cases is None else cases, engine)
+    settings = Settings(DEFAULT_SEED if seed is None else seed, DEFAULT_CASES if cases is None else cases, program)
     try:
         new.write({"settings": settings._asdict(), "finished": False})
     except OSError as error:
