@@ -26,7 +26,8 @@ def test_an_endless_stream_is_taken_piece_by_piece_and_closed(workers: int) -> N
     with closing(stream(math.factorial, tasks(), workers)) as coming:
         found = list(islice(coming, 7))
     assert len(found) == 7 and set(found) <= {math.factorial(number) for number in taken}
-    assert len(taken) <= 7 + 2 * workers
+    # at most as many under way, and as many finished that nobody has asked for
+    assert len(taken) <= 7 + 4 * workers
     assert set(multiprocessing.active_children()) <= before
 
 

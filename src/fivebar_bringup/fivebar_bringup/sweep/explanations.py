@@ -11,7 +11,7 @@ from fivebar_bringup.engine.case import case_of, sampled
 from fivebar_bringup.engine.engine import traced_crossing
 from fivebar_bringup.engine.outcome import TraceRow
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.sweep.drawing import DrawnScenario
+from fivebar_bringup.sweep.drawing import TORQUE_LIMIT, DrawnScenario
 from fivebar_bringup.sweep.rows import Row
 from fivebar_bringup.sweep.running import made
 from fivebar_control.model.kinematics import state_from_joints
@@ -88,12 +88,13 @@ class Explanation(NamedTuple):
         """The explanation in words."""
         row, worst = self.row, self.worst
         saved = f"succeeds with {', or '.join(self.saved_by)}" if self.saved_by else "fails with each single change too"
+        when = "before the fault" if row.fault else "in the run"
         return (
-            f"{row.why_not}. Up to a first fault furthest off after {worst.time:.3f} s,"
-            f" by {1e3 * worst.error:.2f} mm, at 1/cond(A) = {worst.kappa:.3f},"
-            f" told of a place {1e3 * worst.estimate_off:.2f} mm off;"
-            f" {row.saturated} samples asked for more than the limit. Nearest limit of the screen: {row.limit},"
-            f" used to {100.0 * (row.limit_use or 0.0):.0f} %. It {saved}."
+            f"{row.why_not}. The largest error {when} was {1e3 * worst.error:.2f} mm after {worst.time:.3f} s, at"
+            f" 1/cond(A) = {worst.kappa:.3f}, where the controller was told of a place"
+            f" {1e3 * worst.estimate_off:.2f} mm off. The motors gave up to {row.applied or 0.0:.2f} of"
+            f" {TORQUE_LIMIT:g} Nm. Nearest limit of the screen:"
+            f" {row.limit}, used to {100.0 * (row.limit_use or 0.0):.0f} %. It {saved}."
         )
 
     def as_json(self) -> dict[str, Any]:

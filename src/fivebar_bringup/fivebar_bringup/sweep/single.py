@@ -73,7 +73,7 @@ def trace_png(scenario: Scenario, row: Row) -> bytes:
     wanted = plan.rows[: len(trace), :2]
     with house_style():
         figure = new_figure(
-            f"Case {row.case}, {row.controller}: {'success' if row.success else row.why_not}",
+            f"Case {row.case}, {row.controller}: {'success' if row.success else row.why_not.partition(';')[0]}",
             f"{row.status.replace('_', ' ')}; {_equipment(row)}; mass × {row.mass_scale:.2f}, inertia ×"
             f" {row.inertia_scale:.2f}, friction × {row.friction_scale:.2f}",
             5.6,

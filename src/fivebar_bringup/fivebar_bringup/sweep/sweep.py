@@ -194,12 +194,12 @@ def _verdict(rows: Sequence[Row]) -> tuple[bool, str]:
 
 
 def _drawn_words() -> str:
-    encoders = ", ".join("exact sensors" if one is None else f"{one}" for one in drawing.ENCODERS)
+    encoders = ", ".join("none, with exact sensors" if one is None else f"{one}" for one in drawing.ENCODERS)
     return (
         f"Straight segments of the robot {drawing.ROBOT} between two random rest points in different assembly modes, in"
         f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
         f" scale; mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of what the controllers believe;"
-        f" encoder counts {encoders} (with encoders: the motors' only, estimator, torque in steps of 2 mNm); delay of 0"
+        f" encoder counts {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0"
         f" or 1 sample; torque limit {drawing.TORQUE_LIMIT:g} Nm, {drawing.RATE_HZ} samples/s; unified with weight"
         f" {drawing.UNIFIED_WEIGHT:g}. All that the planner accepts is run, also what a controller's screen does not"
         " call feasible."

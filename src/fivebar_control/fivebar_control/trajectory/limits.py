@@ -12,6 +12,11 @@ COARSE_SPEED_STEP = 0.04
 """Speed (rad/s) that encoders should tell apart for a blended controller to stay near the locus for 0.2 s."""
 
 
+ESTIMATED_DWELL = 0.15
+"""Longest stay near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on its
+reference."""
+
+
 class Limits(NamedTuple):
     """What a motion has to keep.
 
@@ -35,7 +40,7 @@ class Limits(NamedTuple):
     motor_speed: float = SafetySettings().joint_speed_limit
     serial_margin: float = 0.15
     dwell: float = 0.2
-    rest: float = NEAR_LOCUS
+    rest: float = 1.2 * NEAR_LOCUS
     zone_stay: float = 0.12
     authority: float = MIN_AUTHORITY
 
@@ -59,6 +64,8 @@ def limits_of(
         speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones.
     """
     limits = Limits(torque=torque, motor_speed=motor_speed)
+    if speed_step > 0.0:
+        limits = limits._replace(dwell=ESTIMATED_DWELL)
     if not follower.blended:
         return limits
     if speed_step > COARSE_SPEED_STEP:
