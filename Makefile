@@ -38,7 +38,9 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 
 .PHONY: test
 test: lint ## lint, then run all tests
-	@$(BIN)/python -m pytest tests -q --durations=10
+	@# two at a time, but what follows the clock alone
+	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile -m "not clock" --durations=10
+	$(BIN)/python -m pytest tests -q -m clock --durations=10
 
 .PHONY: lint
 lint: setup ## check style and types

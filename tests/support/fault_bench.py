@@ -1,18 +1,19 @@
-"""The graph of an experiment with every node a process of its own, on drives that this process emulates and breaks."""
+"""The graph of an experiment with every node a process of its own, on drives that can be broken."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import queue
 import signal
+import subprocess
 import sys
 import threading
-import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from graph_probe import Bench, ChildProcess, Probe
+from graph_probe import DEADLINE, Bench, ChildProcess, Probe
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
@@ -33,66 +34,95 @@ from fivebar_description.interface import (
     sample_of_stamp,
 )
 from fivebar_description.ros.messages import stamp_of
-from fivebar_sim.drives.commands import obey
-from fivebar_sim.drives.configuration import load_emulation
-from fivebar_sim.drives.emulation import Emulation, open_bus
 
 PRIORITY = 20
 """Under SCHED_FIFO where that is granted: what is tested are cycles of the clock, on a machine with other work."""
 
 NOT_RUN = ("imu_listener", EMULATED_ROBOT)
 
+WITNESSED_DRIVES = Path(__file__).with_name("witnessed_drives.py")
 
-class Torques(NamedTuple):
-    """What both motors had from a moment (monotonic, s) on."""
 
-    since: float
+SPARE = """
+import importlib, os, signal, sys
+if os.sched_getscheduler(0) == os.SCHED_FIFO:
+    os.sched_setparam(0, os.sched_param(os.sched_getparam(0).sched_priority - 1))
+module = importlib.import_module(sys.argv[1])
+os.kill(os.getpid(), signal.SIGSTOP)
+module.main()
+"""
+"""A node that has loaded what it needs, out of the way of all others, and waits for SIGCONT to begin."""
+
+
+class Look(NamedTuple):
+    """What the drives' process tells: when (monotonic, s), SYNCs heard so far, both torques (Nm), fastest joint."""
+
+    time: float
+    syncs: int
     first: float
     second: float
+    speed: float
 
     @property
     def zero(self) -> bool:
         return self.first == self.second == 0.0
 
 
-class EmulatedPair:
-    """The emulated drives in a thread of this process, and what torque they gave when."""
+class Stop(NamedTuple):
+    """From a moment until both motors had no torque for good: SYNCs heard (the last of them found none), and s."""
 
-    def __init__(self, file: Path) -> None:
-        emulation = load_emulation(str(file))
-        self._bus = open_bus(emulation.bus)
-        self.emulation = Emulation(emulation, self._bus)
-        self.log: list[Torques] = []
-        self._orders: list[str] = []
-        self._ending = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
+    syncs: int
+    seconds: float
+
+
+class DrivesProcess:
+    """The emulated drives in a process of their own, as hardware is, and what torque they gave at every SYNC."""
+
+    def __init__(self, file: Path, priority: int) -> None:
+        self.log: list[Look] = []
+        self._obeyed: queue.SimpleQueue[Look] = queue.SimpleQueue()
+        self._process = subprocess.Popen(
+            [sys.executable, str(WITNESSED_DRIVES), str(file), str(priority)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
 
-    def _run(self) -> None:
-        with contextlib.suppress(PermissionError):
-            os.sched_setscheduler(threading.get_native_id(), os.SCHED_FIFO, os.sched_param(PRIORITY))
-        self.emulation.run(self._ending, self._between)
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            word, when, syncs, *others = line.split()
+            look = Look(float(when), int(syncs), *map(float, others))
+            self.log.append(look)
+            if word == "obeyed":
+                self._obeyed.put(look)
 
-    def _between(self) -> None:
-        while self._orders:
-            obey(self.emulation, self._orders.pop(0))
-        first, second = (drive.torque for drive in self.emulation.drives)
-        if not self.log or (first, second) != self.log[-1][1:]:
-            self.log.append(Torques(time.monotonic(), first, second))
-
-    def order(self, *lines: str) -> None:
-        """Have lines of the drives' protocol obeyed, and wait until they are."""
-        self._orders.extend(lines)
-        while self._orders:
-            time.sleep(0.001)
+    def order(self, *lines: str) -> float:
+        """Have lines of the drives' protocol obeyed; return when the last one was."""
+        assert self._process.stdin is not None
+        for line in lines:
+            self._process.stdin.write(f"{line}\n")
+        self._process.stdin.flush()
+        return [self._obeyed.get(timeout=DEADLINE) for _ in lines][-1].time
 
     def at_rest(self) -> bool:
-        return max(abs(self.emulation.plant.joint_velocities)) < 0.02
+        return self.log[-1].speed < 0.02
+
+    def stop_since(self, moment: float) -> Stop | None:
+        """Return how long after a moment the torque was zero for good, None while it is not."""
+        begun = max((look.syncs for look in self.log if look.time <= moment), default=0)
+        found = None
+        for look in reversed(self.log):
+            if not look.zero:
+                break
+            found = look
+        return None if found is None else Stop(max(0, found.syncs - begun), max(0.0, found.time - moment))
 
     def close(self) -> None:
-        self._ending.set()
-        self._thread.join()
-        self._bus.shutdown()
+        self._process.terminate()
+        self._process.communicate(timeout=DEADLINE)
 
 
 class FaultBench:
@@ -103,18 +133,23 @@ class FaultBench:
         self.period = 1.0 / scenario.rate_hz
         self.bag = folder / "bag"
         files = write_drive_files(scenario, folder)
-        self.drives = EmulatedPair(files.emulation)
+        self.drives = DrivesProcess(files.emulation, PRIORITY + 1)
         nodes = crossing_graph(scenario, Mode.REALTIME, self.bag, Rehearsal(files))
         specs = processes(nodes, Mode.REALTIME, scenario.rate_hz, Scheduling(PRIORITY), composed=False)
         self._specs = {spec.name: self._changed(spec) for spec in specs if spec.name not in NOT_RUN}
         self._folder = folder
+        for name, spec in self._specs.items():
+            (folder / f"{name}.yaml").write_text(spec.parameter_file(), encoding="utf-8")
         self.processes: dict[str, ChildProcess] = {}
+        self._spares: dict[str, ChildProcess] = {}
         self.probe: Probe = bench.probe()
         self.probe.advertise(RUN_STATUS)
         self.probe.listen(FAULTS, SAFETY_STATE, DRIVES_STATE, MOTOR_STATES, JOINT_STATES, TORQUE_COMMAND)
         for name in self._specs:
             self.start(name)
         self.wait_ready(set(self._specs))
+        # obeyed once the drives are on the bus
+        self.drives.order("home")
         self.change(Transition.TRANSITION_CONFIGURE)
         self.running = False
 
@@ -130,10 +165,25 @@ class FaultBench:
 
     def start(self, name: str) -> None:
         """Start a process of the graph, or start it again."""
-        spec = self._specs[name]
-        path = self._folder / f"{name}.yaml"
-        path.write_text(spec.parameter_file(), encoding="utf-8")
-        self.processes[name] = self.bench.run([sys.executable, *spec.command, "--ros-args", "--params-file", str(path)])
+        spare = self._spares.pop(name, None)
+        if spare is None:
+            self.processes[name] = self._run(name, self._specs[name].command)
+            return
+        # a signal that comes before it stops would be lost
+        self.probe.wait_for(lambda: stopped_process(spare.pid), f"the spare {name}", 60.0)
+        spare.send(signal.SIGCONT)
+        self.processes[name] = spare
+        self.prepare(name)
+
+    def prepare(self, *names: str) -> None:
+        """Have a spare process ready for each of some nodes, so that it need not load when it takes another's place."""
+        for name in names:
+            (node,) = self._specs[name].nodes
+            self._spares[name] = self._run(name, ("-c", SPARE, node.module))
+
+    def _run(self, name: str, command: Sequence[str]) -> ChildProcess:
+        file = self._folder / f"{name}.yaml"
+        return self.bench.run([sys.executable, *command, "--ros-args", "--params-file", str(file)])
 
     def kill(self, name: str, number: signal.Signals = signal.SIGKILL) -> None:
         self.processes[name].send(number)
@@ -167,7 +217,7 @@ class FaultBench:
         self.drives.order("mend 1", "mend 2", "bus_on", "home")
         self.probe.got(JOINT_STATES).clear()
         self.running = False
-        # once more where this process, which emulates the drives, has left them without an answer for two cycles
+        # once more where a busy machine has left the bridge without an answer for two cycles
         self.probe.wait_for(self._activated, "an active bridge")
         self.running = True
         self.probe.wait_for(lambda: self.sample() > 0, "the first samples")
@@ -192,25 +242,21 @@ class FaultBench:
         self.probe.wait_for(lambda: len(self.faults()) > known, "a fault")
         return self.faults()[known]
 
-    def seconds_to_zero(self, since: float) -> float:
-        """Return how long after a moment both motors had no torque for good."""
-        self.probe.wait_for(lambda: self.drives.log[-1].zero, "no torque")
-        last = self.drives.log[-1].since
-        return max(0.0, last - since)
+    def stop_since(self, moment: float) -> Stop:
+        """Wait until both motors have no torque, and return how long after a moment that was."""
+        return self.probe.wait_for(lambda: self.drives.stop_since(moment), "no torque")
 
     def expect_no_torque_for(self, seconds: float) -> None:
         """Nothing enables by itself."""
-        changes = len(self.drives.log)
+        known = len(self.drives.log)
         self.probe.spin_for(seconds)
-        assert len(self.drives.log) == changes
-        assert self.drives.log[-1].zero
+        assert all(look.zero for look in self.drives.log[known - 1 :])
 
     def wait_for_rest(self) -> None:
         self.probe.wait_for(self.drives.at_rest, "the robot at rest")
 
     def enable_drives(self) -> None:
-        """Reset the bridge and enable the drives. This process, which emulates them, may leave them without an answer
-        for two cycles while it calls; then again."""
+        """Reset the bridge and enable the drives; again where a busy machine has lost two cycles meanwhile."""
 
         def enabled() -> bool:
             assert self.drives.log[-1].zero
@@ -242,19 +288,25 @@ class FaultBench:
         self.processes[RECORDER].wait()
 
     def close(self) -> None:
-        for name in (BRIDGE, *(name for name in self.processes if name not in (BRIDGE, RECORDER)), RECORDER):
-            process = self.processes[name]
-            if process.status is None:
+        for names in ({BRIDGE}, set(self.processes) - {BRIDGE, RECORDER}, {RECORDER}):
+            ending = [self.processes[name] for name in names if self.processes[name].status is None]
+            for process in ending:
                 process.send(signal.SIGINT)
+            for process in ending:
                 process.wait()
         self.drives.close()
+
+
+def stopped_process(number: int) -> bool:
+    """Return whether a process has been stopped by SIGSTOP."""
+    return Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] == "T"
 
 
 @contextlib.contextmanager
 def fault_bench(folder: Path, scenario: Scenario) -> Iterator[FaultBench]:
     """A bench that is closed whatever happens."""
     folder.mkdir(parents=True, exist_ok=True)
-    with Bench(folder) as bench, ordered_priority():
+    with ordered_priority(), Bench(folder) as bench:
         made = FaultBench(bench, folder, scenario)
         try:
             yield made
@@ -264,17 +316,17 @@ def fault_bench(folder: Path, scenario: Scenario) -> Iterator[FaultBench]:
 
 @contextlib.contextmanager
 def ordered_priority() -> Iterator[None]:
-    """Run this thread, which holds Python's lock that the drives need, under the nodes' priority where granted."""
+    """Run this thread, and what it starts, a little below the nodes' priority where that is granted.
+
+    Whoever breaks something is not held up by other work between noting the time and doing it.
+    """
     me = threading.get_native_id()
-    granted, interval = True, sys.getswitchinterval()
-    sys.setswitchinterval(0.0005)
     try:
-        os.sched_setscheduler(me, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        os.sched_setscheduler(me, os.SCHED_FIFO, os.sched_param(PRIORITY - 1))
     except PermissionError:
-        granted = False
+        yield
+        return
     try:
         yield
     finally:
-        sys.setswitchinterval(interval)
-        if granted:
-            os.sched_setscheduler(me, os.SCHED_OTHER, os.sched_param(0))
+        os.sched_setscheduler(me, os.SCHED_OTHER, os.sched_param(0))

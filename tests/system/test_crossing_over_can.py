@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 from fivebar_command import RUN_DEADLINE, FivebarCommand
-from graph_probe import Bench
+from graph_probe import Bench, Probe
 
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.recording import Recording
@@ -27,10 +27,15 @@ from fivebar_description.interface import (
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.drives.configuration import load_emulation
 
+pytestmark = pytest.mark.clock
+
 PRIORITY = ("--priority", "20")
 """Real-time scheduling where it is granted: the clock waits for nobody, whatever else the machine has to do."""
 
 ZERO = (0.0, 0.0)
+
+SLOW = 20.0
+"""Time (s) of one segment of a motion that is interrupted."""
 
 
 def rehearse(fivebar: Callable[..., FivebarCommand], *options: str) -> FivebarCommand:
@@ -88,17 +93,26 @@ def test_a_killed_node_is_told_and_stops_the_robot(fivebar: Callable[..., Fiveba
     assert tuple(bag_of(call).field(TORQUE_COMMAND, "effort")[-1]) == ZERO
 
 
+def has_moved(probe: Probe, call: FivebarCommand) -> bool:
+    if call.status is not None:
+        pytest.fail(f"the run has ended before it was interrupted: {call.stdout}{call.stderr}")
+    return len(probe.got(MOTOR_STATES)) > 30
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -> None:
     with Bench(tmp_path) as bench:
         probe = bench.probe()
         probe.listen(MOTOR_STATES)
-        slow = load_scenario("middle_robot").model_copy(update={"name": "slow", "segment_duration": 3.0})
+        # nobody awaits the probe: the motion lasts longer than a busy machine may take until it has joined
+        slow = load_scenario("middle_robot").model_copy(
+            update={"name": "slow", "segment_duration": SLOW, "rate_hz": 50}
+        )
         (tmp_path / "slow.yaml").write_text(slow.to_yaml())
         arguments = ("run", "slow.yaml", "--hardware", "emulated", "--json", "--out", "out", *PRIORITY)
         call = FivebarCommand(tmp_path, *arguments, "--domain", str(bench.domain), domain=bench.domain)
         try:
-            probe.wait_for(lambda: len(probe.got(MOTOR_STATES)) > 30, "the motion", RUN_DEADLINE)
+            probe.wait_for(lambda: has_moved(probe, call), "the motion", RUN_DEADLINE)
             call.send(number)
             assert call.finish() == 1
             summary = call.json()

@@ -110,7 +110,7 @@ def crossing_graph(
             "fivebar_control",
             "trajectory_generator",
             {**motion, "after_fault": "continue" if mode is Mode.LOCKSTEP else "hold", **_goal_parameters(scenario)},
-            (JOINT_STATES, SAFETY_STATE, GOAL),
+            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL),
             (REFERENCE, GOAL_STATUS),
         ),
         NodeSpec(

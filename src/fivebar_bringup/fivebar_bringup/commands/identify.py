@@ -35,7 +35,7 @@ def identify(
 
     A motion that excites all of them is the scenario excitation; docs/identification.md goes through it.
 
-    Example: `fivebar simulate excitation --out runs/moved && fivebar identify runs/moved`
+    Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
     """
     with input_errors(), ending_on_sigterm():
         findings = identify_bag(bag, robot)

@@ -18,13 +18,10 @@ from fivebar_description.parameters import load_robot
 from fivebar_description.ros.imu_parameters import declare_imu
 from fivebar_description.ros.messages import MessageError
 from fivebar_description.ros.run import run_node
-from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
 LONGEST_GAP = 5
 """Samples without IMU data after which they are reported as missing."""
-
-QUEUE_DEPTH = 2000
-"""Messages that may wait: the control loop does not wait for this node, so it must be able to catch up."""
 
 
 def read_imu(message: Imu) -> Vector3:

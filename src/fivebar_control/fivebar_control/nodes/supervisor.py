@@ -20,7 +20,7 @@ from fivebar_description.interface import (
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node
-from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
 WEIGHTING = Spec(
     "weighting",
@@ -42,7 +42,7 @@ class SupervisorNode(SamplingNode):
         self._reply: SupervisorState | None = None
         self._state = self.advertise(SUPERVISOR_STATE)
         self._sigma = self.advertise(SUPERVISOR_SIGMA)
-        self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),))
+        self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),), QUEUE_DEPTH)
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish sigma and 1/cond(A)."""

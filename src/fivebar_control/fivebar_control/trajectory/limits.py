@@ -13,8 +13,8 @@ COARSE_SPEED_STEP = 0.04
 
 
 ESTIMATED_DWELL = 0.15
-"""Longest stay near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on its
-reference."""
+"""Longest stay near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on
+its reference."""
 
 
 class Limits(NamedTuple):

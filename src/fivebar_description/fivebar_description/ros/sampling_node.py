@@ -13,6 +13,9 @@ from fivebar_description.ros.messages import MessageError, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import Arrival, StampJoin
 
+QUEUE_DEPTH = 2000
+"""Messages that may wait for a node whose answer nobody waits for: the run goes on while it has no processor time."""
+
 
 class Input(NamedTuple):
     """One input.
