@@ -22,6 +22,7 @@ from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -133,17 +134,21 @@ class Probe:
         for status in message.status:
             self._health[status.name] = status
 
-    def advertise(self, *topics: Topic) -> None:
+    def advertise(self, *topics: Topic, depth: int | None = None) -> None:
         """Make the publishers of topics, so that others can discover them."""
         for topic in topics:
             if topic.name not in self._publishers:
                 self._publishers[topic.name] = self.node.create_publisher(
-                    message_class(topic), topic.name, qos_profile(topic.qos)
+                    message_class(topic), topic.name, qos_profile(topic.qos, depth)
                 )
 
     def publish(self, topic: Topic, message: Any) -> None:
         self.advertise(topic)
         self._publishers[topic.name].publish(message)
+
+    def delivered(self, *topics: Topic) -> bool:
+        """Wait until what was published has arrived at every listener; return whether it has in time."""
+        return all(self._publishers[topic.name].wait_for_all_acked(Duration(seconds=DEADLINE)) for topic in topics)
 
     def listen(self, *topics: Topic, callback: Callable[[Any], None] | None = None, depth: int = 5000) -> None:
         """Keep the messages of topics, or hand them to a callback."""

@@ -37,3 +37,14 @@ def test_scattered_far_stamps_are_never_believed(first: int, step: int) -> None:
     join = answered(0)
     assert [join.arrival(first + number * step) for number in range(4)] == [Arrival.LEAP] * 4
     assert join.arrival(1) is Arrival.NEW
+
+
+@given(capacity=st.integers(1, 60), count=st.integers(0, 100))
+def test_as_many_samples_wait_as_there_is_room_for(capacity: int, count: int) -> None:
+    join = StampJoin(["a", "b"], capacity)
+    for sample in range(count):
+        assert join.put("a", sample, sample) is None
+    kept = min(count, capacity)
+    assert (join.waiting("a"), join.waiting("b")) == (0, kept)
+    answers = [join.put("b", sample, -sample) for sample in range(count - kept, count)]
+    assert answers == [(sample, -sample) for sample in range(count - kept, count)]

@@ -56,7 +56,8 @@ class BagRecorder(GraphNode):
         self.every(CHECKPOINT_PERIOD, self._checkpoint)
 
     def stop(self) -> None:
-        """Close the bag with what was lost."""
+        """Close the bag with all that has arrived and the count of what was lost."""
+        self.take_the_rest()
         lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
         try:
             self._bag.close({"dropped": str(sum(self._lost.values())), **lost})

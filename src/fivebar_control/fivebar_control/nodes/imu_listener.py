@@ -21,7 +21,7 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
 LONGEST_GAP = 5
-"""Samples without IMU data after which they are reported as missing."""
+"""Samples of the reference that may wait for IMU data before these are reported as missing."""
 
 
 def read_imu(message: Imu) -> Vector3:
@@ -47,22 +47,19 @@ class ImuListener(SamplingNode):
         self._arguments = (load_robot(values["robot"]), *values["working_mode"], values["rate_hz"], declare_imu(self))
         self._check = ImuCheck(*self._arguments)
         self._saturated = 0
-        self._missing = 0
         self._error = self.advertise(IMU_ERROR)
         # an IMU reading is about the moment of its stamp, a reference about one that is `lead_samples` later
         read_reference = fields_of(REFERENCE_NAMES, "position", "velocity")
         inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, values["lead_samples"]))
         self.join(values["rate_hz"], inputs, QUEUE_DEPTH)
 
+    def stop(self) -> None:
+        """Compare what has arrived: the run does not wait for this node, its end shall not either cut it short."""
+        self.take_the_rest()
+
     def restart(self) -> None:
         """Begin with a low-pass that has no memory of the last run."""
         self._check = ImuCheck(*self._arguments)
-
-    def admit(self, sample: int, driving: bool) -> bool:
-        """Look for references that run ahead of the IMU."""
-        if not driving and sample - self.last_sample > LONGEST_GAP:
-            self._missing += 1
-        return True
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the acceleration error."""
@@ -72,8 +69,9 @@ class ImuListener(SamplingNode):
 
     def health(self) -> tuple[bytes, str]:
         """Return a warning when the IMU's data are missing or saturated."""
-        if self._missing:
-            return DiagnosticStatus.WARN, f"no IMU data for {self._missing} samples of the reference"
+        waiting = self.waiting_samples(IMU_DATA)
+        if waiting > LONGEST_GAP:
+            return DiagnosticStatus.WARN, f"no IMU data for {waiting} samples of the reference"
         if self._saturated:
             return DiagnosticStatus.WARN, f"{self._saturated} samples with a saturated axis"
         return super().health()

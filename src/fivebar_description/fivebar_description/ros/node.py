@@ -31,7 +31,7 @@ SENDER_DEPTH = 1000
 """Messages that a sender keeps for listeners which have not taken them yet. A listener keeps few, but what is recorded
 must survive a recorder that gets no processor time for a while; acknowledged messages are not kept."""
 
-DELIVERY_TIME = 0.3
+DELIVERY_TIME = 1.0
 """Longest time (s) that an ending node waits for its last messages to arrive."""
 
 DIAGNOSTICS_PERIOD = 1.0
@@ -116,6 +116,14 @@ class GraphNode(Node):
             callback({change.name: change.value for change in changes})
 
         self.add_post_set_parameters_callback(changed)
+
+    def take_the_rest(self) -> None:
+        """Take what has arrived and still waits; for nodes that only listen, whose end must not lose what was said."""
+        for subscription in self._inputs:
+            handle = subscription.handle
+            with handle:
+                while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is not None:
+                    subscription.callback(taken[0])
 
     def advertise(self, topic: Topic) -> Publisher[Any]:
         """Return a publisher of a topic of the graph."""

@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 from fivebar_description.interface import Topic, sample_of_stamp
 from fivebar_description.ros.messages import MessageError, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.stamp_join import Arrival, StampJoin
+from fivebar_description.ros.stamp_join import CAPACITY, Arrival, StampJoin
 
 QUEUE_DEPTH = 2000
 """Messages that may wait for a node whose answer nobody waits for: the run goes on while it has no processor time."""
@@ -46,7 +46,7 @@ class SamplingNode(GraphNode):
         `depth` is how many messages may wait, for a node whose answer nobody waits for; by default that of the topic.
         """
         self.rate_hz = rate_hz
-        self._join = StampJoin([one.topic.name for one in inputs])
+        self._join = StampJoin([one.topic.name for one in inputs], depth or CAPACITY)
         self._driver = inputs[0].topic
         # the driver last: when its message arrives, those of the same sample are the likelier to be there
         for one in (*inputs[1:], inputs[0]):
@@ -78,6 +78,10 @@ class SamplingNode(GraphNode):
     def missing_inputs(self, sample: int) -> list[str]:
         """Return the topics that an open sample still lacks."""
         return self._join.missing(sample)
+
+    def waiting_samples(self, topic: Topic) -> int:
+        """Return how many samples wait for a topic."""
+        return self._join.waiting(topic.name)
 
     def _receiver(self, one: Input) -> Callable[[Any], None]:
         driving = one.topic is self._driver

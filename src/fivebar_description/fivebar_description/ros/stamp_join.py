@@ -7,8 +7,7 @@ from enum import Enum
 from typing import Any
 
 CAPACITY = 16
-"""Samples that may wait for their other inputs; the oldest is given up when more arrive."""
-
+"""Samples that may wait for their other inputs, where not told otherwise; the oldest is given up when more arrive."""
 
 LEAP = 5000
 """A sample so many after the last one is taken for a wrong stamp, unless its like comes again: to believe a single one
@@ -27,9 +26,10 @@ class Arrival(Enum):
 class StampJoin:
     """Collects one value of every input for each sample number, and hands them out once they are complete."""
 
-    def __init__(self, inputs: Sequence[str]) -> None:
-        """Make a join of named inputs."""
+    def __init__(self, inputs: Sequence[str], capacity: int = CAPACITY) -> None:
+        """Make a join of named inputs, in which so many samples may wait."""
         self._inputs = tuple(inputs)
+        self._capacity = capacity
         self._open: dict[int, dict[str, Any]] = {}
         self.last = -1
         """The sample that was completed last, -1 before the first."""
@@ -53,7 +53,7 @@ class StampJoin:
         waiting = self._open.setdefault(sample, {})
         waiting[name] = value
         if len(waiting) < len(self._inputs):
-            if len(self._open) > CAPACITY:
+            if len(self._open) > self._capacity:
                 del self._open[min(self._open)]
             return None
         self.close(sample)
@@ -63,6 +63,10 @@ class StampJoin:
         """Return the inputs that an open sample still lacks."""
         waiting = self._open.get(sample, {})
         return [name for name in self._inputs if name not in waiting]
+
+    def waiting(self, name: str) -> int:
+        """Return how many open samples lack an input."""
+        return sum(name not in values for values in self._open.values())
 
     def close(self, sample: int) -> None:
         """Count a sample as answered, and forget it and all older ones."""
