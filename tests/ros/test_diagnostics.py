@@ -135,3 +135,16 @@ def test_status_without_a_domain_takes_that_of_the_run(bench: Bench, tmp_path: P
     process = bench.run([*STATUS], ROS_DOMAIN_ID="x", TMPDIR=str(tmp_path))
     assert process.wait() == 2
     assert "ROS_DOMAIN_ID: 'x'" in process.stderr
+
+
+def test_the_time_between_two_runs_is_no_late_answer(bench: Bench, motion: MiddleMotion) -> None:
+    bench.start("supervisor", late_after_ms=1000.0)
+    probe = bench.probe()
+    feed(probe, motion, 5)
+    # longer than an answer may take; then a new run begins
+    probe.spin_for(1.2)
+    probe.publish(JOINT_STATES, motion.joint_states_message(0))
+    probe.answer(SUPERVISOR_STATE, 0)
+    probe.publish(JOINT_STATES, motion.joint_states_message(1))
+    probe.wait_for(lambda: probe.health("/supervisor")[1]["answered"] == "7", "seven answers")
+    assert probe.health("/supervisor")[1]["late"] == "0"

@@ -171,7 +171,7 @@ def _watch(
     died: set[str] = set()
     pace = EMULATED_ROBOT if EMULATED_ROBOT in processes else PLANT
     while processes[pace].status is None:
-        monitor.wait(POLL_PERIOD)
+        monitor.take_one(POLL_PERIOD)
         sample = monitor.status.get("sample", 0)
         if monitor.status:
             progress(sample, monitor.status["samples"])
@@ -188,7 +188,7 @@ def _watch(
             # the drives stay for the bridge, which is to switch them off
             return
     # the last word of the plant may still be on its way
-    monitor.wait(POLL_PERIOD)
+    monitor.take_one(POLL_PERIOD)
     if processes[pace].status not in (0, 1):
         faults.append(f"node_died: {pace} ended with status {processes[pace].status}: {processes[pace].last_line()}")
 

@@ -56,7 +56,7 @@ def status(
         number = _domain(domain)
     with DiagnosticsListener(number) as listener:
         if listener.heard(DISCOVERY_TIME):
-            listener.listen(LISTENING_TIME)
+            listener.take_for(LISTENING_TIME)
         if watch:
             _watch(listener)
         reports = listener.reports(OLDEST)
@@ -89,7 +89,7 @@ def _watch(listener: DiagnosticsListener) -> None:
         with Live(console=Console(), auto_refresh=False) as live:
             while True:
                 live.update(Group(_table(listener.reports(OLDEST))), refresh=True)
-                listener.listen(0.5)
+                listener.take_for(0.5)
     except KeyboardInterrupt:
         pass
 

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
 from typing import NamedTuple
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
-from fivebar_description.ros.run import use_local_network_only
+from fivebar_description.ros.domain_member import DomainMember
 
 LEVELS = {
     DiagnosticStatus.OK: "ok",
@@ -34,32 +28,18 @@ class NodeReport(NamedTuple):
     figures: dict[str, str]
 
 
-class DiagnosticsListener:
-    """Listens to /diagnostics in a context of its own; use it as a context manager."""
+class DiagnosticsListener(DomainMember):
+    """Listens to /diagnostics."""
 
     def __init__(self, domain: int) -> None:
         """Join a DDS domain."""
-        use_local_network_only()
+        super().__init__("fivebar_status", domain)
         self._reports: dict[str, tuple[float, NodeReport]] = {}
-        self._context = Context()
-        rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node("fivebar_status", context=self._context)
-        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, DEPTH)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
-
-    def listen(self, seconds: float) -> None:
-        """Listen for some time (s)."""
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, DEPTH)
 
     def heard(self, seconds: float) -> bool:
         """Listen until a node has been heard, for some time (s) at most; return whether one has."""
-        end = time.monotonic() + seconds
-        while not self._reports and (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
-        return bool(self._reports)
+        return self.wait_for(lambda: self._reports, seconds)
 
     def reports(self, oldest: float) -> list[NodeReport]:
         """Return the last report of every node by name; one older than `oldest` (s) is called stale."""
@@ -74,15 +54,3 @@ class DiagnosticsListener:
             figures = {pair.key: pair.value for pair in status.values}
             level = LEVELS.get(status.level, "stale")
             self._reports[status.name] = time.monotonic(), NodeReport(status.name, level, status.message, figures)
-
-    def __enter__(self) -> DiagnosticsListener:
-        """Return the listener."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Leave the domain."""
-        self._executor.shutdown()
-        self._node.destroy_node()
-        self._context.try_shutdown()

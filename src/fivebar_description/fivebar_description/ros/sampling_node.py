@@ -110,6 +110,7 @@ class SamplingNode(GraphNode):
                 return
             if arrival is Arrival.OLD:
                 self._join.restart()
+                self.note_pause()
                 self.restart()
             self._take(one.topic, sample, values, driving)
 

@@ -1,0 +1,74 @@
+"""A node for programs that are no part of the graph: in a context of its own, it spins only while it is asked to."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
+
+from fivebar_description.interface import Topic
+from fivebar_description.ros.messages import message_class
+from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.run import use_local_network_only
+
+LOOK_PERIOD = 0.05
+"""Longest time (s) between two looks at a condition that is waited for."""
+
+
+class DomainMember:
+    """A member of a DDS domain; use it as a context manager."""
+
+    def __init__(self, name: str, domain: int) -> None:
+        """Join a domain under the name of a node."""
+        use_local_network_only()
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node(name, context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+
+    def listen(self, topic: Topic, callback: Callable[[Any], None]) -> None:
+        """Subscribe to a topic of the graph."""
+        self.node.create_subscription(message_class(topic), topic.name, callback, qos_profile(topic.qos))
+
+    def advertise(self, topic: Topic) -> Publisher[Any]:
+        """Return a publisher of a topic of the graph."""
+        return self.node.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos))
+
+    def take_one(self, seconds: float) -> None:
+        """Take one message, waiting for it at most some seconds."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def take_for(self, seconds: float) -> None:
+        """Take what comes within some time (s)."""
+        self.wait_for(lambda: False, seconds)
+
+    def wait_for(self, condition: Callable[[], object], seconds: float) -> bool:
+        """Take messages until a condition holds, for some seconds at most; return whether it does."""
+        end = time.monotonic() + seconds
+        while not condition():
+            left = end - time.monotonic()
+            if left <= 0.0:
+                return False
+            self._executor.spin_once(timeout_sec=min(left, LOOK_PERIOD))
+        return True
+
+    def __enter__(self) -> Self:
+        """Return the member."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the domain."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
