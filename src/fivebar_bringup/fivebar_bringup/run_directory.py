@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -67,12 +68,13 @@ class RunDirectory(NamedTuple):
 
 
 def new_directory(out: Path | None, name: str) -> Path:
-    """Make a new directory for results, by default runs/NAME-DATE-TIME.
+    """Make a new directory for results, by default runs/NAME-DATE-TIME, with a dash for what no file name should have.
 
     Raises:
         InputError: the directory holds something already or cannot be made.
     """
-    path = out if out is not None else Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    stem = re.sub(r"[^\w.-]+", "-", name)
+    path = out if out is not None else Path("runs") / f"{stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     try:
         path.mkdir(parents=True, exist_ok=True)
         if any(path.iterdir()):

@@ -17,7 +17,7 @@ from fivebar_bringup.compare.page import html_page
 from fivebar_bringup.compare.results import run_case
 from fivebar_bringup.compare.tables import overview_table, rigs_table, run_tables, tight_table
 from fivebar_bringup.compare.verdicts import Finding, findings
-from fivebar_bringup.report.picture import Picture
+from fivebar_bringup.report.picture import Picture, write_pictures
 from fivebar_bringup.report.plain_values import finite
 from fivebar_bringup.report.table import Table
 from fivebar_bringup.run_directory import new_directory
@@ -81,10 +81,7 @@ def compare(
 
 def _write(directory: Path, pictures: Sequence[Picture], content: Mapping[str, Any], texts: Mapping[Path, str]) -> None:
     try:
-        figures = directory / "figures"
-        figures.mkdir()
-        for picture in pictures:
-            replace_file(figures / f"{picture.name}.png", picture.png)
+        write_pictures(directory / "figures", pictures)
         text = json.dumps(content, indent=2, allow_nan=False) + "\n"
         replace_file(directory / "compare.json", text.encode("utf-8"))
         replace_file(directory / "compare.csv", _csv(content["runs"]).encode("utf-8"))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 from typing import NamedTuple
 
 from fivebar_bringup.bag.tail import replace_file
 from fivebar_bringup.identify.findings import Findings
 from fivebar_bringup.identify.reading import find_bag, read_record, read_start
+from fivebar_bringup.report.picture import write_pictures
 from fivebar_bringup.run_directory import new_directory
 from fivebar_control.identification.identification import NotIdentifiable, identify
 from fivebar_description.strict_yaml import InputError
@@ -68,14 +68,11 @@ def write_identification(findings: Findings, out: Path | None) -> Identification
     from fivebar_bringup.identify.figures import draw_pictures
     from fivebar_bringup.identify.page import html_page
 
-    stem = re.sub(r"[^\w.-]+", "-", findings.start.name)
-    directory = IdentificationDirectory(new_directory(out, f"identify-{stem}"))
+    directory = IdentificationDirectory(new_directory(out, f"identify-{findings.start.name}"))
     pictures = draw_pictures(findings)
     text = json.dumps(findings.as_json(), indent=2, allow_nan=False) + "\n"
     try:
-        directory.figures.mkdir(exist_ok=True)
-        for picture in pictures:
-            replace_file(directory.figures / f"{picture.name}.png", picture.png)
+        write_pictures(directory.figures, pictures)
         replace_file(directory.page, html_page(findings, pictures).encode("utf-8"))
         replace_file(directory.content, text.encode("utf-8"))
         replace_file(directory.robot, findings.parameter_file().encode("utf-8"))

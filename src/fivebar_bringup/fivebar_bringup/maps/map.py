@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.bag.tail import replace_file
+from fivebar_bringup.report.picture import write_pictures
 from fivebar_bringup.run_directory import new_directory
 from fivebar_description.parameters import FiveBar, RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
@@ -55,8 +55,7 @@ def new_map_directory(out: Path | None, name: str) -> MapDirectory:
     Raises:
         InputError: the directory holds something already or cannot be made.
     """
-    stem = re.sub(r"[^\w.-]+", "-", name)
-    return MapDirectory(new_directory(out, f"map-{stem}"))
+    return MapDirectory(new_directory(out, f"map-{name}"))
 
 
 def make_map(
@@ -91,9 +90,7 @@ def make_map(
         progress(rows + number * rows_per_picture, rows + drawing)
     content = {"robot": file.name, "lengths_m": file.lengths_m.model_dump(), **measures.as_json()}
     try:
-        directory.figures.mkdir(exist_ok=True)
-        for picture in pictures:
-            replace_file(directory.figures / f"{picture.name}.png", picture.png)
+        write_pictures(directory.figures, pictures)
         replace_file(directory.page, html_page(file.name, five_bar, measures, pictures).encode("utf-8"))
         replace_file(directory.measures, (json.dumps(content, indent=2, allow_nan=False) + "\n").encode("utf-8"))
     except OSError as error:

@@ -1,15 +1,15 @@
-"""The page of a map: one file with everything in it, which asks nothing of the network."""
+"""The page of a map."""
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterable, Sequence
 from html import escape
 
 from fivebar_bringup.maps.measures import Measures
 from fivebar_bringup.maps.wording import mode_name
-from fivebar_bringup.report.page import CSS
-from fivebar_bringup.report.picture import Picture
+from fivebar_bringup.report.document import html_document
+from fivebar_bringup.report.picture import Picture, figure_html
+from fivebar_bringup.report.table import plain_table
 from fivebar_description.parameters import FiveBar
 
 TITLES = {
@@ -26,32 +26,17 @@ TYPE3 = ("x in mm", "y in mm", "q₁₁ in rad", "q₂₁ in rad", "aligned", "w
 
 def html_page(name: str, robot: FiveBar, measures: Measures, pictures: Sequence[Picture]) -> str:
     """Return the page: lengths and areas, the explained pictures, the Type 3 points."""
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
-<title>{escape(name)}: workspace and singularities</title>
-<style>{CSS}</style>
-</head>
-<body>
-<main>
-<h1>{escape(name)}</h1>
-<p class="setting">{_lengths(robot)}</p>
+    body = f"""\
 <p>The platform gets to {measures.workspace_area:.1f} cm². The loop of links closes for
 {100.0 * measures.closing_share:.1f} % of all pairs of motor angles.</p>
 <h2>The four working modes</h2>
-{_table(MEASURED, _mode_rows(measures))}
+{plain_table(MEASURED, _mode_rows(measures))}
 <p>Areas of both assembly modes, and lengths of the Type 2 locus that divides them. A working mode names the side of
 each leg's elbow: +1 to the left on the way from the motor to the platform, −1 to the right.</p>
 {_figures(pictures)}
 <h2>Type 3 points</h2>
-{_type3(measures)}
-</main>
-</body>
-</html>
-"""
+{_type3(measures)}"""
+    return html_document(title=f"{name}: workspace and singularities", heading=name, setting=_lengths(robot), body=body)
 
 
 def _lengths(robot: FiveBar) -> str:
@@ -89,7 +74,7 @@ def _type3(measures: Measures) -> str:
         )
         for point in measures.type3
     )
-    return _table(TYPE3, rows)
+    return plain_table(TYPE3, rows)
 
 
 def _number(value: float, decimals: int) -> str:
@@ -97,16 +82,7 @@ def _number(value: float, decimals: int) -> str:
     return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
 
 
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    titles = "".join(f'<th scope="col">{escape(title)}</th>' for title in head)
-    body = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<div class="scroll"><table>\n<thead><tr>{titles}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table></div>'
-
-
 def _figures(pictures: Sequence[Picture]) -> str:
     return "\n".join(
-        f'<h2>{escape(TITLES[picture.name])}</h2>\n<figure><img alt="{escape(TITLES[picture.name], quote=True)}"'
-        f' src="data:image/png;base64,{base64.b64encode(picture.png).decode("ascii")}">'
-        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
-        for picture in pictures
+        f"<h2>{escape(TITLES[picture.name])}</h2>\n{figure_html(picture, TITLES[picture.name])}" for picture in pictures
     )

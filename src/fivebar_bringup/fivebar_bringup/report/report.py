@@ -8,6 +8,7 @@ from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.tail import replace_file
 from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.page import html_page
+from fivebar_bringup.report.picture import write_pictures
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.timing import read_timing
@@ -34,9 +35,7 @@ def write_report(run: RunDirectory) -> Summary:
     page = html_page(scenario, summary, pictures)
     text = json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n"
     try:
-        run.figures.mkdir(exist_ok=True)
-        for picture in pictures:
-            replace_file(run.figures / f"{picture.name}.png", picture.png)
+        write_pictures(run.figures, pictures)
         replace_file(run.page, page.encode("utf-8"))
         replace_file(run.summary, text.encode("utf-8"))
     except OSError as error:

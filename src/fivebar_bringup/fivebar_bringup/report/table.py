@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
 from typing import Any, NamedTuple
 
@@ -17,7 +18,10 @@ TABLE_CSS = """
 details { margin: .9rem 0; }
 summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
 """
-"""What a page with tables needs besides `page.CSS`."""
+"""What a page with tables needs besides what all pages have."""
+
+WIDE_TABLE_CSS = TABLE_CSS + "\nmain { max-width: 1240px; }\n"
+"""The same where the tables have many columns."""
 
 
 class Cell(NamedTuple):
@@ -46,11 +50,7 @@ class Table(NamedTuple):
 
 def table_html(table: Table) -> str:
     """Return a table with its title; a folded one shows only that until it is opened."""
-    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in table.columns)
-    body = "\n".join(f"<tr>{''.join(_cell(cell) for cell in row)}</tr>" for row in table.rows)
-    inner = (
-        f'<div class="scroll dense"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
-    )
+    inner = framed_rows(table.columns, ("".join(_cell(cell) for cell in row) for row in table.rows), "scroll dense")
     if table.folded:
         return f"<details><summary>{escape(table.title)}</summary>{inner}</details>\n"
     note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
@@ -62,3 +62,15 @@ def _cell(cell: Cell) -> str:
     kinds += ["long"] if len(cell.text) > LONG else []
     attribute = f' class="{" ".join(kinds)}"' if kinds else ""
     return f"<td{attribute}>{escape(cell.text)}</td>"
+
+
+def plain_table(columns: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return a table of texts."""
+    return framed_rows(columns, ("".join(f"<td>{escape(text)}</td>" for text in row) for row in rows))
+
+
+def framed_rows(columns: Iterable[str], rows: Iterable[str], kind: str = "scroll") -> str:
+    """Return a table from the titles of its columns and the HTML of each row's cells, in a box that scrolls."""
+    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
+    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
+    return f'<div class="{kind}"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table></div>'

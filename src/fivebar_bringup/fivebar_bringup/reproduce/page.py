@@ -1,13 +1,13 @@
-"""The page of a reproduction: one file with everything in it, which asks nothing of the network."""
+"""The page of a reproduction."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
 
-from fivebar_bringup.report.page import CSS
+from fivebar_bringup.report.document import html_document
 from fivebar_bringup.report.picture import figure_html
-from fivebar_bringup.report.table import TABLE_CSS, Table, table_html
+from fivebar_bringup.report.table import TABLE_CSS, Table, framed_rows, table_html
 from fivebar_bringup.reproduce.rows import Row
 from fivebar_bringup.reproduce.verdicts import Verdict
 
@@ -33,19 +33,7 @@ def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: f
     counts = {verdict: sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict}
     short = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
     gallery = "\n".join(_row(row) for row in rows)
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
-<title>Reproduction: {escape(short)}</title>
-<style>{CSS}{TABLE_CSS}{MORE_CSS}</style>
-</head>
-<body>
-<main>
-<h1>The thesis, made again</h1>
-<p class="setting">{escape(short)} · {runs} runs in {wall_s:.0f} s · simulated throughout</p>
+    body = f"""\
 <p>Each row sets what the thesis reports beside what this project measures. A verdict follows from the measured figure
 by the rule that stands with it: <span class="chip good">agreed</span> where the figure or statement comes out,
 <span class="chip good">better</span> where an error is smaller by more than its order, and
@@ -57,23 +45,24 @@ by the rule that stands with it: <span class="chip good">agreed</span> where the
 <h2>Tables</h2>
 {"".join(table_html(table) for table in tables)}
 <h2>Do it again</h2>
-<pre>{escape(command)}</pre>
-</main>
-</body>
-</html>
-"""
+<pre>{escape(command)}</pre>"""
+    return html_document(
+        title=f"Reproduction: {short}",
+        heading="The thesis, made again",
+        setting=f"{short} · {runs} runs in {wall_s:.0f} s · simulated throughout",
+        body=body,
+        css=TABLE_CSS + MORE_CSS,
+    )
 
 
 def _overview(rows: Sequence[Row]) -> str:
-    body = "\n".join(
-        f'<tr><th scope="row"><a href="#{_anchor(row)}">{escape(row.place)}</a></th><td>{escape(row.title)}</td>'
-        f"<td>{_chip(row)}</td><td>{escape(row.judgement.reason)}</td></tr>"
-        for row in rows
-    )
-    return (
-        '<div class="scroll"><table>\n<thead><tr><th scope="col">thesis</th><th scope="col">about</th>'
-        '<th scope="col">verdict</th><th scope="col">because</th></tr></thead>\n'
-        f"<tbody>\n{body}\n</tbody>\n</table></div>"
+    return framed_rows(
+        ("thesis", "about", "verdict", "because"),
+        (
+            f'<th scope="row"><a href="#{_anchor(row)}">{escape(row.place)}</a></th><td>{escape(row.title)}</td>'
+            f"<td>{_chip(row)}</td><td>{escape(row.judgement.reason)}</td>"
+            for row in rows
+        ),
     )
 
 

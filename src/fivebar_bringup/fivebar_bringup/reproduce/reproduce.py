@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.bag.tail import replace_file
+from fivebar_bringup.report.picture import write_pictures
 from fivebar_bringup.report.plain_values import finite
 from fivebar_bringup.report.table import Table
 from fivebar_bringup.reproduce import claims_experiment, claims_methods, claims_model, claims_simulation, tables
@@ -36,13 +37,7 @@ class Reproduction(NamedTuple):
 
     page: Path
     rows: Sequence[Row]
-    tables: Sequence[Table]
     content: Mapping[str, Any]
-    wall_s: float
-
-    def count(self, verdict: Verdict) -> int:
-        """Return how many rows have a verdict."""
-        return sum(row.judgement.verdict == verdict for row in self.rows)
 
 
 def reproduce(
@@ -84,7 +79,7 @@ def reproduce(
     page = directory / "reproduce.html"
     html = html_page(rows, made, len(results), wall_s, "fivebar reproduce" + (" --quick" if quick else ""))
     _write(directory, page, html, content, rows)
-    return Reproduction(page, rows, made, finite(content), wall_s)
+    return Reproduction(page, rows, finite(content))
 
 
 def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[Case, Drawings]:
@@ -128,11 +123,7 @@ def _run(results: Results, case: Case) -> dict[str, Any]:
 def _write(directory: Path, page: Path, html: str, content: Mapping[str, Any], rows: Sequence[Row]) -> None:
     text = json.dumps(finite(content), indent=2, allow_nan=False) + "\n"
     try:
-        figures = directory / "figures"
-        figures.mkdir()
-        for row in rows:
-            for picture in row.pictures:
-                replace_file(figures / f"{picture.name}.png", picture.png)
+        write_pictures(directory / "figures", (picture for row in rows for picture in row.pictures))
         replace_file(directory / "reproduce.json", text.encode("utf-8"))
         replace_file(page, html.encode("utf-8"))
     except OSError as error:

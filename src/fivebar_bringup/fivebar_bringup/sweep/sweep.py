@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.bag.tail import replace_file
+from fivebar_bringup.report.picture import write_pictures
 from fivebar_bringup.report.plain_values import finite
 from fivebar_bringup.report.table import Table
 from fivebar_bringup.shared_work import stream
@@ -167,9 +168,7 @@ def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row])
         }
     )
     pictures = sweep_figures(rows)
-    directory.figures.mkdir(exist_ok=True)
-    for picture in pictures:
-        replace_file(directory.figures / f"{picture.name}.png", picture.png)
+    write_pictures(directory.figures, pictures)
     page = html_page(
         f"seed {settings.seed} · {drawn} cases drawn, {runs} runs · simulated by the compiled engine",
         _drawn_words(),
