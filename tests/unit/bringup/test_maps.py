@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli import app
 from fivebar_bringup.commands import studies
-from fivebar_bringup.maps.fields import WORKING_MODES, Fields, closure_margin, evaluate
+from fivebar_bringup.maps.fields import Fields, closure_margin, evaluate
 from fivebar_bringup.maps.loci import Loci, singular_loci
 from fivebar_bringup.maps.map import make_map, new_map_directory, read_mappable_robot
 from fivebar_bringup.maps.measures import measure
@@ -24,6 +24,7 @@ from fivebar_bringup.report import style
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import FiveBar, robot_path
 from fivebar_description.strict_yaml import InputError
 

@@ -17,7 +17,7 @@ from fivebar_bringup.offline import OfflineRun, simulate
 from fivebar_bringup.sweep import directory as sweep_directory
 from fivebar_bringup.sweep import sweep as sweeping
 from fivebar_bringup.sweep.directory import SweepDirectory, opened
-from fivebar_bringup.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, WORKING_MODES, Draw, draw
+from fivebar_bringup.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
 from fivebar_bringup.sweep.explanations import CHANGES, explained
 from fivebar_bringup.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, Row, as_lines, from_lines
 from fivebar_bringup.sweep.running import CONTROLLERS, Batch, run_batch, run_case, use_of
@@ -26,6 +26,7 @@ from fivebar_bringup.sweep.success import shortcomings
 from fivebar_bringup.sweep.sweep import BATCH, Tally, sweep
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.trajectory.feasibility import Figure
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError
 

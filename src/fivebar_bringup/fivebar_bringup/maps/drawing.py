@@ -16,11 +16,12 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from fivebar_bringup.maps.fields import WORKING_MODES, Fields, FloatArray
+from fivebar_bringup.maps.fields import Fields, FloatArray
 from fivebar_bringup.maps.loci import Curve, Loci, Shape
 from fivebar_bringup.maps.measures import continued
 from fivebar_bringup.maps.wording import assembly_name, mode_name
 from fivebar_bringup.report.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, ZONE
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import FiveBar
 
 Places = Sequence[tuple[float, float]]

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.maps.fields import WORKING_MODES, Fields, posture
+from fivebar_bringup.maps.fields import Fields, posture
 from fivebar_bringup.maps.loci import Curve, Loci
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.model.state import State
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import FiveBar
 
 EVERY = 7

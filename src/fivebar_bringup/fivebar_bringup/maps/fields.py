@@ -14,12 +14,12 @@ from fivebar_control.model.geometry import direct_geometry, reach_margin, wrap
 from fivebar_control.model.kinematics import det_a, leg_from_joints, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type2_distance
 from fivebar_control.model.state import Leg, State
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import FiveBar
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
-WORKING_MODES: tuple[tuple[int, int], ...] = ((1, -1), (-1, 1), (1, 1), (-1, -1))
 ASSEMBLY_MODES = (1, -1)
 
 FINEST = 1e-5

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from fivebar_bringup.maps import drawing
 from fivebar_bringup.maps.drawing import ASSEMBLY_COLORS, MM
 from fivebar_bringup.maps.examples import Examples
-from fivebar_bringup.maps.fields import ASSEMBLY_MODES, WORKING_MODES, Fields, FloatArray
+from fivebar_bringup.maps.fields import ASSEMBLY_MODES, Fields, FloatArray
 from fivebar_bringup.maps.loci import Loci
 from fivebar_bringup.maps.measures import Measures
 from fivebar_bringup.maps.wording import assembly_name, mode_name
@@ -21,6 +21,7 @@ from fivebar_bringup.report.workspace import draw_base, draw_robot
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import FiveBar
 
 POSTURE_MARKER: dict[str, Any] = {

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from fivebar_bringup.maps.fields import WORKING_MODES, Fields, FloatArray, PlatformGrid
+from fivebar_bringup.maps.fields import Fields, FloatArray, PlatformGrid
 from fivebar_bringup.maps.loci import Loci, Type3
+from fivebar_control.trajectory.postures import WORKING_MODES
 
 CM2 = 1e4
 """cm^2 in a m^2."""

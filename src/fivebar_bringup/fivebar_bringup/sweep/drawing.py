@@ -12,6 +12,7 @@ from fivebar_bringup.compare.rigs import on_rig
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.strict_yaml import validate
 
@@ -23,9 +24,6 @@ TORQUE_LIMIT = 2.0
 UNIFIED_WEIGHT = 0.3
 """Price of torque for unified ((m/s^2 / Nm)^2), a tenth of the scenarios': here the drives' limit bounds the
 torque, and what the price postpones near the locus is what quick crossings of a robot off its model fail for."""
-
-WORKING_MODES = ((1, -1), (-1, 1), (1, 1), (-1, -1))
-"""Elbows outwards, inwards, both to the left, both to the right."""
 
 SHORTEST, LONGEST = 0.3, 3.0
 """Durations (s)."""

@@ -13,11 +13,12 @@ from fivebar_bringup.compare.figures import LOOKS
 from fivebar_bringup.report.picture import Picture
 from fivebar_bringup.report.style import GREEN, GREY, INK, VERMILION, house_style, log_axis, new_figure, png
 from fivebar_bringup.report.workspace import draw_map, survey
-from fivebar_bringup.sweep.drawing import ROBOT, WORKING_MODES
+from fivebar_bringup.sweep.drawing import ROBOT
 from fivebar_bringup.sweep.rows import FEASIBLE, SCREENED_OUT, Row
 from fivebar_bringup.sweep.running import CONTROLLERS
 from fivebar_bringup.sweep.statistics import runs_of
 from fivebar_bringup.sweep.success import FINAL_LIMIT, PEAK_LIMIT
+from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import load_robot
 
 LOWEST = -0.185

@@ -11,6 +11,7 @@ from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.limits import Limits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.reference_torque import NEAR_LOCUS, Follower, ReferenceTorque
+from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 
 COARSE_SAMPLES = 200
@@ -57,7 +58,7 @@ class Figure(NamedTuple):
         """Return the figure in words: what, how much, where, when, and what was expected."""
         unit = f" {self.unit}" if self.unit else ""
         return (
-            f"{self.name} is {self.value:.3g}{unit} at ({self.x:.4f}, {self.y:.4f}) m after {self.time:.3f} s,"
+            f"{self.name} is {self.value:.3g}{unit} at {place(self.x, self.y)} after {self.time:.3f} s,"
             f" expected at {'most' if self.at_most else 'least'} {self.limit:.3g}{unit}"
         )
 

@@ -13,7 +13,7 @@ from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 
 WORKING_MODES = ((1, -1), (-1, 1), (1, 1), (-1, -1))
-"""All working modes, the elbows outwards first."""
+"""All working modes: elbows outwards, inwards, both to the left, both to the right; seeded draws count on the order."""
 
 
 class Place(NamedTuple):
