@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from estimate_replay import summary_of
 
+from fivebar_bringup.compare.rigs import RIGS
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
@@ -20,17 +21,7 @@ MOTIONS = {"middle": MIDDLE, "multiple": MULTIPLE}
 CROSSINGS = {"middle": 2, "multiple": 8}
 DURATIONS = (0.5, 1.0, 2.0, 3.0)
 
-RIG: dict[str, Any] = {
-    "estimator": "ekf",
-    "plant": {
-        "mass_scale": 1.1,
-        "inertia_scale": 0.9,
-        "friction_scale": 0.8,
-        "encoder_counts": 20000,
-        "torque_quantum": 0.002,
-        "delay_samples": 1,
-    },
-}
+RIG: dict[str, Any] = {"estimator": RIGS["realistic"].estimator, "plant": RIGS["realistic"].plant}
 LIGHT_AND_STIFF = {"mass_scale": 0.8, "friction_scale": 1.3}
 HEAVY_AND_EASY = {"mass_scale": 1.2, "friction_scale": 0.7}
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.report.wording import plain
 from fivebar_bringup.reproduce.cases import SHOWN, Case, Extent
-from fivebar_bringup.reproduce.rows import Claim, Row, largest, of, runs_of
+from fivebar_bringup.reproduce.rows import Claim, Row, by_duration, of, runs_of, torque_row
 from fivebar_bringup.reproduce.runner import Results
-from fivebar_bringup.reproduce.verdicts import finite_torque, near_noise
+from fivebar_bringup.reproduce.verdicts import near_noise
 
 SLOW_ENOUGH = 1.0
 """Shortest segments (s) on which the acceleration error is judged."""
@@ -22,17 +22,13 @@ def _shown(motion: str) -> Case:
 def _torque(number: str, motion: str, statement: str) -> Claim:
     def make(extent: Extent, results: Results) -> Row:
         runs = runs_of(extent.grid(CARTESIAN, (motion,), imu=True), results)
-        peaks = {f"{run.case.duration:g} s": run.requested for run in runs}
-        return Row(
+        return torque_row(
             f"Figure {number}",
             f"Torques on the rig, {motion} crossing",
             statement,
-            f"largest torque {plain(largest(list(peaks.values())), 'Nm')}: "
-            + ", ".join(f"{plain(peak, 'Nm')} at {duration}" for duration, peak in peaks.items()),
-            {"torque_requested_max_nm": peaks},
-            finite_torque([run.completed for run in runs], list(peaks.values())),
+            runs,
             f"{RIG} The IMU does not take part in the control, so these torques are those of the simulation above.",
-            [results[_shown(motion)].picture("torques", "Motor torques on the simulated rig.")],
+            results[_shown(motion)].picture("torques", "Motor torques on the simulated rig."),
         )
 
     def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
@@ -45,7 +41,7 @@ def _acceleration(number: str, motion: str, statement: str) -> Claim:
     def make(extent: Extent, results: Results) -> Row:
         runs = runs_of(extent.grid(CARTESIAN, (motion,), imu=True), results)
         judged = [run for run in runs if run.case.duration >= SLOW_ENOUGH]
-        ratios = {f"{run.case.duration:g} s": run.imu_ratio for run in runs}
+        ratios = by_duration(runs, "imu_ratio")
         fast = [run for run in runs if run.case.duration < SLOW_ENOUGH]
         shown = results[_shown(motion)]
         remark = f"{RIG} Judged for segments of {SLOW_ENOUGH:g} s and more."
@@ -63,8 +59,8 @@ def _acceleration(number: str, motion: str, statement: str) -> Claim:
             f" {plain(shown.noise_outside, 'm/s²')}; ratio "
             + ", ".join(f"{ratio or 0.0:.3f} at {duration}" for duration, ratio in ratios.items()),
             {
-                "error_outside_zones_m_s2": {f"{run.case.duration:g} s": run.acceleration_outside for run in runs},
-                "noise_floor_m_s2": {f"{run.case.duration:g} s": run.noise_outside for run in runs},
+                "error_outside_zones_m_s2": by_duration(runs, "acceleration_outside"),
+                "noise_floor_m_s2": by_duration(runs, "noise_outside"),
                 "ratio": ratios,
             },
             near_noise([run.imu_ratio for run in judged]),

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from fivebar_bringup.report.picture import Picture
 from fivebar_bringup.report.thesis import CARTESIAN
-from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.report.wording import engineering
 from fivebar_bringup.reproduce.cases import DELAY, JOINT, NOMINAL, PERTURBED, SHOWN, Case, Extent
 from fivebar_bringup.reproduce.own_figures import draw_pairs
-from fivebar_bringup.reproduce.rows import Claim, Row, largest, of, runs_of
-from fivebar_bringup.reproduce.runner import Result, Results
+from fivebar_bringup.reproduce.rows import Claim, Row, by_duration, largest, of, runs_of, torque_row
+from fivebar_bringup.reproduce.runner import Results
 from fivebar_bringup.reproduce.tables import MODE_CHANGES
 from fivebar_bringup.reproduce.verdicts import (
     Pair,
     counted,
-    finite_torque,
     more_accurate,
     order_of_magnitude,
     shown_necessary,
@@ -38,10 +35,6 @@ def _remark(extent: Extent, more: str = "") -> str:
 
 def _shown(controller: str, motion: str) -> Case:
     return Case(controller, motion, SHOWN)
-
-
-def _by_duration(runs: Sequence[Result], name: str) -> dict[str, float | None]:
-    return {f"{run.case.duration:g} s": getattr(run, name) for run in runs}
 
 
 def _path(number: str, motion: str, description: str) -> Claim:
@@ -76,17 +69,13 @@ def _torque(number: str, controller: str, motion: str, statement: str) -> Claim:
 
     def make(extent: Extent, results: Results) -> Row:
         runs = runs_of(extent.grid(controller, (motion,)), results)
-        peaks = _by_duration(runs, "requested")
-        return Row(
+        return torque_row(
             f"Figure {number}",
             f"Torques of {controller}, {motion} crossing",
             statement,
-            f"largest torque {plain(largest(list(peaks.values())), 'Nm')}: "
-            + ", ".join(f"{plain(peak, 'Nm')} at {duration}" for duration, peak in peaks.items()),
-            {"torque_requested_max_nm": peaks},
-            finite_torque([run.completed for run in runs], list(peaks.values())),
+            runs,
             _remark(extent),
-            [results[_shown(controller, motion)].picture("torques", "Motor torques.")],
+            results[_shown(controller, motion)].picture("torques", "Motor torques."),
         )
 
     return Claim(number, needs, make)
@@ -101,7 +90,7 @@ def _constraint(number: str, controller: str, motion: str, reported: float, stat
 
     def make(extent: Extent, results: Results) -> Row:
         runs = runs_of(extent.grid(controller, (motion,)), results)
-        errors = _by_duration(runs, name)
+        errors = by_duration(runs, name)
         distance = largest([run.constraint_error for run in runs])
         more = (
             f"The unit of the error is not given; in rad it is the larger figure, as a distance it is"

@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_bringup.report.picture import Picture
+from fivebar_bringup.report.wording import plain
 from fivebar_bringup.reproduce.cases import Case, Extent
 from fivebar_bringup.reproduce.runner import Drawings, Result, Results
-from fivebar_bringup.reproduce.verdicts import Judgement
+from fivebar_bringup.reproduce.verdicts import Judgement, finite_torque
 
 
 class Row(NamedTuple):
@@ -75,3 +76,24 @@ def largest(values: Sequence[float | None]) -> float | None:
 def runs_of(cases: Sequence[Case], results: Results) -> list[Result]:
     """Return the results of cases."""
     return [results[case] for case in cases]
+
+
+def by_duration(runs: Sequence[Result], name: str) -> dict[str, float | None]:
+    """Return a figure of runs that differ in nothing but the duration."""
+    return {f"{run.case.duration:g} s": getattr(run, name) for run in runs}
+
+
+def torque_row(place: str, title: str, statement: str, runs: Sequence[Result], remark: str, picture: Picture) -> Row:
+    """Return the row of a claim that the torques asked for stay finite, over runs that differ in the duration."""
+    peaks = by_duration(runs, "requested")
+    return Row(
+        place,
+        title,
+        statement,
+        f"largest torque {plain(largest(list(peaks.values())), 'Nm')}: "
+        + ", ".join(f"{plain(peak, 'Nm')} at {duration}" for duration, peak in peaks.items()),
+        {"torque_requested_max_nm": peaks},
+        finite_torque([run.completed for run in runs], list(peaks.values())),
+        remark,
+        [picture],
+    )

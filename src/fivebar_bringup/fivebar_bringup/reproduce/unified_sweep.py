@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
+from fivebar_bringup.compare.rigs import RIGS
+from fivebar_bringup.compare.verdicts import BOUNDS
 from fivebar_bringup.offline import Sample, simulate
 from fivebar_bringup.report.style import BLUE, GREY, PURPLE, VERMILION, house_style, new_figure, png
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
@@ -24,25 +26,15 @@ from fivebar_description.parameters import FiveBar
 
 DURATIONS = (0.5, 1.0, 2.0, 3.0)
 
+REALISTIC = RIGS["realistic"]
+
 PLANTS: dict[str, tuple[dict[str, Any], ...]] = {
     "as believed": ({},),
     "mass and friction wrong": (
         {"plant": {"mass_scale": 0.8, "friction_scale": 1.3}},
         {"plant": {"mass_scale": 1.2, "friction_scale": 0.7}},
     ),
-    "rig, from its encoders": (
-        {
-            "estimator": "ekf",
-            "plant": {
-                "mass_scale": 1.1,
-                "inertia_scale": 0.9,
-                "friction_scale": 0.8,
-                "encoder_counts": 20000,
-                "torque_quantum": 0.002,
-                "delay_samples": 1,
-            },
-        },
-    ),
+    "rig, from its encoders": ({"estimator": REALISTIC.estimator, "plant": REALISTIC.plant},),
 }
 COLORS = dict(zip(PLANTS, (BLUE, VERMILION, PURPLE), strict=True))
 
@@ -56,8 +48,7 @@ SWEPT: dict[str, tuple[float, ...]] = {
 
 UNITS = {"weight": "(m/s²/Nm)²", "kp": "1/s²", "kd": "1/s", "observer_rate": "1/s"}
 
-ERROR_LIMITS_MM = {"as believed": 0.4, "rig, from its encoders": 0.8}
-TORQUE_LIMITS_NM = {"as believed": 1.0, "rig, from its encoders": 1.5}
+LIMITS = {"as believed": BOUNDS["ideal"], "rig, from its encoders": BOUNDS["realistic"]}
 
 
 class Worst(NamedTuple):
@@ -151,13 +142,14 @@ def draw(rows: Sequence[Row]) -> Figure:
         values = [row.value or 5.0 for row in of_setting]
         for plant, color in COLORS.items():
             worst = [row.worst[plant] for row in of_setting]
-            for axes, figures, limits in (
-                (panels[0, column], [w.error * 1e3 for w in worst], ERROR_LIMITS_MM),
-                (panels[1, column], [w.torque for w in worst], TORQUE_LIMITS_NM),
+            bound = LIMITS.get(plant)
+            for axes, figures, limit in (
+                (panels[0, column], [w.error * 1e3 for w in worst], bound and bound.error * 1e3),
+                (panels[1, column], [w.torque for w in worst], bound and bound.torque),
             ):
                 axes.plot(values, figures, color=color, marker="o", markersize=4.0, linewidth=1.6, label=plant)
-                if plant in limits:
-                    axes.axhline(limits[plant], color=color, linewidth=0.9, linestyle=":")
+                if limit is not None:
+                    axes.axhline(limit, color=color, linewidth=0.9, linestyle=":")
         for axes in panels[:, column]:
             axes.set_xscale("log")
             axes.set_yscale("log")
