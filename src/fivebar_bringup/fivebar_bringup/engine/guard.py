@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from fivebar_bringup.engine.case import Case, Safety
 from fivebar_bringup.engine.outcome import (
     NEAR_TYPE_1,
@@ -13,9 +11,17 @@ from fivebar_bringup.engine.outcome import (
     TORQUE_UNDEFINED,
     TRACKING_LOST,
 )
-from fivebar_control.controllers.safety import REACH_TOLERANCE, limited, rate_limited
+from fivebar_control.controllers.safety import (
+    is_clear_of_type_1,
+    is_finite,
+    is_in_reach,
+    is_inside,
+    is_on_track,
+    is_slow,
+    limited,
+    rate_limited,
+)
 from fivebar_control.controllers.torque import Torque
-from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import State
 
 
@@ -29,18 +35,15 @@ def fault_at(case: Case, state: State, x: float, y: float, asked: Torque) -> int
         asked: the blended torque (Nm).
     """
     safety = case.safety
-    if not (math.isfinite(asked.tau1) and math.isfinite(asked.tau2)):
+    if not is_finite(asked):
         return TORQUE_UNDEFINED
-    if not (abs(state.leg1.dq1) <= safety.joint_speed and abs(state.leg2.dq1) <= safety.joint_speed):
+    if not is_slow(state, safety.joint_speed):
         return OVER_SPEED
-    area = safety.workspace
-    inside = area.x_min <= state.x <= area.x_max and area.y_min <= state.y <= area.y_max
-    if not (inside and type1_distance(case.believed, state) >= -REACH_TOLERANCE):
+    if not (is_inside(state, safety.workspace) and is_in_reach(case.believed, state)):
         return OUT_OF_WORKSPACE
-    clear1, clear2 = -case.mode1 * state.leg1.sin_q2, -case.mode2 * state.leg2.sin_q2
-    if not (safety.type1_margin <= 0.0 or (clear1 >= safety.type1_margin and clear2 >= safety.type1_margin)):
+    if not is_clear_of_type_1(state, case.mode1, case.mode2, safety.type1_margin):
         return NEAR_TYPE_1
-    if not math.hypot(state.x - x, state.y - y) <= safety.tracking_error:
+    if not is_on_track(state, x, y, safety.tracking_error):
         return TRACKING_LOST
     return NO_FAULT
 

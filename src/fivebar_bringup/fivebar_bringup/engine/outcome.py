@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_bringup.report.summary import ERROR_LIMIT, FINAL_ERROR_LIMIT
-
 NO_FAULT = 0
 TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 2, 3, 4, 5
 ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED = 6, 7, 8
@@ -100,14 +98,3 @@ class TraceRow(NamedTuple):
     command2: float
     applied1: float
     applied2: float
-
-
-def completed(outcome: Outcome, planned_samples: int, planned_mode_changes: int) -> bool:
-    """Return whether a run is completed, by the rule of the summary."""
-    return (
-        outcome.fault == NO_FAULT
-        and outcome.samples == planned_samples
-        and outcome.mode_changes == planned_mode_changes
-        and outcome.error_peak <= ERROR_LIMIT
-        and outcome.error_final <= FINAL_ERROR_LIMIT
-    )

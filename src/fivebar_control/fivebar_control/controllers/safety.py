@@ -3,6 +3,9 @@
 The last node goes through them in this order: finite, fresh (see `freshness`), torque limit, torque rate limit, joint
 speed, workspace, Type 1 margin, tracking. The two limits cut the torque; every other stage returns the fault that stops
 the robot, None where there is none.
+
+What a stage asks is a scalar function of its own, without words, which the compiled engine asks too; an undefined
+value, NaN, passes none of them.
 """
 
 from __future__ import annotations
@@ -12,8 +15,8 @@ from typing import NamedTuple
 
 from fivebar_control.controllers.torque import Torque
 from fivebar_control.fault import Fault
-from fivebar_control.model.geometry import reach_margin
-from fivebar_control.model.state import State
+from fivebar_control.model.singularity import type1_distance
+from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar
 
 REACH_TOLERANCE = 1e-3
@@ -51,9 +54,54 @@ class SafetySettings(NamedTuple):
     rest_speed: float = 0.1
 
 
+def is_finite(torque: Torque) -> bool:
+    """Return whether both torques are finite numbers."""
+    return math.isfinite(torque.tau1) and math.isfinite(torque.tau2)
+
+
+def is_slow(state: State, limit: float) -> bool:
+    """Return whether both motor joints turn at the limit (rad/s) at most."""
+    return abs(state.leg1.dq1) <= limit and abs(state.leg2.dq1) <= limit
+
+
+def is_inside(state: State, area: Area) -> bool:
+    """Return whether the platform is in an area."""
+    return area.x_min <= state.x <= area.x_max and area.y_min <= state.y <= area.y_max
+
+
+def is_in_reach(robot: FiveBar, state: State) -> bool:
+    """Return whether the platform is where both legs reach, but for `REACH_TOLERANCE`."""
+    return type1_distance(robot, state) >= -REACH_TOLERANCE
+
+
+def type1_clearance(leg: Leg, mode: int) -> float:
+    """Return sin q_i2 of a leg, positive on the side of its working mode: a mode of +1 has sin q_i2 < 0."""
+    return -mode * leg.sin_q2
+
+
+def is_clear_of_type_1(state: State, mode1: int, mode2: int, margin: float) -> bool:
+    """Return whether both legs keep the margin on the side of the working mode; 0 is for motions through Type 1.
+
+    The sign is looked at because near Type 1 a leg passes fast: from one sample to the next it may be through.
+    """
+    return margin <= 0.0 or (
+        type1_clearance(state.leg1, mode1) >= margin and type1_clearance(state.leg2, mode2) >= margin
+    )
+
+
+def distance_from(state: State, x: float, y: float) -> float:
+    """Return how far (m) the platform is from a place (m)."""
+    return math.hypot(state.x - x, state.y - y)
+
+
+def is_on_track(state: State, x: float, y: float, limit: float) -> bool:
+    """Return whether the platform is within the limit (m) of the desired place (m)."""
+    return distance_from(state, x, y) <= limit
+
+
 def undefined(torque: Torque, sigma: float) -> Fault | None:
     """Return `torque_undefined` for a torque that is not finite; sigma is told with it."""
-    if math.isfinite(torque.tau1) and math.isfinite(torque.tau2):
+    if is_finite(torque):
         return None
     return Fault("torque_undefined", f"candidate torque ({torque.tau1}, {torque.tau2}) Nm, sigma = {sigma:.3f}")
 
@@ -70,44 +118,36 @@ def rate_limited(torque: Torque, before: Torque, step: float) -> Torque:
 
 def over_speed(state: State, limit: float) -> Fault | None:
     """Return `over_speed` where a motor joint turns faster than the limit (rad/s)."""
-    speed1, speed2 = state.leg1.dq1, state.leg2.dq1
-    if fastest_motor(state) <= limit:
+    if is_slow(state, limit):
         return None
+    speed1, speed2 = state.leg1.dq1, state.leg2.dq1
     return Fault("over_speed", f"motors at {speed1:.2f} and {speed2:.2f} rad/s, limit {limit:g} rad/s")
 
 
 def out_of_workspace(robot: FiveBar, state: State, workspace: Area | None) -> Fault | None:
     """Return `out_of_workspace` where the platform is outside the given area, or beyond what both legs reach."""
     place = f"platform at ({state.x:.4f}, {state.y:.4f}) m"
-    if workspace is not None and not (
-        workspace.x_min <= state.x <= workspace.x_max and workspace.y_min <= state.y <= workspace.y_max
-    ):
+    if workspace is not None and not is_inside(state, workspace):
         return Fault("out_of_workspace", f"{place}, workspace {list(workspace)} m")
-    margin = min(reach_margin(robot.leg1, state.x, state.y), reach_margin(robot.leg2, state.x, state.y))
-    if not margin >= -REACH_TOLERANCE:
-        return Fault(
-            "out_of_workspace", f"{place}, {-margin * 1e3:.1f} mm out of reach: the joints contradict each other"
-        )
-    return None
+    if is_in_reach(robot, state):
+        return None
+    beyond = -type1_distance(robot, state)
+    return Fault("out_of_workspace", f"{place}, {beyond * 1e3:.1f} mm out of reach: the joints contradict each other")
 
 
 def near_type_1(state: State, mode1: int, mode2: int, margin: float) -> Fault | None:
-    """Return `near_type_1` where a leg is nearly stretched or folded, or has changed to the other working mode.
-
-    A working mode of +1 has sin q_i2 < 0. The sign is looked at because near Type 1 a leg passes fast: from one sample
-    to the next it may be through. A margin of 0 switches the stage off.
-    """
-    clear1, clear2 = -mode1 * state.leg1.sin_q2, -mode2 * state.leg2.sin_q2
-    if margin <= 0.0 or (clear1 >= margin and clear2 >= margin):
+    """Return `near_type_1` where a leg is nearly stretched or folded, or has changed to the other working mode."""
+    if is_clear_of_type_1(state, mode1, mode2, margin):
         return None
+    clear1, clear2 = type1_clearance(state.leg1, mode1), type1_clearance(state.leg2, mode2)
     return Fault("near_type_1", f"sin q_i2 is {clear1:.4f} and {clear2:.4f} from Type 1, margin {margin:g}")
 
 
 def tracking_lost(state: State, x: float, y: float, limit: float) -> Fault | None:
     """Return `tracking_lost` where the platform is further than the limit (m) from the desired place (m)."""
-    error = math.hypot(state.x - x, state.y - y)
-    if error <= limit:
+    if is_on_track(state, x, y, limit):
         return None
+    error = distance_from(state, x, y)
     return Fault("tracking_lost", f"{error * 1e3:.1f} mm from the reference, limit {limit * 1e3:.1f} mm")
 
 
