@@ -253,10 +253,6 @@ class EncoderFilter:
         """Return :func:`advanced`."""
         return advanced(self._model, estimate, tau1, tau2)
 
-    def transition(self, middle: Estimate, tau1: float, tau2: float) -> Transition:
-        """Return :func:`transition`."""
-        return transition(self._model, middle, tau1, tau2)
-
     def motor_speeds(self, estimate: Estimate) -> tuple[float, float]:
         """Return :func:`motor_speeds`."""
         return motor_speeds(self._model, estimate)

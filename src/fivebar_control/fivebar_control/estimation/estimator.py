@@ -126,11 +126,6 @@ class StateEstimator:
         self._answer = JointEstimate(position, velocity, effort, deviations, disturbance)
         return self._answer
 
-    @property
-    def least_mirror_deviations(self) -> float:
-        """Fewest standard deviations there have been between the estimate and the other assembly mode."""
-        return self._watch.least
-
     def _believe(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> Belief:
         one, two = self._encoders
         if self.belief is None:

@@ -107,8 +107,6 @@ class MirrorWatch:
         self._model = filter_model(robot, mode1, mode2, rate_hz, settings)
         self._settings = settings
         self._near = 0
-        self.least = math.inf
-        """Fewest standard deviations seen between the estimate and its mirror image."""
 
     def look(self, belief: Belief) -> str | None:
         """Return why the estimate of this sample is ambiguous, None where it is not; call it once per sample."""
@@ -117,7 +115,6 @@ class MirrorWatch:
         dwelt = look.near * self._model.period
         if dwelt > self._settings.dwell_limit:
             return f"1/cond(A) below {DWELL_KAPPA} for {dwelt:.3f} s, limit {self._settings.dwell_limit:g} s"
-        self.least = min(self.least, look.deviations)
         if look.deviations >= self._settings.mirror_deviations:
             return None
         return (
