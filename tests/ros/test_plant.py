@@ -6,6 +6,7 @@ import json
 import time
 from typing import Any
 
+import pytest
 from graph_probe import Bench, ChildProcess, Probe
 from std_msgs.msg import String
 
@@ -24,6 +25,7 @@ from fivebar_description.interface import (
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state, stamp_of
 from fivebar_sim.nodes.plant_parameters import START_JOINTS
+from fivebar_sim.options import PlantOptions
 from fivebar_sim.plant import Plant
 
 RATE_HZ = 500
@@ -229,3 +231,33 @@ def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench:
     # sample 0 is published until the clock starts
     samples = samples[samples.count(0) - 1 :]
     assert samples == sorted(set(samples))
+
+
+@pytest.mark.clock
+def test_in_real_time_a_delayed_torque_acts_one_sample_later(bench: Bench) -> None:
+    """The torque of sample k acts from sample k + 1 to k + 2, so the joints of sample k + 2 tell of it."""
+    rate_hz, last = 50, 40
+    process, probe = start(bench, mode="realtime", rate_hz=rate_hz, samples=last, delay_samples=1)
+    answered: list[int] = []
+
+    def answer() -> bool:
+        for sample in probe.samples(JOINT_STATES, rate_hz)[len(answered) :]:
+            assert sample is not None
+            answered.append(sample)
+            probe.publish(TORQUE_COMMAND, command(sample, (0.001 * sample, -0.002 * sample), rate_hz))
+        return process.status is not None
+
+    probe.wait_for(answer, "the end of the run")
+    assert process.wait() == 0
+    assert status(probe)["overruns"] == 0
+    efforts = {
+        sample: (message.effort[0], message.effort[2])
+        for sample, message in zip(probe.samples(JOINT_STATES, rate_hz), probe.got(JOINT_STATES), strict=True)
+    }
+    assert efforts == {sample: (0.001 * max(0, sample - 2), -0.002 * max(0, sample - 2)) for sample in range(last + 1)}
+    # the same commands to the plain plant
+    plant = Plant(load_robot("dextar"), START_JOINTS, rate_hz, PlantOptions(delay_samples=1))
+    messages = dict(zip(probe.samples(JOINT_STATES, rate_hz), probe.got(JOINT_STATES), strict=True))
+    for sample in range(last + 1):
+        assert tuple(messages[sample].position) == plant.measure().position
+        plant.advance((0.001 * sample, -0.002 * sample))

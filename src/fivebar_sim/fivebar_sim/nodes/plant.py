@@ -50,7 +50,9 @@ class PlantNode(GraphNode):
     """The simulated five-bar, in lockstep with the controllers or in real time.
 
     In lockstep, sample k is followed by sample k + 1 as soon as the command that carries stamp k has come. In real
-    time, samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on.
+    time, samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on; with drives
+    that delay, one sample later still. What lies between two samples is computed as soon as its torque is known, not
+    when the next sample is due: that one is then published at once, and the controllers have the whole period.
     """
 
     def __init__(self) -> None:
@@ -64,6 +66,8 @@ class PlantNode(GraphNode):
         self._freshness: int = values["freshness_samples"]
         self._missing_nodes = {name for name in values["wait_for_nodes"] if name}
         self._ready_timeout: float = values["ready_timeout_s"]
+        # in real time, drives that delay have the torque for the time ahead when the time begins
+        self._known_ahead = not self._lockstep and values["delay_samples"] > 0
         self._plant = Plant(
             load_robot(values["robot"]),
             values["initial_joints"],
@@ -75,12 +79,13 @@ class PlantNode(GraphNode):
                 torque_limit=values["torque_limit"] or None,
                 torque_quantum=values["torque_quantum"],
                 encoder_counts=values["encoder_counts"] or None,
-                delay_samples=values["delay_samples"],
+                delay_samples=values["delay_samples"] - self._known_ahead,
                 seed=values["seed"],
             ),
             ImuOptions(declare_imu(self), values["imu_noise"]),
         )
         self._sample = 0
+        self._moved = False
         self._fault = ""
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
         self._overruns = 0
@@ -127,7 +132,7 @@ class PlantNode(GraphNode):
         if not self._running:
             self._running = True
             self._heard = time.monotonic()
-            self._measure()
+            self._measured = self._measure(0)
         waited = time.monotonic() - self._heard
         if not self._lockstep and (self._latest[0] >= 0 or waited > FIRST_ANSWER_TIME):
             self._start_timer.cancel()
@@ -135,30 +140,34 @@ class PlantNode(GraphNode):
             return
         if self._sample == 0:
             self._publish_sample()
+        if self._known_ahead:
+            self._move()
         if waited > self._command_timeout:
             self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
 
-    def _measure(self) -> None:
-        stamp = sample_stamp_ns(self._sample, self._rate_hz)
+    def _measure(self, sample: int) -> tuple[JointState, JointState | None]:
+        """Return what the joints' topic and that of the truth, if there is one, say of a sample."""
+        stamp = sample_stamp_ns(sample, self._rate_hz)
         measured = self._plant.measure()
-        if self._motors_only:
-            truth = self._plant.truth()
-            self._truth_message = joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
-            angles, torques = measured.of_motors()
-            self._joint_message = joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)
-        else:
-            self._joint_message = joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
-        self._imu_message = None
+        if not self._motors_only:
+            return joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort), None
+        truth = self._plant.truth()
+        angles, torques = measured.of_motors()
+        return (
+            joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques),
+            joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort),
+        )
 
     def _publish_sample(self) -> None:
         # the joints first: it is for them that the controllers wait
-        self._joint_states.publish(self._joint_message)
+        joints, truth = self._measured
+        self._joint_states.publish(joints)
         self._published = time.monotonic()
         if self._imu_message is None:
             self._imu_message = self._read_imu()
         self._imu.publish(self._imu_message)
         if self._ground_truth is not None:
-            self._ground_truth.publish(self._truth_message)
+            self._ground_truth.publish(truth)
 
     def _read_imu(self) -> Imu:
         reading = self._plant.measure_imu()
@@ -185,16 +194,19 @@ class PlantNode(GraphNode):
             return
         if sample == self._sample > self._latest[0]:
             self._latency.note(time.monotonic() - self._published)
-        if not self._lockstep:
+        awaited = self._running and sample == self._sample and not self._moved
+        if awaited or not self._lockstep:
             self._latest = (sample, (tau1, tau2))
-        elif self._running and sample == self._sample:
+        if awaited:
             self._heard = time.monotonic()
-            self._latest = (sample, (tau1, tau2))
-            self._advance((tau1, tau2))
+            if not self._known_ahead:
+                self._move()
+            if self._lockstep:
+                self._go_on()
 
     def _tick(self) -> None:
-        """Real time: apply the latest command and go on to the next sample, whatever the controllers do."""
-        answered, command = self._latest
+        """Real time: go on to the next sample, whatever the controllers do; without a new command the last one acts."""
+        answered, _ = self._latest
         if answered < self._sample:
             self._overruns += 1
         if self._sample - answered > self._freshness and not self._fault:
@@ -202,20 +214,34 @@ class PlantNode(GraphNode):
                 f"command_stale: sample {self._sample} still waits for the torque of sample {answered + 1},"
                 f" limit {self._freshness} samples"
             )
-        self._advance(ZERO if self._fault else command)
+        self._move()
+        self._go_on()
+        if self._known_ahead:
+            self._move()
 
-    def _advance(self, command: tuple[float, float]) -> None:
+    def _move(self) -> None:
+        """Compute the time up to the next sample under the latest command, once."""
+        if self._moved or self._sample == self._samples or self.exit_status is not None:
+            return
+        try:
+            self._plant.advance(ZERO if self._fault else self._latest[1])
+        except PlantDiverged as error:
+            self._fail(f"plant_diverged: after sample {self._sample}: {error}")
+            return
+        self._moved = True
+        self._next = self._measure(self._sample + 1)
+
+    def _go_on(self) -> None:
+        if self.exit_status is not None:
+            return
         self.note_answer()
         if self._sample == self._samples:
             self._end()
             return
-        try:
-            self._plant.advance(command)
-        except PlantDiverged as error:
-            self._fail(f"plant_diverged: after sample {self._sample}: {error}")
-            return
         self._sample += 1
-        self._measure()
+        self._measured = self._next
+        self._moved = False
+        self._imu_message = None
         self._publish_sample()
 
     def _end(self) -> None:
