@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
@@ -20,6 +20,7 @@ from std_msgs.msg import String
 from fivebar_description.interface import RUN_READY, Topic
 from fivebar_description.ros.messages import message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare
+from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.rate_watch import Rates, RateWatch
 from fivebar_description.ros.scheduling import SCHEDULING, apply_scheduling
@@ -50,6 +51,9 @@ THRESHOLDS = (
 
 class GraphNode(Node):
     """A node whose topics, messages and parameters are those of the graph."""
+
+    process_topics: ClassVar[ProcessTopics | None] = None
+    """The topics among the nodes of this process, where there are several."""
 
     def __init__(self, name: str) -> None:
         """Make the node; parameters and topics are added by its class."""
@@ -125,19 +129,27 @@ class GraphNode(Node):
                 while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is not None:
                     subscription.callback(taken[0])
 
-    def advertise(self, topic: Topic) -> Publisher[Any]:
-        """Return a publisher of a topic of the graph."""
+    def advertise(self, topic: Topic) -> Sender:
+        """Return who publishes a topic of the graph."""
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
-        publisher = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos, depth))
+        publisher: Sender = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos, depth))
         self._outputs.append(publisher)
-        return publisher
+        if self.process_topics is None or topic.qos.transient_local:
+            return publisher
+        return self.process_topics.advertise(self.resolve_topic_name(topic.name), publisher)
 
     def listen(self, topic: Topic, callback: Callable[[Any], None], depth: int | None = None, **options: Any) -> None:
         """Subscribe to a topic of the graph."""
-        subscription = self.create_subscription(
-            message_class(topic), topic.name, callback, qos_profile(topic.qos, depth), **options
-        )
-        self._inputs.append(subscription)
+
+        def subscribe(callback: Callable[[Any], None]) -> Subscription[Any]:
+            return self.create_subscription(
+                message_class(topic), topic.name, callback, qos_profile(topic.qos, depth), **options
+            )
+
+        if self.process_topics is not None and not topic.qos.transient_local:
+            self.process_topics.listen(self.resolve_topic_name(topic.name), callback, subscribe, self._inputs)
+        else:
+            self._inputs.append(subscribe(callback))
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
         """Call back every `period` seconds of the steady clock."""

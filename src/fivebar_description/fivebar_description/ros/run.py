@@ -15,6 +15,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.process_topics import ProcessTopics
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
@@ -63,12 +64,15 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         print(" ".join(str(error).split()), file=sys.stderr)
         sys.exit(BAD_INPUT)
+    topics = GraphNode.process_topics = ProcessTopics() if len(makes) > 1 else None
     try:
         nodes = [make() for make in makes]
     except InputError as error:
         print(error, file=sys.stderr)
         rclpy.try_shutdown()
         sys.exit(BAD_INPUT)
+    if topics is not None:
+        topics.connect()
     executor = NodeExecutor()
     for node in nodes:
         executor.add_node(node)
