@@ -36,6 +36,10 @@ SLOW = 0.98
 """In real time a node is slow below this part of the rate."""
 
 
+DEFAULT_PRIORITY = 50
+"""Priority of the control chain in real time, where nothing else is said: that of interrupts."""
+
+
 class Scheduling(NamedTuple):
     """What the system is asked for the control chain: a priority under SCHED_FIFO (0 for none), and processors."""
 
@@ -70,7 +74,7 @@ def processes(
     """Return the processes of a graph: one for each node, but in real time, if composed, one for the control chain.
 
     In one process the chain takes less than half the processor time, because its messages pass from node to node
-    without waking another process. That is what real time at 500 Hz on two cores stands on.
+    without a way through DDS. That is what real time at 500 Hz on two cores stands on.
     """
     if mode is Mode.LOCKSTEP:
         return tuple(ProcessSpec(node.executable, (node,)) for node in nodes)

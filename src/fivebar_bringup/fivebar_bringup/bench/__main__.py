@@ -8,8 +8,13 @@ from rich.table import Table
 from fivebar_bringup.bench.engine_speed import EngineSpeed, engine_speed
 from fivebar_bringup.bench.laws import plain_speed
 from fivebar_bringup.bench.processes import HOPS, GraphSpeed, bare_chain_p50_ms, graph_speed, stamp
+from fivebar_bringup.bench.stalls import Stalls, bare_loop
 from fivebar_bringup.graph import Mode
+from fivebar_bringup.processes import DEFAULT_PRIORITY
 from fivebar_bringup.scenario import Scenario, load_scenario
+
+BARE_LOOP_TIME = 10.0
+"""Time (s) for which the bare loop is watched: that of the run in real time."""
 
 
 def main() -> None:
@@ -23,6 +28,7 @@ def main() -> None:
         longer = scenario.model_copy(update={"segment_duration": 5.0})
         graph = graph_speed(longer, Mode.LOCKSTEP)
         clocked = graph_speed(longer, Mode.REALTIME)
+        stalls = bare_loop(longer.rate_hz, BARE_LOOP_TIME, DEFAULT_PRIORITY)
         ring_after = bare_chain_p50_ms()
     ring = min(ring_before, ring_after)
     table = Table("what", "measured", "target", title=f"Measured {stamp()}, side by side in one run")
@@ -35,6 +41,7 @@ def main() -> None:
     for name, cpu_ms in graph.cpu_ms.items():
         table.add_row(f"processor time of {name}", f"{cpu_ms:.3f} ms per cycle", "")
     _add_realtime(table, clocked, longer)
+    _add_stalls(table, stalls)
     _add_engine(table, engine)
     console.print(table)
 
@@ -47,6 +54,12 @@ def _add_engine(table: Table, speed: EngineSpeed) -> None:
     table.add_row("compiled closed loop / MuJoCo", f"{speed.ratio:.1f}", "at least 25")
     table.add_row("largest gap of the closed loop", f"{speed.engine_gap:.0e} m", gap)
     table.add_row("first call of the compiled loop", f"{speed.compile_s:.1f} s", "")
+
+
+def _add_stalls(table: Table, stalls: Stalls) -> None:
+    name = f"bare loop at priority {DEFAULT_PRIORITY}" if stalls.prioritized else "bare loop without priority"
+    lateness = f"{stalls.longest_ms:.2f} ms late at most, {stalls.late} of {stalls.beats} beats missed"
+    table.add_row(name, lateness, "what no program here can do better")
 
 
 def _add_realtime(table: Table, clocked: GraphSpeed, scenario: Scenario) -> None:

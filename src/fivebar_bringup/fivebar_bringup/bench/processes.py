@@ -18,7 +18,7 @@ from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.domain import private_domain
 from fivebar_bringup.graph import Mode, crossing_graph
 from fivebar_bringup.launcher import run_graph
-from fivebar_bringup.processes import processes
+from fivebar_bringup.processes import DEFAULT_PRIORITY, Scheduling, processes
 from fivebar_bringup.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import FAULTS, JOINT_STATES
@@ -65,7 +65,8 @@ def graph_speed(scenario: Scenario, mode: Mode) -> GraphSpeed:
 
     with tempfile.TemporaryDirectory() as folder, private_domain() as domain:
         run = new_run_directory(Path(folder), scenario)
-        specs = processes(crossing_graph(scenario, mode, run.bag), mode, scenario.rate_hz)
+        nodes = crossing_graph(scenario, mode, run.bag)
+        specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
         outcome = run_graph(specs, run, domain, look, started)
         bag = read_bag(run.bag)
         times = np.diff(bag.log_times(JOINT_STATES)) / 1e6

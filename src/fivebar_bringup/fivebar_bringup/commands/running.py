@@ -23,7 +23,7 @@ from fivebar_bringup.commands.app import (
 )
 from fivebar_bringup.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.injection import read_injection
-from fivebar_bringup.processes import Scheduling
+from fivebar_bringup.processes import DEFAULT_PRIORITY, Scheduling
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.run import run_offline, run_with_ros
@@ -55,7 +55,7 @@ def run(
             help="With --realtime: priority of the control chain under SCHED_FIFO, 0 for ordinary scheduling. Where the"
             " system does not grant it, the nodes warn in their logs and go on.",
         ),
-    ] = 50,
+    ] = DEFAULT_PRIORITY,
     processors: Annotated[
         str, typer.Option(help='With --realtime: processors for the control chain, such as "0,2".')
     ] = "",
