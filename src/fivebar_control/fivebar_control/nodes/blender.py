@@ -12,6 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_control.controllers.awake_clock import AwakeClock
 from fivebar_control.controllers.freshness import Freshness
 from fivebar_control.controllers.guard import Guard
 from fivebar_control.controllers.torque import ZERO, Torque
@@ -48,6 +49,9 @@ from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 
 DEADLINE_LOOKS = 4
 """How often within a deadline the blender looks whether it has passed."""
+
+LOOKS_AWAKE = 2
+"""So many looks at least make up a deadline: one that comes later has been held up, and with it what it looks for."""
 
 BLENDED = "blended"
 
@@ -98,6 +102,8 @@ class Blender(SamplingNode):
         mode1, mode2 = values["working_mode"]
         self._guard = Guard(self._robot, (mode1, mode2), values["rate_hz"], safety_settings(values))
         deadlines = [values[name] / 1e3 for name in ("candidate_deadline_ms", "state_deadline_ms")]
+        shortest = min(deadline for deadline in deadlines if deadline)
+        self._awake = AwakeClock(time.monotonic, shortest / LOOKS_AWAKE)
         self._freshness = Freshness(deadlines[0], deadlines[1] or math.inf, values["last_sample"] or None)
         self._drives_state = ALL_WELL
         self._first = 0
@@ -121,7 +127,7 @@ class Blender(SamplingNode):
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         # not awaited: drives that say nothing of themselves hold no fault
         self.create_subscription(String, DRIVES_STATE.name, self._on_drives_state, qos_profile(DRIVES_STATE.qos))
-        self.every(min(deadline for deadline in deadlines if deadline) / DEADLINE_LOOKS, self._look_at_clock)
+        self.every(shortest / DEADLINE_LOOKS, self._look_at_clock)
         self._publish_state()
 
     def stop(self) -> None:
@@ -148,7 +154,7 @@ class Blender(SamplingNode):
         """Start the deadline of a sample; while a fault is latched, answer it at once with zero torque."""
         if driving:
             late = self._freshness.joined_late(sample)
-            self._freshness.heard(sample, time.monotonic())
+            self._freshness.heard(sample, self._awake.read())
             if late is not None and self._guard.fault is None:
                 self._stop_robot(late)
             elif self._guard.fault is not None:
@@ -158,7 +164,7 @@ class Blender(SamplingNode):
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the torque of a sample; while a fault is latched, only look at its inputs."""
-        self._freshness.completed(sample, time.monotonic())
+        self._freshness.completed(sample, self._awake.read())
         if sample < self._first:
             return
         (position, velocity), (reference,), (alone,), *rest = values
@@ -196,13 +202,13 @@ class Blender(SamplingNode):
     def _on_drives_state(self, message: String) -> None:
         self._drives_state = message.data
         # drives that were off have sent nothing; their next sample is waited for from now on
-        self._freshness.pardon(time.monotonic())
+        self._freshness.pardon(self._awake.read())
 
     def _look_at_clock(self) -> None:
         """Give up where candidates or the next joint states are overdue."""
         if self._guard.fault is not None:
             return
-        now = time.monotonic()
+        now = self._awake.read()
         overdue = self._freshness.overdue(now)
         # drives that are off send no samples, and that is no fault
         stale = self._freshness.stale(now) if self._drives_state == ALL_WELL else None
@@ -260,7 +266,7 @@ class Blender(SamplingNode):
         """Clear the fault, or return what is in the way."""
         if self._drives_state != ALL_WELL:
             return f"the drives are stopped by {self._drives_state}"
-        return self._freshness.obstacle(time.monotonic()) or self._guard.reset()
+        return self._freshness.obstacle(self._awake.read()) or self._guard.reset()
 
 
 def main() -> None:
