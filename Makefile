@@ -39,7 +39,7 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 .PHONY: test
 test: lint ## lint, then run all tests
 	@# two at a time, but what follows the clock alone
-	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile -m "not clock" --durations=10
+	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10
 	$(BIN)/python -m pytest tests -q -m clock --durations=10
 
 .PHONY: lint

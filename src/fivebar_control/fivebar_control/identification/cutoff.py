@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import periodogram
 
 FloatArray = NDArray[np.float64]
 
@@ -83,6 +82,9 @@ def choose_cutoffs(angles: FloatArray, rate_hz: float) -> Cutoffs:
 
     The noise of readings that are not counts follows from the upper half of the spectrum.
     """
+    # here, because it takes as long to load as the rest of a command that may not need it
+    from scipy.signal import periodogram
+
     resolution = encoder_resolution(angles)
     frequency, density = periodogram(
         np.diff(angles, 2, axis=0) * rate_hz**2, rate_hz, window="hann", detrend=False, axis=0

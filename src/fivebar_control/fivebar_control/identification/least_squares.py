@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 FloatArray = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ def fit(regressor: FloatArray, torque: FloatArray, lag: int) -> Fit:
     independent = used.any(axis=1).sum() / max(lag, 1)
     covariance = _sandwich(rows / deviations[:, None], residuals / deviations, lag)
     freedom = max(independent - 0.5 * parameters, 1.0)
-    quantile = float(student.ppf(0.5 * (1.0 + CONFIDENCE), freedom))
+    quantile = float(stdtrit(freedom, 0.5 * (1.0 + CONFIDENCE)))
     covariance = covariance * independent / freedom
     return Fit(
         values=values,

@@ -18,7 +18,7 @@ from fivebar_control.controllers.guard import Guard
 from fivebar_control.controllers.torque import ZERO, Torque
 from fivebar_control.fault import Fault
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.nodes.motion_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_control.nodes.model_parameters import RATE, ROBOT, WORKING_MODE
 from fivebar_control.nodes.safety_parameters import SAFETY, safety_settings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,

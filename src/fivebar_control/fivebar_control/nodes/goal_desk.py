@@ -8,7 +8,8 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from fivebar_control.nodes.motion_parameters import ROBOT, Motion
+from fivebar_control.nodes.model_parameters import ROBOT
+from fivebar_control.nodes.motion_parameters import Motion
 from fivebar_control.trajectory.limits import Limits
 from fivebar_control.trajectory.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess

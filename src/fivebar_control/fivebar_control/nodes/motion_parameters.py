@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from fivebar_control.nodes.model_parameters import LEAD, RATE, ROBOT, WORKING_MODE
 from fivebar_control.trajectory.planner import (
     MIN_AUTHORITY,
     QUINTIC,
@@ -16,25 +17,11 @@ from fivebar_control.trajectory.planner import (
 )
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec, whole_period
+from fivebar_description.ros.parameters import Spec
 from fivebar_description.strict_yaml import InputError
 
-ROBOT = Spec("robot", "dextar", "Robot that the node believes in: a shipped parameter file's name or a path to one.")
-RATE = Spec("rate_hz", 500, "Sampling rate; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period)
-WORKING_MODE = Spec(
-    "working_mode", [1, -1], "Elbow side of each leg: +1 counter-clockwise of the line from base to platform."
-)
 WORKING_MODES = WORKING_MODE._replace(
     description=f"{WORKING_MODE.description} Two signs, or two for every waypoint of a motion that may meet Type 1."
-)
-
-LEAD = Spec(
-    "lead_samples",
-    0,
-    "Samples from a measurement to the moment that its answer is for: the drives' delay where an estimator predicts.",
-    "samples",
-    0,
-    100,
 )
 
 MOTION = (
