@@ -52,8 +52,8 @@ CAUSES = {
 
 @pytest.mark.parametrize("victim", CAUSES)
 def test_a_killed_node_ends_the_run(graph_run: Callable[..., GraphRun], victim: str) -> None:
-    run = graph_run()
     # the recorder is given the time for some checkpoints
+    run = graph_run(1.5 if victim == "bag_recorder" else 0.5)
     run.wait_for_sample(600 if victim == "bag_recorder" else 150)
     killed_at = time.time_ns()
     os.kill(run.command.node(victim), signal.SIGKILL)
