@@ -38,9 +38,20 @@ SLOW = 20.0
 """Time (s) of one segment of a motion that is interrupted."""
 
 
-def rehearse(fivebar: Callable[..., FivebarCommand], *options: str) -> FivebarCommand:
-    arguments = ("run", "middle_robot", "--hardware", "emulated", "--json", "--out", "out")
+CALM_HZ = 50
+"""Rate where the test is not of the rate: three cycles are longer than a shared machine stands still now and then."""
+
+
+def rehearse(fivebar: Callable[..., FivebarCommand], scenario: str | Path, *options: str) -> FivebarCommand:
+    arguments = ("run", str(scenario), "--hardware", "emulated", "--json", "--out", "out")
     return fivebar(*arguments, *PRIORITY, *options)
+
+
+@pytest.fixture(scope="module")
+def calm(folder: Path) -> Path:
+    path = folder / "calm.yaml"
+    path.write_text(load_scenario("middle_robot").model_copy(update={"name": "calm", "rate_hz": CALM_HZ}).to_yaml())
+    return path
 
 
 def bag_of(call: FivebarCommand) -> Recording:
@@ -48,7 +59,7 @@ def bag_of(call: FivebarCommand) -> Recording:
 
 
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand]) -> None:
-    call = rehearse(fivebar)
+    call = rehearse(fivebar, "middle_robot")
     assert call.finish() == 0, call.stdout + call.stderr
     call.expect_no_process(0.0)
     summary = call.json()
@@ -69,8 +80,8 @@ def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand]) -> None:
     assert bag.count(TORQUE_REQUESTED) >= 201
 
 
-def test_a_fault_that_is_injected_on_the_way(fivebar: Callable[..., FivebarCommand]) -> None:
-    call = rehearse(fivebar, "--inject", "0.3 fault 2")
+def test_a_fault_that_is_injected_on_the_way(fivebar: Callable[..., FivebarCommand], calm: Path) -> None:
+    call = rehearse(fivebar, calm, "--inject", "0.3 fault 2")
     assert call.finish() == 1, call.stderr
     call.expect_no_process(0.0)
     summary = call.json()
@@ -78,13 +89,13 @@ def test_a_fault_that_is_injected_on_the_way(fivebar: Callable[..., FivebarComma
     bag = bag_of(call)
     assert "q21 (node 2)" in bag.texts(FAULTS)[0]
     assert tuple(bag.field(TORQUE_COMMAND, "effort")[-1]) == ZERO
-    # sample 30 is at 0.3 s; three cycles later nothing pushes any more
-    assert not bag.field(GROUND_TRUTH, "effort")[35:].any()
-    assert bag.field(GROUND_TRUTH, "effort")[10:30].any()
+    # sample 15 is at 0.3 s; three cycles later nothing pushes any more
+    assert not bag.field(GROUND_TRUTH, "effort")[20:].any()
+    assert bag.field(GROUND_TRUTH, "effort")[5:15].any()
 
 
-def test_a_killed_node_is_told_and_stops_the_robot(fivebar: Callable[..., FivebarCommand]) -> None:
-    call = rehearse(fivebar, "--inject", "0.3 kill dextar_bridge")
+def test_a_killed_node_is_told_and_stops_the_robot(fivebar: Callable[..., FivebarCommand], calm: Path) -> None:
+    call = rehearse(fivebar, calm, "--inject", "0.3 kill dextar_bridge")
     assert call.finish() == 1, call.stderr
     call.expect_no_process(0.0)
     summary = call.json()
@@ -106,7 +117,7 @@ def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -
         probe.listen(MOTOR_STATES)
         # nobody awaits the probe: the motion lasts longer than a busy machine may take until it has joined
         slow = load_scenario("middle_robot").model_copy(
-            update={"name": "slow", "segment_duration": SLOW, "rate_hz": 50}
+            update={"name": "slow", "segment_duration": SLOW, "rate_hz": CALM_HZ}
         )
         (tmp_path / "slow.yaml").write_text(slow.to_yaml())
         arguments = ("run", "slow.yaml", "--hardware", "emulated", "--json", "--out", "out", *PRIORITY)

@@ -28,6 +28,10 @@ except ImportError:
 WAKE_PERIOD = 0.1
 """Longest time (s) the executor sleeps before a signal is noticed."""
 
+SWITCH_INTERVAL = 2e-4
+"""Longest time (s) for which a thread that has received something waits for another to leave the interpreter; Python's
+own five milliseconds would be more than two periods at 500 Hz."""
+
 BAD_INPUT = 2
 
 
@@ -81,6 +85,7 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     # what start-up has made stays; the collector need never walk it again
     gc.collect()
     gc.freeze()
+    sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         while rclpy.ok() and not stopping and _status(nodes) is None:
             executor.spin_once(timeout_sec=WAKE_PERIOD)

@@ -133,17 +133,18 @@ class Emulation:
         return message is not None
 
     def _sync(self) -> None:
+        """Read the encoders and answer, then compute the way to the next SYNC: the torque for it is known by now."""
         self.syncs += 1
-        try:
-            self.plant.advance((self.drives[0].torque, self.drives[1].torque))
-        except PlantDiverged:
-            for drive in self.drives:
-                drive.trip(OVERSPEED_EMERGENCY)
         self._sense()
         first, second = self.drives
         self.history.append(SyncRecord(self.syncs, (first.angle, second.angle), self.plant.truth()))
         for drive in self.drives:
             drive.answer_sync()
+        try:
+            self.plant.advance((first.torque, second.torque))
+        except PlantDiverged:
+            for drive in self.drives:
+                drive.trip(OVERSPEED_EMERGENCY)
 
     def _sense(self) -> None:
         q11, _, q21, _ = self.plant.joints.tolist()
