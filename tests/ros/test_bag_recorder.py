@@ -31,6 +31,7 @@ def test_what_was_sent_is_in_the_bag(bench: Bench, motion: MiddleMotion) -> None
     recorder = bench.start("bag_recorder", "/lab", directory=str(directory), topics=[topic.name for topic in recorded])
     probe = bench.probe("/lab")
     probe.advertise(TORQUE_COMMAND)
+    probe.advertise(*recorded, depth=COUNT + 1)
     probe.join("bag_recorder", recorded, [])
     torques = [(1.0 / (sample + 1), math.nan if sample % 7 == 0 else -0.0) for sample in range(COUNT)]
     # a message with the least and one with the most in it
@@ -41,9 +42,6 @@ def test_what_was_sent_is_in_the_bag(bench: Bench, motion: MiddleMotion) -> None
     probe.publish(TORQUE_COMMAND, motion.torque_message(0, (1.0, 2.0)))
     for sample, torque in enumerate(torques):
         probe.publish(CTC_TORQUE, motion.torque_message(sample, torque))
-        if sample % 4 == 0:
-            # the sender's queue holds eight
-            probe.spin_for(0.002)
     probe.publish(CTC_TORQUE, joint_state(sample_stamp_ns(COUNT, 500), ["q11", "q21"], effort=(0.0, 0.0)))
     probe.wait_for(
         lambda: int(probe.health("/lab/bag_recorder")[1]["answered"]) == COUNT + 5, "all messages are recorded"
