@@ -70,6 +70,23 @@ def test_a_chain_runs_to_its_end_before_anything_leaves(outside: Outside) -> Non
     assert outside.heard == [("command", 22), ("law2", 11), ("law1", 11)]
 
 
+def test_messages_of_one_topic_leave_in_their_order(outside: Outside) -> None:
+    """A trajectory generator answers sample 0 with the references of two samples."""
+    topics = ProcessTopics()
+    reference = topics.advertise("reference", outside.sender("reference"))
+    torque = topics.advertise("torque", outside.sender("torque"))
+
+    def generate(message: int) -> None:
+        reference.publish(message)
+        reference.publish(message + 1)
+
+    topics.listen("state", generate, outside.subscribe("state"), [])
+    topics.listen("state", torque.publish, outside.subscribe("state"), [])
+    topics.connect()
+    outside.receivers["state"](0)
+    assert outside.heard == [("torque", 0), ("reference", 0), ("reference", 1)]
+
+
 def test_a_message_that_answers_nothing_leaves_at_once(outside: Outside) -> None:
     topics = ProcessTopics()
     sender = topics.advertise("command", outside.sender("command"))

@@ -1,7 +1,7 @@
 """Topics among the nodes of one process: a message goes from hand to hand there, and out to everybody else after that.
 
 Between two nodes in one process the way through DDS costs more than what most of them compute. Here a node's message is
-handed to the listeners of its process as it is, and published when they have all had their turn, the last message
+handed to the listeners of its process as it is, and published when they have all had their turn, the last topic
 first: the torque that a sample has led to is the one that is waited for outside. A topic from outside is taken and
 unpacked once, for all who listen.
 
@@ -44,7 +44,7 @@ class ProcessTopics:
         """Begin without any."""
         self._lines: dict[str, _Line] = {}
         self._waiting: deque[tuple[list[Callback], Any]] = deque()
-        self._unsent: list[tuple[Sender, Any]] = []
+        self._unsent: dict[Sender, list[Any]] = {}
         self._handing_out = False
 
     def listen(
@@ -78,7 +78,7 @@ class ProcessTopics:
         """Give a message to listeners, then all that follows from it, and publish everything outside."""
         self._waiting.append((listeners, message))
         if publisher is not None:
-            self._unsent.append((publisher, message))
+            self._unsent.setdefault(publisher, []).append(message)
         if self._handing_out:
             return
         self._handing_out = True
@@ -87,9 +87,9 @@ class ProcessTopics:
                 listeners, message = self._waiting.popleft()
                 for listener in listeners:
                     listener(message)
-            while self._unsent:
-                publisher, message = self._unsent.pop()
-                publisher.publish(message)
+            for sender, messages in reversed(self._unsent.items()):
+                for message in messages:
+                    sender.publish(message)
         finally:
             # what a failed listener has left must not come out with a later message
             self._waiting.clear()
