@@ -45,6 +45,9 @@ FIRST_ANSWER_TIME = 1.0
 
 ZERO = (0.0, 0.0)
 
+Messages = tuple[JointState, JointState | None]
+"""What the joints' topic says of a sample, and that of the truth, if there is one."""
+
 
 class PlantNode(GraphNode):
     """The simulated five-bar, in lockstep with the controllers or in real time.
@@ -85,7 +88,7 @@ class PlantNode(GraphNode):
             ImuOptions(declare_imu(self), values["imu_noise"]),
         )
         self._sample = 0
-        self._moved = False
+        self._next: Messages | None = None
         self._fault = ""
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
         self._overruns = 0
@@ -145,8 +148,8 @@ class PlantNode(GraphNode):
         if waited > self._command_timeout:
             self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
 
-    def _measure(self, sample: int) -> tuple[JointState, JointState | None]:
-        """Return what the joints' topic and that of the truth, if there is one, say of a sample."""
+    def _measure(self, sample: int) -> Messages:
+        """Return what is to be published of a sample."""
         stamp = sample_stamp_ns(sample, self._rate_hz)
         measured = self._plant.measure()
         if not self._motors_only:
@@ -194,13 +197,12 @@ class PlantNode(GraphNode):
             return
         if sample == self._sample > self._latest[0]:
             self._latency.note(time.monotonic() - self._published)
-        awaited = self._running and sample == self._sample and not self._moved
+        awaited = self._running and sample == self._sample and self._next is None
         if awaited or not self._lockstep:
             self._latest = (sample, (tau1, tau2))
         if awaited:
             self._heard = time.monotonic()
-            if not self._known_ahead:
-                self._move()
+            self._move()
             if self._lockstep:
                 self._go_on()
 
@@ -221,26 +223,24 @@ class PlantNode(GraphNode):
 
     def _move(self) -> None:
         """Compute the time up to the next sample under the latest command, once."""
-        if self._moved or self._sample == self._samples or self.exit_status is not None:
+        if self._next is not None or self._sample == self._samples or self.exit_status is not None:
             return
         try:
             self._plant.advance(ZERO if self._fault else self._latest[1])
         except PlantDiverged as error:
             self._fail(f"plant_diverged: after sample {self._sample}: {error}")
             return
-        self._moved = True
         self._next = self._measure(self._sample + 1)
 
     def _go_on(self) -> None:
         if self.exit_status is not None:
             return
         self.note_answer()
-        if self._sample == self._samples:
+        if self._next is None:
             self._end()
             return
         self._sample += 1
-        self._measured = self._next
-        self._moved = False
+        self._measured, self._next = self._next, None
         self._imu_message = None
         self._publish_sample()
 
