@@ -11,10 +11,7 @@ from fivebar_bringup.bench.processes import HOPS, GraphSpeed, bare_chain_p50_ms,
 from fivebar_bringup.bench.stalls import Stalls, bare_loop
 from fivebar_bringup.graph import Mode
 from fivebar_bringup.processes import DEFAULT_PRIORITY
-from fivebar_bringup.scenario import Scenario, load_scenario
-
-BARE_LOOP_TIME = 10.0
-"""Time (s) for which the bare loop is watched: that of the run in real time."""
+from fivebar_bringup.scenario import load_scenario
 
 
 def main() -> None:
@@ -28,7 +25,8 @@ def main() -> None:
         longer = scenario.model_copy(update={"segment_duration": 5.0})
         graph = graph_speed(longer, Mode.LOCKSTEP)
         clocked = graph_speed(longer, Mode.REALTIME)
-        stalls = bare_loop(longer.rate_hz, BARE_LOOP_TIME, DEFAULT_PRIORITY)
+        samples = longer.plan().path.samples(longer.rate_hz)
+        stalls = bare_loop(longer.rate_hz, samples, DEFAULT_PRIORITY)
         ring_after = bare_chain_p50_ms()
     ring = min(ring_before, ring_after)
     table = Table("what", "measured", "target", title=f"Measured {stamp()}, side by side in one run")
@@ -40,8 +38,8 @@ def main() -> None:
     table.add_row("cycle / bare ring", f"{graph.cycle_p50_ms / ring:.2f}", "at most 2")
     for name, cpu_ms in graph.cpu_ms.items():
         table.add_row(f"processor time of {name}", f"{cpu_ms:.3f} ms per cycle", "")
-    _add_realtime(table, clocked, longer)
-    _add_stalls(table, stalls)
+    _add_realtime(table, clocked, longer.rate_hz, samples)
+    _add_stalls(table, stalls, samples)
     _add_engine(table, engine)
     console.print(table)
 
@@ -56,16 +54,15 @@ def _add_engine(table: Table, speed: EngineSpeed) -> None:
     table.add_row("first call of the compiled loop", f"{speed.compile_s:.1f} s", "")
 
 
-def _add_stalls(table: Table, stalls: Stalls) -> None:
+def _add_stalls(table: Table, stalls: Stalls, beats: int) -> None:
     name = f"bare loop at priority {DEFAULT_PRIORITY}" if stalls.prioritized else "bare loop without priority"
-    lateness = f"{stalls.longest_ms:.2f} ms late at most, {stalls.late} of {stalls.beats} beats missed"
+    lateness = f"{stalls.longest_ms:.2f} ms late at most, {stalls.late} of {beats} beats missed"
     table.add_row(name, lateness, "what no program here can do better")
 
 
-def _add_realtime(table: Table, clocked: GraphSpeed, scenario: Scenario) -> None:
-    samples = scenario.plan().path.samples(scenario.rate_hz)
+def _add_realtime(table: Table, clocked: GraphSpeed, rate_hz: int, samples: int) -> None:
     outcome = "; ".join(clocked.faults) or "no fault"
-    table.add_row(f"real time at {scenario.rate_hz} Hz", outcome, "no fault")
+    table.add_row(f"real time at {rate_hz} Hz", outcome, "no fault")
     table.add_row("missed deadlines", f"{clocked.missed} of {samples} samples", "")
     if clocked.latency_ms is not None:
         p50, p99, most = (clocked.latency_ms[name] for name in ("p50", "p99", "max"))

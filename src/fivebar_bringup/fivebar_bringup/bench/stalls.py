@@ -11,27 +11,25 @@ class Stalls(NamedTuple):
     """How a bare loop kept its time.
 
     Attributes:
-        beats: how often it was to wake.
         late: how often it woke after the next beat was due.
         longest_ms: largest lateness (ms).
         prioritized: whether the system granted the priority.
     """
 
-    beats: int
     late: int
     longest_ms: float
     prioritized: bool
 
 
-def bare_loop(rate_hz: int, seconds: float, priority: int) -> Stalls:
-    """Wake so many times a second, for some time (s), and look how late it is; priority under SCHED_FIFO."""
+def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
+    """Wake so many times a second, for so many beats, and look how late it is; priority under SCHED_FIFO."""
     before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
         prioritized = True
     except OSError:
         prioritized = False
-    period, beats = 1.0 / rate_hz, round(seconds * rate_hz)
+    period = 1.0 / rate_hz
     late, longest = 0, 0.0
     try:
         due = time.monotonic()
@@ -45,4 +43,4 @@ def bare_loop(rate_hz: int, seconds: float, priority: int) -> Stalls:
                 due = time.monotonic()
     finally:
         os.sched_setscheduler(0, *before)
-    return Stalls(beats, late, longest * 1e3, prioritized)
+    return Stalls(late, longest * 1e3, prioritized)
