@@ -126,13 +126,14 @@ def over_speed(state: State, limit: float) -> Fault | None:
 
 def out_of_workspace(robot: FiveBar, state: State, workspace: Area | None) -> Fault | None:
     """Return `out_of_workspace` where the platform is outside the given area, or beyond what both legs reach."""
-    place = f"platform at ({state.x:.4f}, {state.y:.4f}) m"
     if workspace is not None and not is_inside(state, workspace):
-        return Fault("out_of_workspace", f"{place}, workspace {list(workspace)} m")
-    if is_in_reach(robot, state):
+        reason = f"workspace {list(workspace)} m"
+    elif not is_in_reach(robot, state):
+        beyond = -type1_distance(robot, state)
+        reason = f"{beyond * 1e3:.1f} mm out of reach: the joints contradict each other"
+    else:
         return None
-    beyond = -type1_distance(robot, state)
-    return Fault("out_of_workspace", f"{place}, {beyond * 1e3:.1f} mm out of reach: the joints contradict each other")
+    return Fault("out_of_workspace", f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
 
 
 def near_type_1(state: State, mode1: int, mode2: int, margin: float) -> Fault | None:
