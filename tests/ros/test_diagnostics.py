@@ -14,7 +14,6 @@ from middle_motion import MiddleMotion
 
 from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE
 
-GROUP = [sys.executable, "-m", "fivebar_bringup.nodes.node_group"]
 STATUS = [sys.executable, "-m", "fivebar_bringup.cli", "status"]
 
 
@@ -90,7 +89,7 @@ def group(bench: Bench, *modules: str, **parameters: object) -> ChildProcess:
     path = bench.folder / "group.yaml"
     content = {f"/**/{node}": {"ros__parameters": values} for node, values in parameters.items()}
     path.write_text(yaml.safe_dump(content), encoding="utf-8")
-    return bench.run([*GROUP, *modules, "--ros-args", "--params-file", str(path)])
+    return bench.start_group(*modules, "--ros-args", "--params-file", str(path))
 
 
 def test_nodes_in_one_process_answer_each_with_its_parameters(bench: Bench, motion: MiddleMotion) -> None:
@@ -118,7 +117,7 @@ def test_a_group_needs_modules_of_nodes(bench: Bench) -> None:
         (["fivebar_control.nodes.nothing"], "expected the module of a node"),
         (["fivebar_control.model.dynamics"], "defines 0 nodes"),
     ):
-        process = bench.run([*GROUP, *words])
+        process = bench.start_group(*words)
         assert process.wait() == 2
         assert expected in process.stderr
         assert len(process.stderr.strip().splitlines()) == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import pytest
@@ -36,7 +35,7 @@ def join(probe: Probe) -> None:
 @pytest.fixture
 def group(bench: Bench) -> Probe:
     modules = [f"fivebar_control.nodes.{node}" for node in CHAIN]
-    bench.run([sys.executable, "-m", "fivebar_bringup.nodes.node_group", *modules])
+    bench.start_group(*modules)
     probe = bench.probe()
     join(probe)
     return probe

@@ -31,6 +31,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from fivebar_bringup.domain import private_domain
+from fivebar_bringup.processes import NODE_GROUP
 from fivebar_description.interface import RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
 from fivebar_description.ros.messages import message_class, stamp_of
 from fivebar_description.ros.qos import qos_profile
@@ -283,6 +284,10 @@ class Bench:
         remaps = ["-r", f"__ns:={namespace}"] if namespace else []
         command = [sys.executable, "-m", node_modules()[node], "--ros-args", *remaps, *values, *arguments]
         return self.run(command)
+
+    def start_group(self, *words: str) -> ChildProcess:
+        """Start nodes in one process: their modules, then what follows `--ros-args`."""
+        return self.run([sys.executable, "-m", NODE_GROUP, *words])
 
     def run(self, command: Sequence[str], **variables: str) -> ChildProcess:
         """Start any process in the domain."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.reproduce.unified_sweep import SWEPT
+from fivebar_bringup.compare.unified_sweep import SWEPT
 from fivebar_bringup.scenario import UnifiedSection, shipped_scenarios
 
 ROOT = Path(__file__).parents[2]

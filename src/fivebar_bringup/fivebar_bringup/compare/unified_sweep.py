@@ -1,6 +1,6 @@
 """Why the law without switching has the settings that it has: what each of them does to error and torque.
 
-`python -m fivebar_bringup.reproduce.unified_sweep OUT.png` runs it all, which takes some ten minutes, prints the table
+`python -m fivebar_bringup.compare.unified_sweep OUT.png` runs it all, which takes some ten minutes, prints the table
 of docs/unified.md and draws its figure.
 """
 
