@@ -50,7 +50,7 @@ lint: setup ## check style and types
 
 .PHONY: bench
 bench: setup ## measure speed on this machine
-	@$(BIN)/python -m fivebar_bringup.bench
+	@$(BIN)/python -m fivebar_bringup.studies.bench
 
 .PHONY: build
 build: setup ## build the packages as colcon does, into build/ install/ log/

@@ -25,7 +25,7 @@ setup(
     entry_points={
         "console_scripts": [
             "bag_recorder = fivebar_bringup.nodes.bag_recorder:main",
-            "fivebar = fivebar_bringup.cli:main",
+            "fivebar = fivebar_bringup.cli.main:main",
             "node_group = fivebar_bringup.nodes.node_group:main",
         ],
     },

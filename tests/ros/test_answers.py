@@ -9,10 +9,10 @@ import pytest
 from graph_probe import RATE_HZ, Bench, Probe
 from middle_motion import MiddleMotion
 
-from fivebar_control.controllers.laws import CtcLaw, Gains, UnifiedLaw, VhcCartesianLaw
-from fivebar_control.controllers.supervisor import blending_weight
-from fivebar_control.controllers.unified import UnifiedSettings
 from fivebar_control.estimation.imu_check import ImuCheck
+from fivebar_control.laws.laws import CtcLaw, Gains, UnifiedLaw, VhcCartesianLaw
+from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.imu import STANDARD_GRAVITY, ImuDescription
 from fivebar_description.interface import (

@@ -13,8 +13,8 @@ from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_control.controllers.blend import blend
-from fivebar_control.controllers.torque import Torque
+from fivebar_control.laws.blend import blend
+from fivebar_control.laws.torque import Torque
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,

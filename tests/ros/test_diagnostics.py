@@ -14,7 +14,7 @@ from middle_motion import MiddleMotion
 
 from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE
 
-STATUS = [sys.executable, "-m", "fivebar_bringup.cli", "status"]
+STATUS = [sys.executable, "-m", "fivebar_bringup.cli.main", "status"]
 
 
 def feed(probe: Probe, motion: MiddleMotion, samples: int) -> None:

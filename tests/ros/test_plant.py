@@ -24,9 +24,9 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state, stamp_of
-from fivebar_sim.nodes.plant_parameters import START_JOINTS
 from fivebar_sim.options import PlantOptions
 from fivebar_sim.plant import Plant
+from fivebar_sim.ros.plant_parameters import START_JOINTS
 
 RATE_HZ = 500
 OUTPUTS = [JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS]

@@ -7,7 +7,7 @@ import signal
 import pytest
 from graph_probe import Bench, node_modules
 
-from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.runs.bag.reader import read_bag
 
 LIMIT = 1.0
 """Longest time (s) from the signal to the end of the process."""

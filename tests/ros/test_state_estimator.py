@@ -12,8 +12,8 @@ import pytest
 from estimate_replay import encoder_scenario
 from graph_probe import RATE_HZ, Bench, ChildProcess, Probe
 
-from fivebar_bringup.offline import Sample, simulate
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import Sample, simulate
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.bag.reader import read_bag
-from fivebar_bringup.offline import OfflineRun, simulate, write_bag
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.model.kinematics import state_from_joints

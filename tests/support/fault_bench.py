@@ -18,9 +18,9 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
-from fivebar_bringup.graph import BRIDGE, EMULATED_ROBOT, RECORDER, Mode, crossing_graph
-from fivebar_bringup.processes import ProcessSpec, Scheduling, processes
-from fivebar_bringup.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, RECORDER, Mode, crossing_graph
+from fivebar_bringup.runs.processes import ProcessSpec, Scheduling, processes
+from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
     DRIVES_STATE,

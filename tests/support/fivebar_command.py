@@ -15,8 +15,8 @@ import pytest
 import yaml
 from graph_probe import ChildProcess, Probe, clean_environment
 
-from fivebar_bringup.bag.reader import read_bag
-from fivebar_bringup.bag.recording import Recording
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.recording import Recording
 from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND
 
 FIVEBAR = Path(sys.executable).with_name("fivebar")

@@ -30,8 +30,8 @@ from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from fivebar_bringup.domain import private_domain
-from fivebar_bringup.processes import NODE_GROUP
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.processes import NODE_GROUP
 from fivebar_description.interface import RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
 from fivebar_description.ros.messages import message_class, stamp_of
 from fivebar_description.ros.qos import qos_profile

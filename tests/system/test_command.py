@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.cli import app
+from fivebar_bringup.cli.main import app
 
 SUBCOMMANDS = sorted(
     command.name or command.callback.__name__ for command in app.registered_commands if command.callback

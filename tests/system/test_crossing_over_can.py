@@ -11,9 +11,9 @@ import yaml
 from fivebar_command import RUN_DEADLINE, FivebarCommand
 from graph_probe import Bench, Probe
 
-from fivebar_bringup.bag.reader import read_bag
-from fivebar_bringup.bag.recording import Recording
-from fivebar_bringup.rehearsal import write_drive_files
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.recording import Recording
+from fivebar_bringup.runs.rehearsal import write_drive_files
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.units import position_rad, scale_of

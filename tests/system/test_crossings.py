@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fivebar_bringup.reproduce.cases import FULL, JOINT, Case
-from fivebar_bringup.reproduce.runner import run_case
+from fivebar_bringup.studies.reproduce.cases import FULL, JOINT, Case
+from fivebar_bringup.studies.reproduce.runner import run_case
 
 CASES = [case for controller in (JOINT, "multi_cartesian") for case in FULL.grid(controller)]
 MODE_CHANGES = {"middle": 2, "multiple": 8}

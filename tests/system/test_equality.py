@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.bag.reader import read_bag
-from fivebar_bringup.bag.recording import Recording
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.recording import Recording
 from fivebar_description.interface import (
     ESTIMATION_TOPICS,
     IMU_DATA,

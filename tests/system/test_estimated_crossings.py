@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from estimate_replay import OFF_MODEL, encoder_scenario, summary_of
 
-from fivebar_bringup.offline import simulate
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
+from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.model.kinematics import state_from_joints
 
 NAMES, DURATIONS = ("middle", "multiple"), (0.5, 1.0, 2.0)

@@ -13,7 +13,7 @@ from fivebar_command import RUN_DEADLINE, FivebarCommand, GraphRun
 from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
-from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_description.interface import FAULTS, JOINT_STATES, NANOSECONDS, TORQUE_COMMAND
 
 ZERO = (0.0, 0.0)

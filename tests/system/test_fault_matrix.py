@@ -21,10 +21,10 @@ from lifecycle_msgs.msg import Transition
 from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 
-from fivebar_bringup.bag.reader import read_bag
-from fivebar_bringup.graph import BRIDGE
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.graph import BRIDGE
 from fivebar_bringup.scenario import Scenario, load_scenario
-from fivebar_control.controllers.laws import Supervisor
+from fivebar_control.laws.laws import Supervisor
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.interface import (

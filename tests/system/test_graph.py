@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from fivebar_command import FivebarCommand, GraphRun
 
-from fivebar_bringup.graph import Mode, crossing_graph
+from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_description.interface import TOPICS
 

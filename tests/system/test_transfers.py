@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from fivebar_bringup.offline import simulate
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_control.trajectory.limits import limits_of
 from fivebar_control.trajectory.postures import WORKING_MODES, place_at, rest_problem

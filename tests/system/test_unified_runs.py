@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from estimate_replay import summary_of
 
-from fivebar_bringup.compare.rigs import RIGS
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
-from fivebar_bringup.run import run_offline
+from fivebar_bringup.runs.run import run_offline
 from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.studies.compare.rigs import RIGS
 from fivebar_description.strict_yaml import InputError
 
 MOTIONS = {"middle": MIDDLE, "multiple": MULTIPLE}

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.compare.unified_sweep import SWEPT
 from fivebar_bringup.scenario import UnifiedSection, shipped_scenarios
+from fivebar_bringup.studies.compare.unified_sweep import SWEPT
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "unified.md").read_text(encoding="utf-8")

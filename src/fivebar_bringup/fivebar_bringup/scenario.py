@@ -10,13 +10,13 @@ from typing import Annotated, Literal
 import yaml
 from pydantic import Field, field_validator, model_validator
 
-from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
-from fivebar_control.controllers.laws import SCHEMES, Scheme
-from fivebar_control.controllers.safety import Area, SafetySettings
-from fivebar_control.controllers.unified import UnifiedSettings
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import Drives
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
+from fivebar_control.laws.adaptive_gain import AdaptiveGainSettings
+from fivebar_control.laws.laws import SCHEMES, Scheme
+from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.safety.stages import Area, SafetySettings
 from fivebar_control.trajectory.planner import MIN_AUTHORITY, Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_description.imu import ImuDescription
 from fivebar_description.interface import NANOSECONDS

@@ -13,9 +13,9 @@ from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from fivebar_bringup.graph import Mode, crossing_graph
-from fivebar_bringup.rehearsal import Rehearsal, refuse_unfit, write_drive_files
-from fivebar_bringup.run_directory import new_run_directory
+from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.rehearsal import Rehearsal, refuse_unfit, write_drive_files
+from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import load_scenario
 
 

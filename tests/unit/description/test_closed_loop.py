@@ -1,6 +1,6 @@
 """Pinocchio's closed loop: its gap, Jacobian, projection and energy against plain geometry and finite differences.
 
-Its accelerations are compared with the reduced model in tests/unit/control/test_dynamics.py.
+Its accelerations are compared with the reduced model in tests/unit/control/model/test_dynamics.py.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from std_msgs.msg import String
 
-from fivebar_bringup.bag.writer import BagWriter
+from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_description.interface import FAULTS, TOPICS, Topic
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import Spec

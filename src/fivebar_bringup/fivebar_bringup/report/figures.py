@@ -9,10 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.typing import LineStyleType
 
-from fivebar_bringup.bag.recording import FloatArray
-from fivebar_bringup.report.findings import Findings
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.style import (
+from fivebar_bringup.pages.style import (
     BLUE,
     GREEN,
     GREY,
@@ -27,9 +24,12 @@ from fivebar_bringup.report.style import (
     time_axis,
     torque_axis,
 )
+from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.wording import engineering, plain, suitable_unit
+from fivebar_bringup.runs.bag.recording import FloatArray
 
 LAW_AWAY = {"ctc": "computed torque", "unified": "the unified law"}
 LAW_ON_LOCUS = {

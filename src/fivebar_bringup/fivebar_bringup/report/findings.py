@@ -9,7 +9,7 @@ import numpy as np
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.controllers.laws import CONDITION
+from fivebar_control.laws.laws import CONDITION
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 

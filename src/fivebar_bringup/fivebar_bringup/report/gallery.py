@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.style import house_style, png
 from fivebar_bringup.report import criterion_figure, figures, plane
 from fivebar_bringup.report.findings import Findings
-from fivebar_bringup.report.picture import Picture
-from fivebar_bringup.report.style import house_style, png
 from fivebar_bringup.report.thesis import counterpart
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from fivebar_bringup.report.document import html_document, verdict_html
-from fivebar_bringup.report.picture import Picture, figure_html
+from fivebar_bringup.pages.document import html_document, verdict_html
+from fivebar_bringup.pages.picture import Picture, figure_html
+from fivebar_bringup.pages.table import framed_rows
 from fivebar_bringup.report.summary import Pair, Summary
-from fivebar_bringup.report.table import framed_rows
 from fivebar_bringup.report.thesis import thesis_figures
 from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.scenario import Scenario

@@ -9,9 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from fivebar_bringup.bag.recording import IntArray
-from fivebar_bringup.report.findings import Findings
-from fivebar_bringup.report.style import (
+from fivebar_bringup.pages.style import (
     BLUE,
     GREEN,
     GREY,
@@ -24,10 +22,12 @@ from fivebar_bringup.report.style import (
     time_axis,
     torque_axis,
 )
+from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.wording import plain
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
+from fivebar_bringup.runs.bag.recording import IntArray
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Segment
 

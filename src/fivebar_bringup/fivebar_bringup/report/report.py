@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 
-from fivebar_bringup.bag.reader import read_bag
-from fivebar_bringup.bag.tail import replace_file
+from fivebar_bringup.pages.picture import write_pictures
 from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.page import html_page
-from fivebar_bringup.report.picture import write_pictures
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.timing import read_timing
-from fivebar_bringup.run_directory import RunDirectory
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_description.strict_yaml import InputError
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fivebar_bringup.bag.recording import BagError, FloatArray, IntArray, Recording
+from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.controllers.vhc_cartesian import line_constraint
 from fivebar_control.estimation.imu_check import ImuCheck
+from fivebar_control.laws.vhc_cartesian import line_constraint
 from fivebar_control.model.geometry import inverse_geometry, wrap
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_control.model.state import Platform, State

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_bringup.bag.recording import FloatArray, Recording
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.runs.bag.recording import FloatArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patheffects import withStroke
 
-from fivebar_bringup.bag.recording import FloatArray
-from fivebar_bringup.report.style import GREY, INK, PURPLE
+from fivebar_bringup.pages.style import GREY, INK, PURPLE
+from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_description.parameters import FiveBar, LegParameters

@@ -12,14 +12,14 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_control.controllers.awake_clock import AwakeClock
-from fivebar_control.controllers.freshness import Freshness
-from fivebar_control.controllers.guard import Guard
-from fivebar_control.controllers.torque import ZERO, Torque
 from fivebar_control.fault import Fault
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.nodes.model_parameters import RATE, ROBOT, WORKING_MODE
-from fivebar_control.nodes.safety_parameters import SAFETY, safety_settings
+from fivebar_control.ros.model_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_control.ros.safety_parameters import SAFETY, safety_settings
+from fivebar_control.safety.awake_clock import AwakeClock
+from fivebar_control.safety.guard import Guard
+from fivebar_control.safety.watchdog import Freshness
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from fivebar_control.controllers.laws import CtcLaw, Law
-from fivebar_control.nodes.candidate import CandidateNode, gain_specs, gains_of
+from fivebar_control.laws.laws import CtcLaw, Law
+from fivebar_control.ros.controller_node import CandidateNode, gain_specs, gains_of
 from fivebar_description.interface import CTC_TORQUE
 from fivebar_description.ros.run import run_node
 

@@ -25,7 +25,7 @@ from fivebar_control.hardware.command_watch import CommandWatch
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.nodes.model_parameters import RATE
+from fivebar_control.ros.model_parameters import RATE
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,

@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.state import Platform
-from fivebar_control.nodes.model_parameters import LEAD, RATE, ROBOT, WORKING_MODE
+from fivebar_control.ros.model_parameters import LEAD, RATE, ROBOT, WORKING_MODE
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.parameters import load_robot

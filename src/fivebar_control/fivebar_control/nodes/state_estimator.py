@@ -11,7 +11,7 @@ from std_msgs.msg import String
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import Drives, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
-from fivebar_control.nodes.model_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_control.ros.model_parameters import RATE, ROBOT, WORKING_MODE
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,

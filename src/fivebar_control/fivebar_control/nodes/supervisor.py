@@ -6,9 +6,9 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
-from fivebar_control.controllers.laws import CONDITION, SIGMOID, Supervisor, SupervisorState
+from fivebar_control.laws.laws import CONDITION, SIGMOID, Supervisor, SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.nodes.motion_parameters import declare_motion
+from fivebar_control.ros.motion_parameters import declare_motion
 from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,

@@ -6,11 +6,11 @@ from typing import Any
 
 from std_msgs.msg import String
 
-from fivebar_control.controllers.hold import Hold
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform
-from fivebar_control.nodes.goal_desk import GoalDesk
-from fivebar_control.nodes.motion_parameters import declare_motion
+from fivebar_control.ros.goal_server import GoalDesk
+from fivebar_control.ros.motion_parameters import declare_motion
+from fivebar_control.trajectory.hold import Hold
 from fivebar_control.trajectory.motion_queue import MotionQueue
 from fivebar_description.interface import (
     ALL_WELL,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from fivebar_control.controllers.laws import Law, UnifiedLaw
-from fivebar_control.controllers.unified import UnifiedSettings
-from fivebar_control.nodes.candidate import CandidateNode, gain_specs
+from fivebar_control.laws.laws import Law, UnifiedLaw
+from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.ros.controller_node import CandidateNode, gain_specs
 from fivebar_description.interface import UNIFIED_TORQUE
 from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node

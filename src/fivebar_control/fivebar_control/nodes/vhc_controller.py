@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from fivebar_control.controllers.adaptive_gain import AdaptiveGainSettings
-from fivebar_control.controllers.laws import ON_LOCUS_LAWS, Law, on_locus_law
-from fivebar_control.controllers.resolution import RESOLUTIONS
-from fivebar_control.nodes.candidate import CandidateNode, gain_specs, gains_of
+from fivebar_control.laws.adaptive_gain import AdaptiveGainSettings
+from fivebar_control.laws.laws import ON_LOCUS_LAWS, Law, on_locus_law
+from fivebar_control.laws.resolution import RESOLUTIONS
+from fivebar_control.ros.controller_node import CandidateNode, gain_specs, gains_of
 from fivebar_description.interface import VHC_TORQUE
 from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node

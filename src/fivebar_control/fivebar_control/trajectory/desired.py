@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_control.controllers.reference import (
+from fivebar_control.laws.reference import (
     Reference,
     reference_at_rest,
     reference_from_motors,

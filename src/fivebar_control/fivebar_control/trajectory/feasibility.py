@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.controllers.reference import Reference
+from fivebar_control.laws.reference import Reference
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.limits import Limits

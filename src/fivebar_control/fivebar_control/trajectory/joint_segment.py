@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.controllers.vhc_cartesian import Line
 from fivebar_control.model.geometry import direct_geometry, wrap
 from fivebar_control.model.kinematics import det_a, leg_from_joints, platform_acceleration
+from fivebar_control.model.line import Line
 from fivebar_control.model.state import Leg, Platform, State
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_description.parameters import FiveBar, LegParameters

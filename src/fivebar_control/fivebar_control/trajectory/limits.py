@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_control.controllers.safety import SafetySettings
+from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.planner import MIN_AUTHORITY
 from fivebar_control.trajectory.reference_torque import NEAR_LOCUS, Follower
 

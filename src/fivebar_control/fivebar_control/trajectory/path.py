@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from fivebar_control.controllers.vhc_cartesian import Line
+from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.polynomial import rest_to_rest

@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.controllers.blend import blend
-from fivebar_control.controllers.laws import SCHEMES, CtcLaw, Gains, Law, Supervisor, UnifiedLaw, on_locus_law
-from fivebar_control.controllers.reference import Reference
-from fivebar_control.controllers.torque import Torque
-from fivebar_control.controllers.unified import UnifiedSettings
+from fivebar_control.laws.blend import blend
+from fivebar_control.laws.laws import SCHEMES, CtcLaw, Gains, Law, Supervisor, UnifiedLaw, on_locus_law
+from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.torque import Torque
+from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar

@@ -33,9 +33,9 @@ from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
-from fivebar_sim.nodes.plant_parameters import LOCKSTEP, MOTORS, SPECS
 from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.plant import Plant, PlantDiverged
+from fivebar_sim.ros.plant_parameters import LOCKSTEP, MOTORS, SPECS
 
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2

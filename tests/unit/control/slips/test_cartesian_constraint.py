@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from slip_cases import FRICTION, MASS, MODE, ROBOT, ZZ, Case, beside, centre, pinocchio_motion
 
-from fivebar_control.controllers.reference import reference_from_platform
-from fivebar_control.controllers.resolution import RESOLUTIONS
-from fivebar_control.controllers.vhc_cartesian import Line, vhc_cartesian_torque
+from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.laws.resolution import RESOLUTIONS
+from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
+from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 
 

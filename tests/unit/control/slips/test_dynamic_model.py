@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from slip_cases import CENTRE_Y, FRICTION, MASS, MODE, ROBOT, ZZ, Vector, away, beside, case, centre, pinocchio_motion
 
-from fivebar_control.controllers.ctc import ctc_torque
-from fivebar_control.controllers.multi_model import reduced_ctc_torque
-from fivebar_control.controllers.reference import reference_from_platform
+from fivebar_control.laws.ctc import ctc_torque
+from fivebar_control.laws.multi_model import reduced_ctc_torque
+from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.geometry import direct_geometry

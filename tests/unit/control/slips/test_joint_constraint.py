@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from slip_cases import CENTRE_Y, FRICTION, MASS, MODE, ROBOT, ZZ, Vector, beside, case, centre, pinocchio_motion
 
-from fivebar_control.controllers.reference import reference_from_platform
-from fivebar_control.controllers.resolution import RESOLUTIONS
-from fivebar_control.controllers.vhc_cartesian import Line
-from fivebar_control.controllers.vhc_joint import path_constraints, vhc_joint_torque
+from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.laws.resolution import RESOLUTIONS
+from fivebar_control.laws.vhc_joint import path_constraints, vhc_joint_torque
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from fivebar_control.controllers.adaptive_gain import AdaptiveGain, AdaptiveGainSettings
-from fivebar_control.controllers.supervisor import blending_weight
+from fivebar_control.laws.adaptive_gain import AdaptiveGain, AdaptiveGainSettings
+from fivebar_control.laws.supervisor import blending_weight
 
 
 def table_of_4_1_2(kappa: float, epsilon: float) -> float:

@@ -1,0 +1,82 @@
+"""What the subcommands share: the application, their common options, exit statuses, errors and progress."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from fivebar_bringup.runs.bag.recording import BagError
+from fivebar_bringup.runs.run import RunFailed
+from fivebar_bringup.scenario import shipped_scenarios
+from fivebar_description.strict_yaml import InputError
+
+COMPLETED, FAILED, BAD_INPUT = 0, 1, 2
+
+app = typer.Typer(
+    help="Drive a five-bar parallel robot through its Type 2 singularities.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+)
+console = Console(stderr=True)
+
+ScenarioArgument = Annotated[
+    str,
+    typer.Argument(metavar="SCENARIO", help=f"A YAML file, or a shipped scenario: {', '.join(shipped_scenarios())}."),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", help="New or empty directory for the results [default: runs/SCENARIO-DATE-TIME]"),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output, nothing else.")]
+
+
+@contextmanager
+def input_errors() -> Iterator[None]:
+    """Turn bad input, and a run without a result, into one line on standard error and exit status 2 or 1."""
+    try:
+        yield
+    except (InputError, BagError) as error:
+        print(f"fivebar: {error}", file=sys.stderr)
+        raise typer.Exit(BAD_INPUT) from error
+    except RunFailed as error:
+        print(f"fivebar: the run failed: {error}", file=sys.stderr)
+        raise typer.Exit(FAILED) from error
+
+
+@contextmanager
+def ending_on_sigterm() -> Iterator[None]:
+    """Let SIGTERM end a run in the same orderly way as Ctrl-C."""
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    previous = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+
+
+@contextmanager
+def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """Show how many samples are done, on standard error."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    # a bar is for watching: in a file or a pipe it would only be a stray line beside the errors
+    with Progress(*columns, console=console, disable=quiet or not console.is_terminal) as progress:
+        task = progress.add_task(f"{name}: starting", total=None)
+
+        def update(done: int, total: int) -> None:
+            progress.update(task, description=f"{name}: running", completed=done, total=total)
+
+        yield update

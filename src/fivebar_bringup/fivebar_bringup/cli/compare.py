@@ -1,0 +1,144 @@
+"""Subcommand that sets all controllers side by side: compare."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+from collections.abc import Collection
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.scenario import load_scenario
+from fivebar_control.laws.laws import SCHEMES
+from fivebar_description.strict_yaml import InputError
+
+LONGEST = 60.0
+"""Duration of a segment (s) above which a typing error is more likely."""
+
+COLOURS = {True: "green", False: "red", None: "yellow"}
+WORDS = {True: "met", False: "not met", None: "not known"}
+
+
+@app.command()
+def compare(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...",
+            help="YAML files or shipped scenarios, whose motions are made [default: middle multiple]",
+        ),
+    ] = None,
+    controllers: Annotated[
+        str | None, typer.Option("--controllers", help=f"Some of {','.join(SCHEMES)} [default: all]")
+    ] = None,
+    durations: Annotated[
+        str | None, typer.Option("--durations", help="Of every segment, in seconds [default: 0.5,1,2,3]")
+    ] = None,
+    rigs: Annotated[
+        str | None,
+        typer.Option(
+            "--rigs",
+            help="Some of ideal,wrong,encoders,realistic,as_given [default: the first four, and as_given where a"
+            " scenario's plant is none of them]",
+        ),
+    ] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, max=256, help="Processes to use.")] = 2,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/compare-DATE-TIME]"),
+    ] = None,
+    as_json: JsonOption = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="By default only middle, 1 s, and the rigs ideal and realistic.")
+    ] = False,
+) -> None:
+    """Make the same motions with every controller, without ROS: success, errors, torques, margins and energy.
+
+    Example: `fivebar compare middle --durations 0.5,1 --rigs ideal,realistic --out runs/compared`
+    """
+    # here, because they load matplotlib
+    from fivebar_bringup.studies.compare.cases import Extent
+    from fivebar_bringup.studies.compare.compare import compare as make
+    from fivebar_bringup.studies.compare.rigs import RIG_NAMES
+
+    with input_errors(), ending_on_sigterm():
+        names = scenarios or (["middle"] if quick else ["middle", "multiple"])
+        extent = Extent(
+            given=tuple(load_scenario(name) for name in names),
+            controllers=tuple(SCHEMES) if controllers is None else _chosen("--controllers", controllers, SCHEMES),
+            durations=_durations(durations if durations is not None else "1" if quick else "0.5,1,2,3"),
+            rigs=_chosen("--rigs", rigs, RIG_NAMES) if rigs is not None else ("ideal", "realistic") if quick else None,
+        )
+        _refuse_namesakes([given.name for given in extent.given])
+        command = _command(names, extent.controllers, extent.durations, rigs, quick)
+        with progress_bar("comparison", as_json) as progress:
+            made = make(extent, out, jobs, command, progress)
+    if as_json:
+        print(json.dumps(made.content, indent=2, allow_nan=False))
+        return
+    printer = Console()
+    # as many columns as a narrow terminal has room for; the page has all
+    table = Table(*("rig", "controller", "completed", "error", "applied", "requested", "saturated"), box=None)
+    places = [made.overview.columns.index(str(column.header)) for column in table.columns]
+    for row in made.overview.rows:
+        table.add_row(*(row[place].text for place in places))
+    printer.print(table)
+    for finding in made.verdicts:
+        printer.print(f"[{COLOURS[finding.met]}]{WORDS[finding.met]}[/]: {finding.title}: {finding.measured}")
+    printer.print(f"look at {made.page}", soft_wrap=True)
+
+
+def _chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
+    """Return the names in a list that is separated by commas, each once.
+
+    Raises:
+        InputError: one of them is not known.
+    """
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+    for name in names:
+        if name not in known:
+            raise InputError(f"{option}: {name!r}: expected some of {', '.join(known)}, separated by commas")
+    return names
+
+
+def _durations(text: str) -> tuple[float, ...]:
+    """Return durations (s) in order, each once.
+
+    Raises:
+        InputError: one of them is no duration.
+    """
+    durations = set()
+    for part in text.split(","):
+        try:
+            duration = float(part)
+        except ValueError:
+            duration = math.nan
+        if not 0.0 < duration <= LONGEST:
+            raise InputError(
+                f"--durations: {part.strip()!r}: expected seconds above 0 and up to {LONGEST:g}, separated by commas"
+            )
+        durations.add(duration)
+    return tuple(sorted(durations))
+
+
+def _refuse_namesakes(names: list[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"scenario {name!r}: is given more than once: expected scenarios with names of their own")
+
+
+def _command(
+    names: list[str], controllers: tuple[str, ...], durations: tuple[float, ...], rigs: str | None, quick: bool
+) -> str:
+    """Return the command that makes a comparison again, with all that decides what it holds."""
+    parts = ["fivebar", "compare", *names, "--controllers", ",".join(controllers)]
+    parts += ["--durations", ",".join(f"{duration:g}" for duration in durations)]
+    parts += ["--rigs", rigs] if rigs is not None else []
+    parts += ["--quick"] if quick else []
+    return shlex.join(parts)

@@ -1,0 +1,205 @@
+"""Subcommands for motions on request: goto, stand."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from rich.console import Console
+
+from fivebar_bringup.cli.app import (
+    BAD_INPUT,
+    COMPLETED,
+    FAILED,
+    JsonOption,
+    OutOption,
+    ScenarioArgument,
+    app,
+    ending_on_sigterm,
+    input_errors,
+    progress_bar,
+)
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.run import run_offline, run_with_ros
+from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.studies.goto.live import goal_fields, request_live
+from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of
+from fivebar_bringup.studies.goto.stand import stand as rest
+from fivebar_bringup.studies.goto.start import HOME, HOME_MODE, Start, start_after
+from fivebar_bringup.studies.goto.wording import as_json as transfer_as_json
+from fivebar_bringup.studies.goto.wording import show
+from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.transfer import Speed
+from fivebar_description.strict_yaml import InputError
+
+
+# a negative coordinate must not be taken for an option
+@app.command(context_settings={"ignore_unknown_options": True})
+def goto(
+    x: Annotated[float, typer.Argument(help="Where to, m.")],
+    y: Annotated[float, typer.Argument(help="Where to, m.")],
+    mode: Annotated[
+        str | None,
+        typer.Option(
+            "--mode",
+            metavar="+|-",
+            help="Assembly mode at the goal: the sign of det A [default: the one that the goal has]",
+        ),
+    ] = None,
+    working_mode: Annotated[
+        tuple[int, int] | None,
+        typer.Option("--working-mode", metavar="S1 S2", help="Elbow sides at the goal [default: those of the start]"),
+    ] = None,
+    start: Annotated[
+        tuple[float, float] | None,
+        typer.Option("--from", metavar="X Y", help=f"Where the robot rests, m [default: {HOME[0]:g} {HOME[1]:g}]"),
+    ] = None,
+    start_mode: Annotated[
+        tuple[int, int] | None,
+        typer.Option("--from-mode", metavar="S1 S2", help=f"Its elbow sides [default: {HOME_MODE[0]} {HOME_MODE[1]}]"),
+    ] = None,
+    after: Annotated[
+        Path | None, typer.Option("--after", metavar="DIR", help="Begin where the run in DIR has ended.")
+    ] = None,
+    controller: Annotated[str, typer.Option(help=f"One of {', '.join(CONTROLLERS)}.")] = "unified",
+    robot: Annotated[
+        str | None, typer.Option(help="A shipped robot, or a parameter file [default: dextar, or that of --after]")
+    ] = None,
+    torque_limit: Annotated[float, typer.Option(help="Of both motors, Nm.")] = Limits().torque,
+    speed_limit: Annotated[float, typer.Option(help="Of both motors, rad/s.")] = Limits().motor_speed,
+    duration: Annotated[
+        float | None, typer.Option(help="Of the whole motion, s [default: comfortably within the limits]")
+    ] = None,
+    fastest: Annotated[bool, typer.Option("--fastest", help="As quick as the limits allow.")] = False,
+    plan_only: Annotated[bool, typer.Option("--plan-only", help="Only plan and judge the motion.")] = False,
+    offline: Annotated[
+        bool, typer.Option("--offline/--ros", help="Run in this process, or with all nodes in lockstep.")
+    ] = False,
+    live: Annotated[
+        bool, typer.Option("--live", help="Ask the graph that runs in --domain, such as that of `fivebar stand`.")
+    ] = False,
+    domain: Annotated[
+        int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID of that graph [default: 0]")
+    ] = None,
+    timeout: Annotated[float, typer.Option(help="With --live: longest wait for the motion's end, s.")] = 120.0,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/goto-DATE-TIME]"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Move the platform to X Y, through the Type 2 locus where the goal is in the other assembly mode.
+
+    The motion is planned and judged first: where to cross the locus, how fast, and whether torque, speeds, margins and
+    stays near the locus keep their limits. Where there is no feasible motion the command says why, with exit status 2.
+
+    Example: `fivebar goto 0 0.02 --mode - --fastest`
+    """
+    with input_errors(), ending_on_sigterm():
+        if fastest and duration is not None:
+            raise InputError("--fastest and --duration: expected one of them")
+        if live:
+            if fastest or plan_only or offline or after is not None or start is not None or start_mode is not None:
+                raise InputError(
+                    "--live: the graph knows where the robot rests: of the others only --mode,"
+                    " --working-mode and --duration go with it"
+                )
+            _live(goal_fields(x, y, mode, working_mode, duration), domain or 0, timeout, as_json)
+        begin = _start(start, start_mode, after)
+        known = "dextar" if begin.scenario is None else begin.scenario.robot
+        request = Request(
+            x=x,
+            y=y,
+            assembly=mode,
+            working_mode=working_mode,
+            start=begin,
+            controller=controller,
+            robot=known if robot is None else robot,
+            torque_limit=torque_limit,
+            motor_speed=speed_limit,
+            rate_hz=500 if begin.scenario is None else begin.scenario.rate_hz,
+            duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
+        )
+        began = time.monotonic()
+        transfer = plan_request(request)
+        planning_s = time.monotonic() - began
+        plan = transfer_as_json(request, transfer, planning_s)
+        if not as_json:
+            show(request, transfer, planning_s)
+        if plan_only:
+            if as_json:
+                print(json.dumps({"plan": plan}, indent=2, allow_nan=False))
+            raise typer.Exit(COMPLETED)
+        scenario = scenario_of(request, transfer)
+        with progress_bar("goto", as_json) as progress:
+            if offline:
+                directory, summary = run_offline(scenario, out, progress)
+            else:
+                directory, summary = run_with_ros(scenario, Mode.LOCKSTEP, out, None, progress)
+    if as_json:
+        print(json.dumps({"plan": plan, "summary": summary.as_json()}, indent=2, allow_nan=False))
+    else:
+        _print_outcome(directory, summary)
+    raise typer.Exit(COMPLETED if summary.completed else FAILED)
+
+
+@app.command()
+def stand(
+    scenario: ScenarioArgument = "unified_middle",
+    seconds: Annotated[
+        float, typer.Option(min=0.0, help="How long the robot rests afterwards, in its own time.")
+    ] = 60.0,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Follow the clock instead of lockstep.")] = False,
+    domain: Annotated[
+        int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one]")
+    ] = None,
+    out: OutOption = None,
+) -> None:
+    """Run SCENARIO, then let the robot rest and take requests: from `fivebar goto --live`, or on the topic goal.
+
+    Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
+    """
+    with input_errors(), ending_on_sigterm():
+        loaded = load_scenario(scenario)
+        mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
+        with progress_bar(loaded.name, False) as progress:
+            directory, faults = rest(loaded, seconds, mode, out, domain, progress)
+    Console(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")
+    raise typer.Exit(FAILED if faults else COMPLETED)
+
+
+def _live(fields: dict[str, float], domain: int, timeout: float, as_json: bool) -> NoReturn:
+    """Follow a request on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
+
+    def tell(status: dict[str, Any]) -> None:
+        if not as_json:
+            detail = status.get("reason") or (f"{sum(status['durations_s']):.3f} s" if "durations_s" in status else "")
+            print(f"{status['state']}{': ' if detail else ''}{detail}", flush=True)
+
+    last = request_live(fields, domain, timeout, tell)
+    if as_json:
+        print(json.dumps(last, indent=2, allow_nan=False))
+    raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))
+
+
+def _start(start: tuple[float, float] | None, start_mode: tuple[int, int] | None, after: Path | None) -> Start:
+    if after is None:
+        return Start(*(start or HOME), start_mode or HOME_MODE)
+    if start is not None or start_mode is not None:
+        raise InputError("--after and --from: expected one of them")
+    return start_after(after)
+
+
+def _print_outcome(directory: RunDirectory, summary: Summary) -> None:
+    printer = Console(soft_wrap=True)
+    if summary.completed:
+        error = summary.tracking_error_peak_m
+        detail = "" if error is None else f", at most {error * 1e3:.2f} mm from the reference"
+        printer.print(f"[green]completed[/green]{detail}: look at {directory.page}")
+    else:
+        printer.print(f"[red]not completed[/red]: {'; '.join(summary.not_completed_because)}: look at {directory.page}")

@@ -1,0 +1,17 @@
+"""The `fivebar` command: every module of this package adds its subcommands when it is imported."""
+
+from __future__ import annotations
+
+from fivebar_bringup.cli import compare, goto, identify, running, status, studies, sweep
+from fivebar_bringup.cli.app import app
+
+__all__ = ["compare", "goto", "identify", "main", "running", "status", "studies", "sweep"]
+
+
+def main() -> None:
+    """Run the command."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

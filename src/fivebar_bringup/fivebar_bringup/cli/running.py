@@ -1,0 +1,174 @@
+"""Subcommands about one run: run, simulate, report, nodes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import (
+    COMPLETED,
+    FAILED,
+    JsonOption,
+    OutOption,
+    ScenarioArgument,
+    app,
+    ending_on_sigterm,
+    input_errors,
+    progress_bar,
+)
+from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.runs.injection import read_injection
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, Scheduling
+from fivebar_bringup.runs.run import run_offline, run_with_ros
+from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_bringup.scenario import load_scenario
+from fivebar_description.interface import HIGHEST_PRIORITY
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.drives.commands import USAGE
+
+
+@app.command()
+def run(
+    scenario: ScenarioArgument,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Follow the clock instead of waiting for every node (lockstep).")
+    ] = False,
+    domain: Annotated[
+        int | None,
+        typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one, for this run only]"),
+    ] = None,
+    separate: Annotated[
+        bool, typer.Option("--separate", help="With --realtime: every node in a process of its own.")
+    ] = False,
+    priority: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=HIGHEST_PRIORITY,
+            help="With --realtime: priority of the control chain under SCHED_FIFO, 0 for ordinary scheduling. Where the"
+            " system does not grant it, the nodes warn in their logs and go on.",
+        ),
+    ] = DEFAULT_PRIORITY,
+    processors: Annotated[
+        str, typer.Option(help='With --realtime: processors for the control chain, such as "0,2".')
+    ] = "",
+    hardware: Annotated[
+        Hardware,
+        typer.Option(help="The simulated robot, or the rehearsal of an experiment: bridge, CAN bus, emulated drives."),
+    ] = Hardware.SIMULATED,
+    inject: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="'SECONDS FAULT'",
+            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE.",
+        ),
+    ] = None,
+    out: OutOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run SCENARIO with all ROS nodes as processes, record a bag, and write the report.
+
+    Example: `fivebar run middle --out runs/first`
+
+    Example: `fivebar run middle_robot --hardware emulated --inject "1.2 fault 1"`
+    """
+    with input_errors(), ending_on_sigterm():
+        loaded = load_scenario(scenario)
+        emulated = hardware is Hardware.EMULATED
+        if inject and not emulated:
+            raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
+        mode = Mode.REALTIME if realtime or emulated else Mode.LOCKSTEP
+        injections = [read_injection(text) for text in inject or ()] if emulated else None
+        with progress_bar(loaded.name, as_json) as progress:
+            directory, summary = run_with_ros(
+                loaded, mode, out, domain, progress, Scheduling(priority, processors), not separate, injections
+            )
+    _finish(directory, summary, as_json)
+
+
+@app.command()
+def simulate(scenario: ScenarioArgument, out: OutOption = None, as_json: JsonOption = False) -> None:
+    """Run SCENARIO in this process, without ROS: the same controllers and plant, the same bag and report.
+
+    Example: `fivebar simulate middle --json`
+    """
+    with input_errors(), ending_on_sigterm():
+        loaded = load_scenario(scenario)
+        with progress_bar(loaded.name, as_json) as progress:
+            directory, summary = run_offline(loaded, out, progress)
+    _finish(directory, summary, as_json)
+
+
+@app.command()
+def report(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Directory of a run.")], as_json: JsonOption = False
+) -> None:
+    """Make figures, page and summary of the run in DIR anew from its bag.
+
+    Example: `fivebar report runs/first`
+    """
+    run_directory = RunDirectory(directory)
+    with input_errors():
+        summary = write_report(run_directory)
+    _finish(run_directory, summary, as_json)
+
+
+@app.command()
+def nodes(
+    scenario: ScenarioArgument = "middle",
+    as_json: JsonOption = False,
+) -> None:
+    """Show the graph of SCENARIO: its nodes, and the topics and types that join them.
+
+    Example: `fivebar nodes middle`
+    """
+    with input_errors():
+        graph = crossing_graph(load_scenario(scenario), Mode.LOCKSTEP, Path("bag"))
+    if as_json:
+        listing = [
+            {
+                "node": node.executable,
+                "package": node.package,
+                "subscribes": {topic.name: topic.type for topic in node.subscribes},
+                "publishes": {topic.name: topic.type for topic in node.publishes},
+            }
+            for node in graph
+        ]
+        print(json.dumps(listing, indent=2))
+        return
+    table = Table("node", "package", "subscribes", "publishes", title="The node graph", show_lines=True)
+    table.columns[0].no_wrap = True
+    for column in table.columns[1:]:
+        column.overflow = "fold"
+    for node in graph:
+        publishes = (f"{topic.name} [dim]{topic.type}[/dim]" for topic in node.publishes)
+        subscribes = (topic.name for topic in node.subscribes)
+        table.add_row(node.executable, node.package, "\n".join(subscribes), "\n".join(publishes))
+    Console().print(table)
+
+
+def _finish(directory: RunDirectory, summary: Summary, as_json: bool) -> NoReturn:
+    """Print the outcome and exit with its status."""
+    content = summary.as_json()
+    if as_json:
+        print(json.dumps(content, indent=2, allow_nan=False))
+    else:
+        _print_summary(directory, summary)
+    raise typer.Exit(COMPLETED if summary.completed else FAILED)
+
+
+def _print_summary(directory: RunDirectory, summary: Summary) -> None:
+    table = Table(show_header=False, box=None)
+    for key, value in summary.as_json().items():
+        table.add_row(f"[dim]{key}[/dim]", json.dumps(value))
+    printer = Console()
+    printer.print(table)
+    verdict = "[green]completed[/green]" if summary.completed else "[red]not completed[/red]"
+    printer.print(f"{verdict}: look at {directory.page}", soft_wrap=True)

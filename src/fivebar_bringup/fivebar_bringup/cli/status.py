@@ -1,0 +1,109 @@
+"""Subcommand about a graph that runs: status."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Annotated
+
+import typer
+from rich.console import Console, Group
+from rich.live import Live
+from rich.markup import escape
+from rich.table import Table
+
+from fivebar_bringup.cli.app import COMPLETED, FAILED, JsonOption, app, input_errors
+from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener, NodeReport
+from fivebar_bringup.runs.domain import held_domains
+from fivebar_description.strict_yaml import InputError
+
+COLOURS = {"ok": "green", "warning": "yellow", "error": "red", "stale": "magenta"}
+
+DISCOVERY_TIME = 5.0
+"""Longest time (s) until the first node must have been heard."""
+
+LISTENING_TIME = 2.5
+"""How long (s) to listen for the others: nodes report once a second."""
+
+OLDEST = 3.0
+"""A node that has been silent for longer (s) is stale."""
+
+COLUMNS = ("answered", "rate_hz", "jitter_ms", "interval_max_ms", "late", "dropped")
+"""Figures that every node tells; the others follow in a last column."""
+
+
+@app.command()
+def status(
+    domain: Annotated[
+        int | None,
+        typer.Option(
+            "--domain",
+            min=0,
+            max=101,
+            help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
+        ),
+    ] = None,
+    watch: Annotated[bool, typer.Option("--watch", help="Go on until Ctrl-C.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Show what every node of the running graph says of itself: rate, jitter, late and dropped messages, faults.
+
+    Exit status 1 where a node has a fault or none is heard.
+
+    Example: `fivebar status --watch`
+    """
+    with input_errors():
+        number = _domain(domain)
+    with DiagnosticsListener(number) as listener:
+        if listener.heard(DISCOVERY_TIME):
+            listener.take_for(LISTENING_TIME)
+        if watch:
+            _watch(listener)
+        reports = listener.reports(OLDEST)
+    if as_json:
+        print(json.dumps([report._asdict() for report in reports], indent=2))
+    elif not watch:
+        Console().print(_table(reports) if reports else f"no node of the graph is heard in domain {number}")
+    sound = bool(reports) and all(report.level in ("ok", "warning") for report in reports)
+    raise typer.Exit(COMPLETED if sound else FAILED)
+
+
+def _domain(asked: int | None) -> int:
+    """Return the domain to listen in."""
+    if asked is not None:
+        return asked
+    held = held_domains()
+    if len(held) > 1:
+        numbers = ", ".join(str(number) for number in held)
+        raise InputError(f"--domain: {len(held)} runs are going on, in the domains {numbers}: expected one of them")
+    if held:
+        return held[0]
+    text = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if not text.isdecimal():
+        raise InputError(f"ROS_DOMAIN_ID: {text!r}: expected a number from 0 to 101")
+    return int(text)
+
+
+def _watch(listener: DiagnosticsListener) -> None:
+    try:
+        with Live(console=Console(), auto_refresh=False) as live:
+            while True:
+                live.update(Group(_table(listener.reports(OLDEST))), refresh=True)
+                listener.take_for(0.5)
+    except KeyboardInterrupt:
+        pass
+
+
+def _table(reports: list[NodeReport]) -> Table:
+    table = Table("node", "level", *COLUMNS, "besides", "says", box=None)
+    for report in reports:
+        others = ", ".join(f"{name} {value}" for name, value in report.figures.items() if name not in COLUMNS)
+        colour = COLOURS[report.level]
+        table.add_row(
+            escape(report.node),
+            f"[{colour}]{report.level}[/{colour}]",
+            *(escape(report.figures.get(name, "")) for name in COLUMNS),
+            escape(others),
+            escape(report.message),
+        )
+    return table

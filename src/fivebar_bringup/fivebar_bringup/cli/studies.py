@@ -1,0 +1,68 @@
+"""Subcommands that draw the robot or make the thesis again: map, reproduce."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.studies.map.map import make_map, new_map_directory, read_mappable_robot
+
+
+@app.command(name="map")
+def map_robot(
+    robot: Annotated[
+        str, typer.Argument(metavar="ROBOT", help="A shipped robot (dextar, unequal), or a parameter file (.yaml).")
+    ] = "dextar",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/map-ROBOT-DATE-TIME]"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw the workspace of ROBOT and its singularities, over the platform's plane and over the motor angles.
+
+    Example: `fivebar map dextar --out runs/map`
+    """
+    with input_errors(), ending_on_sigterm():
+        file = read_mappable_robot(robot)
+        directory = new_map_directory(out, file.name)
+        with progress_bar(f"map of {file.name}", as_json) as progress:
+            measures = make_map(file, directory, progress)
+    if as_json:
+        print(json.dumps(measures, indent=2, allow_nan=False))
+    else:
+        Console().print(f"look at {directory.page}", soft_wrap=True)
+
+
+@app.command()
+def reproduce(
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/reproduce-DATE-TIME]"),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="One duration and one perturbed plant only.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Make the figures and claims of the thesis again, without ROS, and judge each by what is measured.
+
+    Example: `fivebar reproduce --out runs/thesis`
+    """
+    # here, because it loads matplotlib
+    from fivebar_bringup.studies.reproduce.reproduce import reproduce as make
+
+    with input_errors(), ending_on_sigterm(), progress_bar("reproduction", as_json) as progress:
+        made = make(out, quick, progress)
+    if as_json:
+        print(json.dumps(made.content, indent=2, allow_nan=False))
+        return
+    table = Table("thesis", "about", "verdict", box=None)
+    for row in made.rows:
+        table.add_row(row.place, row.title, str(row.judgement.verdict))
+    Console().print(table)
+    Console().print(f"look at {made.page}", soft_wrap=True)

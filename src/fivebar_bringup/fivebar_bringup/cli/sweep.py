@@ -1,0 +1,149 @@
+"""Subcommand that makes thousands of random crossings: sweep."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.pages.plain_values import finite
+from fivebar_control.laws.laws import SCHEMES
+from fivebar_description.strict_yaml import InputError
+
+QUICK_CASES = 60
+
+SHOWN = {
+    "controller": "controller",
+    "status": "status",
+    "success": "success",
+    "error_peak": "peak, m",
+    "error_final": "final, m",
+}
+"""Columns of a single case on the terminal; the reasons come below."""
+
+
+@app.command()
+def sweep(
+    cases: Annotated[
+        int | None,
+        typer.Option(
+            "--cases",
+            min=1,
+            max=1_000_000,
+            help="Crossings that the planner's screen has to call feasible for unified; cases are drawn until there are"
+            " as many. [default: 2000, or those of the sweep in --out]",
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option("--seed", min=0, help="Of all cases. [default: 1, or that of the sweep in --out]"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            help="New or empty directory for the results, or that of an interrupted sweep to go on with [default:"
+            " runs/sweep-DATE-TIME]",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help=f"The same as --cases {QUICK_CASES}.")] = False,
+    case: Annotated[
+        int | None,
+        typer.Option(
+            "--case",
+            min=0,
+            help="Make only this case again, and print what comes of it. With --out, scenario and figure for every"
+            " controller are written to that new directory.",
+        ),
+    ] = None,
+    controller: Annotated[
+        str | None, typer.Option("--controller", help=f"With --case: one of {', '.join(SCHEMES)} [default: all]")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make thousands of random crossings with every controller: how often they succeed, the errors, what fails and why.
+
+    Interrupted, it goes on where it stopped when it is given the same --out again.
+
+    Example: `fivebar sweep --quick --out runs/sweep`
+
+    Example: `fivebar sweep --case 137 --controller unified --out runs/case-137`
+    """
+    with input_errors(), ending_on_sigterm():
+        if quick and cases is not None:
+            raise InputError("--quick: has its own number of cases: expected either --quick or --cases")
+        if case is not None:
+            _one_case(case, seed, controller, out, as_json)
+            return
+        if controller is not None:
+            raise InputError("--controller: a sweep makes all of them: expected --case with it")
+        # here, because it loads matplotlib
+        from fivebar_bringup.studies.sweep.sweep import sweep as make
+
+        processes = jobs if jobs is not None else os.cpu_count() or 1
+        with progress_bar("sweep", as_json) as progress:
+            made = make(out, seed, QUICK_CASES if quick else cases, processes, progress)
+    if as_json:
+        print(json.dumps(made.content, indent=2, allow_nan=False))
+        return
+    # as many columns as a narrow terminal has room for; the page has all
+    columns = ("controller", "called feasible", "of them made", "share")
+    places = [made.overview.columns.index(column) for column in columns]
+    table = Table(*columns, box=None)
+    for row in made.overview.rows:
+        table.add_row(*(row[place].text for place in places))
+    printer = Console()
+    printer.print(table)
+    met = made.content["met"]
+    printer.print(f"[{'green' if met else 'red'}]{'met' if met else 'not met'}[/]: {made.content['verdict']}")
+    printer.print(f"look at {made.page}", soft_wrap=True)
+
+
+def _one_case(number: int, seed: int | None, controller: str | None, out: Path | None, as_json: bool) -> None:
+    """Print a case, and write its scenarios and figures where that is asked for.
+
+    Raises:
+        InputError: no such controller, the directory cannot be used, or there is nothing to save.
+    """
+    # here, because they load matplotlib
+    from fivebar_bringup.studies.sweep.directory import DEFAULT_SEED
+    from fivebar_bringup.studies.sweep.single import rows_of, save_case
+
+    if controller is not None and controller not in SCHEMES:
+        raise InputError(f"--controller: {controller!r}: expected one of {', '.join(SCHEMES)}")
+    controllers = tuple(SCHEMES) if controller is None else (controller,)
+    number_seed = DEFAULT_SEED if seed is None else seed
+    rows = rows_of(number_seed, number, controllers)
+    written = [] if out is None else save_case(number_seed, number, controllers, out)
+    if as_json:
+        print(json.dumps(finite([row._asdict() for row in rows]), indent=2, allow_nan=False))
+        return
+    printer = Console()
+    for name, value in rows[0].draw._asdict().items():
+        printer.print(f"{name}: {value}")
+    if not rows[0].controller:
+        printer.print(f"refused: {rows[0].reason}", soft_wrap=True)
+        return
+    table = Table(*SHOWN.values(), box=None)
+    for row in rows:
+        table.add_row(*(_short(getattr(row, name)) for name in SHOWN))
+    printer.print(table)
+    for row in rows:
+        for reason in (row.why_not, row.reason):
+            if reason:
+                printer.print(f"{row.controller}: {reason}", soft_wrap=True)
+    for path in written:
+        printer.print(f"wrote {path}", soft_wrap=True)
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

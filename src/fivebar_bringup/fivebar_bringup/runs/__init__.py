@@ -1,0 +1,1 @@
+"""One run of the node graph: its nodes and processes, the launcher, the rehearsal, its directory and its bag."""

@@ -1,0 +1,44 @@
+"""Reads a rosbag2 directory back, whoever recorded it (`fivebar`, `ros2 bag record`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rosbags.rosbag2 import Reader
+
+from fivebar_bringup.runs.bag.recording import BagError, RawTopic, Recording
+
+__all__ = ["BagError", "RawTopic", "Recording", "read_bag"]
+
+
+def read_bag(directory: Path, namespace: str = "") -> Recording:
+    """Read all messages of a bag into memory; `namespace` is the one in which the graph's topics were recorded.
+
+    Raises :class:`BagError`, one line that begins with the path, where the directory or its metadata.yaml is missing,
+    and where a file of the bag is missing, truncated or damaged.
+    """
+    if not directory.is_dir():
+        raise BagError(directory, "no such directory")
+    metadata = directory / "metadata.yaml"
+    if not metadata.is_file():
+        raise BagError(metadata, "missing, so this is not a bag")
+    try:
+        topics, custom_data, promised = _read(directory)
+    except Exception as error:  # damaged files end in many kinds of error within the reader, its assertions included
+        what = " ".join(str(error).split()) or type(error).__name__
+        raise BagError(directory, f"the bag cannot be read: {what}") from error
+    found = sum(len(topic.messages) for topic in topics.values())
+    if found < promised:
+        raise BagError(directory, f"the bag holds {found} of the {promised} messages that its metadata.yaml names")
+    return Recording(directory, topics, custom_data, namespace)
+
+
+def _read(directory: Path) -> tuple[dict[str, RawTopic], dict[str, str], int]:
+    """Return the topics by absolute name, the custom data and the number of messages that the metadata names."""
+    with Reader(directory) as reader:
+        topics = {connection.topic: RawTopic(connection.msgtype, [], []) for connection in reader.connections}
+        for connection, log_time, data in reader.messages():
+            topic = topics[connection.topic]
+            topic.log_times.append(log_time)
+            topic.messages.append(data)
+        return topics, dict(reader.storage.metadata.custom or {}), reader.message_count

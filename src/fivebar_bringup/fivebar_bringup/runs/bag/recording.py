@@ -1,0 +1,139 @@
+"""A bag in memory: per topic the log times, stamps and values as numpy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name
+from fivebar_description.interface import NANOSECONDS, Topic
+
+FloatArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+IntArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+_JOINT_STATE = "sensor_msgs/msg/JointState"
+_IMU = "sensor_msgs/msg/Imu"
+_FLOAT64 = "std_msgs/msg/Float64"
+_STRING = "std_msgs/msg/String"
+_SEQUENCES = ("position", "velocity", "effort")
+_VECTORS = {"orientation": "xyzw", "angular_velocity": "xyz", "linear_acceleration": "xyz"}
+
+
+class BagError(Exception):
+    """A bag cannot be read, or does not hold what was asked of it: one line, `<path>: <what>`."""
+
+    def __init__(self, path: Path, what: str) -> None:
+        super().__init__(f"{path}: {what}")
+        self.path = path
+
+
+class RawTopic(NamedTuple):
+    """One topic as recorded: its type, log times in nanoseconds and serialized messages, both in log-time order."""
+
+    type: str
+    log_times: list[int]
+    messages: list[bytes]
+
+
+class Recording:
+    """The content of a bag. A topic is decoded when first asked for.
+
+    Every accessor takes a topic of the graph's interface and raises :class:`BagError` where the bag does not have the
+    topic or has it with another type, where a message cannot be decoded, or where the topic has no such content. A
+    topic that the bag declares but that has no messages gives empty arrays.
+    """
+
+    def __init__(
+        self, path: Path, topics: Mapping[str, RawTopic], custom_data: Mapping[str, str], namespace: str = ""
+    ) -> None:
+        """Hold the raw `topics` by absolute name; topics asked for are looked up in `namespace`."""
+        self.path = path
+        self.custom_data = custom_data
+        """Custom data from metadata.yaml, e.g. the number of dropped messages; empty where the recorder was killed."""
+        self._topics = topics
+        self._namespace = namespace
+        self._decoded: dict[str, list[Any]] = {}
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Absolute names of all topics in the bag."""
+        return tuple(self._topics)
+
+    def count(self, topic: Topic) -> int:
+        """Return the number of messages of a topic; 0 also where the bag does not have it."""
+        raw = self._topics.get(absolute_name(topic, self._namespace))
+        return len(raw.messages) if raw else 0
+
+    def log_times(self, topic: Topic) -> IntArray:
+        """Return when each message was recorded, int64[n] in nanoseconds."""
+        return np.array(self._raw(topic).log_times, dtype=np.int64)
+
+    def stamps(self, topic: Topic) -> IntArray:
+        """Return the stamps in the messages' headers, int64[n] in nanoseconds."""
+        messages = self._messages(topic)
+        try:
+            stamps = [message.header.stamp for message in messages]
+        except AttributeError:
+            raise self._error(topic, "its messages have no stamp") from None
+        return np.array([stamp.sec * NANOSECONDS + stamp.nanosec for stamp in stamps], dtype=np.int64)
+
+    def joint_names(self, topic: Topic) -> tuple[str, ...]:
+        """Return the names in a topic of JointState, which order the columns of its fields; () without messages."""
+        if topic.type != _JOINT_STATE:
+            raise self._error(topic, "its messages name no joints")
+        names = dict.fromkeys(tuple(message.name) for message in self._messages(topic))
+        if len(names) > 1:
+            raise self._error(topic, f"names change within the recording: {', '.join(map(str, names))}")
+        return next(iter(names), ())
+
+    def field(self, topic: Topic, name: str) -> FloatArray:
+        """Return one field of all messages as float64.
+
+        JointState: position, velocity, effort as [n, quantities] (quantities 0 where messages leave the field empty).
+        Imu: angular_velocity and linear_acceleration as [n, 3], orientation (x, y, z, w) as [n, 4].
+        Float64: data as [n]. Without messages n is 0, and so is the number of quantities of a JointState.
+        """
+        messages = self._messages(topic)
+        values: list[Any] = [getattr(message, name, None) for message in messages]
+        if topic.type == _JOINT_STATE and name in _SEQUENCES:
+            self.joint_names(topic)
+            try:
+                return np.array(values, dtype=np.float64).reshape(len(values), len(values[0]) if values else 0)
+            except ValueError:
+                raise self._error(topic, f"{name} has not the same number of values in every message") from None
+        if topic.type == _IMU and name in _VECTORS:
+            components = _VECTORS[name]
+            rows = [[getattr(value, component) for component in components] for value in values]
+            return np.array(rows, dtype=np.float64).reshape(len(rows), len(components))
+        if topic.type == _FLOAT64 and name == "data":
+            return np.array(values, dtype=np.float64)
+        raise self._error(topic, f"its messages have no numbers called {name}")
+
+    def texts(self, topic: Topic) -> list[str]:
+        """Return the texts of a topic of String."""
+        if topic.type != _STRING:
+            raise self._error(topic, "its messages are no texts")
+        return [message.data for message in self._messages(topic)]
+
+    def _raw(self, topic: Topic) -> RawTopic:
+        raw = self._topics.get(absolute_name(topic, self._namespace))
+        if raw is None:
+            raise self._error(topic, "not in the bag")
+        if raw.type != topic.type:
+            raise self._error(topic, f"recorded as {raw.type} instead of {topic.type}")
+        return raw
+
+    def _messages(self, topic: Topic) -> list[Any]:
+        raw = self._raw(topic)
+        if topic.name not in self._decoded:
+            try:
+                self._decoded[topic.name] = [TYPESTORE.deserialize_cdr(data, raw.type) for data in raw.messages]
+            except Exception as error:  # broken bytes end in many kinds of error within the decoder
+                raise self._error(topic, f"a message cannot be decoded ({type(error).__name__}: {error})") from error
+        return self._decoded[topic.name]
+
+    def _error(self, topic: Topic, what: str) -> BagError:
+        return BagError(self.path, " ".join(f"{absolute_name(topic, self._namespace)}: {what}".split()))

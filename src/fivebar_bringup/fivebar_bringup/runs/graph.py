@@ -1,0 +1,370 @@
+"""The node graph of a run: which nodes, with which parameters, joined by which topics.
+
+The `fivebar` command, the launch file and the page of nodes all start from this one description.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from fivebar_bringup.runs.rehearsal import Rehearsal
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import initial_joints
+from fivebar_description.interface import (
+    AWAY_TORQUE,
+    CANDIDATES,
+    CTC_TORQUE,
+    DRIVES_STATE,
+    ESTIMATE_COVARIANCE,
+    ESTIMATE_DISTURBANCE,
+    ESTIMATION_TOPICS,
+    FAULTS,
+    GOAL,
+    GOAL_STATUS,
+    GROUND_TRUTH,
+    IMU_DATA,
+    IMU_ERROR,
+    JOINT_STATES,
+    MOTOR_STATES,
+    REFERENCE,
+    RUN_READY,
+    RUN_STATUS,
+    SAFETY_STATE,
+    SUPERVISOR_SIGMA,
+    SUPERVISOR_STATE,
+    TOPICS,
+    TORQUE_COMMAND,
+    TORQUE_REQUESTED,
+    UNIFIED_TORQUE,
+    VHC_TORQUE,
+    Topic,
+)
+
+
+class Mode(StrEnum):
+    """How time passes: with the commands, or with the clock."""
+
+    LOCKSTEP = "lockstep"
+    REALTIME = "realtime"
+
+
+class Hardware(StrEnum):
+    """What moves: the simulated robot, or drives on a bus."""
+
+    SIMULATED = "simulated"
+    EMULATED = "emulated"
+
+
+class NodeSpec(NamedTuple):
+    """One node of the graph; its name is that of its executable."""
+
+    package: str
+    executable: str
+    parameters: dict[str, Any]
+    subscribes: tuple[Topic, ...]
+    publishes: tuple[Topic, ...]
+
+    @property
+    def module(self) -> str:
+        """The Python module that runs the node."""
+        return f"{self.package}.nodes.{self.executable}"
+
+    def parameter_file(self) -> str:
+        """Return the node's parameters in the format of `--params-file`, for any namespace."""
+        return yaml.safe_dump({"/**": {"ros__parameters": self.parameters}}, sort_keys=False)
+
+
+PLANT = "plant"
+BRIDGE = "dextar_bridge"
+EMULATED_ROBOT = "emulated_robot"
+RECORDER = "bag_recorder"
+
+LOCKSTEP_DEADLINE_MS = 2000.0
+"""Longest wait for a candidate where time waits for it (ms)."""
+
+
+def crossing_graph(
+    scenario: Scenario, mode: Mode, bag: Path, rehearsal: Rehearsal | None = None, drives: str | None = None
+) -> tuple[NodeSpec, ...]:
+    """Return the nodes that run a scenario and record it into the directory `bag`, in the order of the data's flow.
+
+    With a rehearsal the bridge and emulated drives take the plant's place, with `drives` the bridge to real ones of
+    that configuration, which then waits to be asked.
+
+    Raises:
+        InputError: the scenario's motion is refused.
+    """
+    scheme = scenario.scheme()
+    blended = scheme.on_locus is not None
+    motion = _motion_parameters(scenario)
+    bridged = rehearsal is not None or drives is not None
+    nodes = [
+        *([_estimator(scenario)] if scenario.estimated else []),
+        NodeSpec(
+            "fivebar_control",
+            "trajectory_generator",
+            {**motion, "after_fault": "continue" if mode is Mode.LOCKSTEP else "hold", **_goal_parameters(scenario)},
+            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL),
+            (REFERENCE, GOAL_STATUS),
+        ),
+        NodeSpec(
+            "fivebar_control",
+            "supervisor",
+            {**motion, "weighting": scheme.weighting},
+            (JOINT_STATES,),
+            (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
+        ),
+        _away_controller(scenario, motion),
+    ]
+    if blended:
+        nodes.append(
+            NodeSpec(
+                "fivebar_control",
+                "vhc_controller",
+                {
+                    **motion,
+                    "kp": scenario.gains.kp_vhc,
+                    "kd": scenario.gains.kd_vhc,
+                    "law": scheme.on_locus,
+                    "resolution": scenario.vhc_resolution,
+                    "adaptive_gain": scenario.adaptive_gain.enabled,
+                    "alpha": scenario.adaptive_gain.alpha,
+                    "error_limit": scenario.adaptive_gain.error_limit,
+                    "keep_damping": scenario.adaptive_gain.keep_damping,
+                    "disturbance": _disturbance(scenario),
+                },
+                _law_inputs(scenario),
+                (VHC_TORQUE,),
+            )
+        )
+    nodes += [
+        _blender(scenario, mode, endless=bridged),
+        *([] if bridged else [_imu_listener(scenario)]),
+    ]
+    candidates = {topic for node in nodes for topic in node.publishes} & set(CANDIDATES)
+    absent = (*(set(CANDIDATES) - candidates), *(() if scenario.estimated else ESTIMATION_TOPICS))
+    if bridged:
+        # the drives have no accelerometer
+        absent = (*absent, IMU_DATA, IMU_ERROR)
+    if drives is not None:
+        absent = (*absent, GROUND_TRUTH, RUN_STATUS)
+    recorded = [topic for topic in TOPICS if topic not in absent]
+    recorder = NodeSpec(
+        "fivebar_bringup",
+        RECORDER,
+        {"directory": str(bag.absolute()), "topics": [topic.name for topic in recorded]},
+        tuple(recorded),
+        (FAULTS,),
+    )
+    awaited = [node.executable for node in (*nodes, recorder)]
+    if drives is not None:
+        return (*nodes, bridge(scenario, drives, ()), recorder)
+    if rehearsal is None:
+        return (*nodes, _plant(scenario, mode, awaited), recorder)
+    return (*nodes, *_emulated_hardware(scenario, rehearsal, awaited), recorder)
+
+
+def _imu_listener(scenario: Scenario) -> NodeSpec:
+    return NodeSpec(
+        "fivebar_control",
+        "imu_listener",
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "working_mode": list(scenario.working_mode),
+            "lead_samples": scenario.lead_samples,
+            **_imu_parameters(scenario),
+        },
+        (IMU_DATA, REFERENCE),
+        (IMU_ERROR,),
+    )
+
+
+def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
+    """Return the bridge to the drives of a configuration, by name or path; it starts once the awaited are ready."""
+    return NodeSpec(
+        "fivebar_control",
+        BRIDGE,
+        {
+            "rate_hz": scenario.rate_hz,
+            "drives": drives,
+            "command_timeout_ms": scenario.safety.stop_cycles * 1e3 / scenario.rate_hz,
+            "autostart": bool(awaited),
+            "wait_for_nodes": list(awaited) or [""],
+        },
+        (TORQUE_COMMAND, FAULTS, RUN_READY),
+        (MOTOR_STATES, FAULTS, DRIVES_STATE),
+    )
+
+
+def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[str]) -> tuple[NodeSpec, NodeSpec]:
+    robot = NodeSpec(
+        "fivebar_sim",
+        EMULATED_ROBOT,
+        {
+            "rate_hz": scenario.rate_hz,
+            "emulation": str(rehearsal.files.emulation.absolute()),
+            "samples": scenario.plan().path.samples(scenario.rate_hz),
+            "inject": list(rehearsal.inject) or [""],
+            "wait_for_nodes": awaited,
+        },
+        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY),
+        (GROUND_TRUTH, FAULTS, RUN_STATUS),
+    )
+    return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
+
+
+def _away_controller(scenario: Scenario, motion: dict[str, Any]) -> NodeSpec:
+    inputs = _law_inputs(scenario)
+    if scenario.scheme().away == "unified":
+        parameters = {
+            **motion,
+            **scenario.unified.model_dump(),
+            "torque_limit": scenario.plant.torque_limit or 0.0,
+        }
+        return NodeSpec("fivebar_control", "unified_controller", parameters, inputs, (UNIFIED_TORQUE,))
+    parameters = {
+        **motion,
+        "kp": scenario.gains.kp,
+        "kd": scenario.gains.kd,
+        "disturbance": _disturbance(scenario),
+    }
+    return NodeSpec("fivebar_control", "ctc_controller", parameters, inputs, (CTC_TORQUE,))
+
+
+def _disturbance(scenario: Scenario) -> str:
+    return "estimated" if scenario.makes_up else "none"
+
+
+def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
+    return (JOINT_STATES, REFERENCE, *((ESTIMATE_DISTURBANCE,) if scenario.makes_up else ()))
+
+
+def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
+    return {
+        "robot": scenario.robot,
+        "rate_hz": scenario.rate_hz,
+        "working_mode": list(scenario.signs()),
+        "waypoints": [coordinate for waypoint in scenario.waypoints for coordinate in waypoint],
+        "segment_durations": list(scenario.durations()),
+        "time_law": scenario.time_law,
+        "min_authority": scenario.min_authority,
+        "zone_rule": scenario.zone.rule,
+        "zone_duration_ms": scenario.zone.duration_ms,
+        "zone_epsilon": scenario.zone.epsilon,
+        "lead_samples": scenario.lead_samples,
+    }
+
+
+def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
+    limit = {} if scenario.torque_limit is None else {"goal_torque_limit": scenario.torque_limit}
+    return {
+        "takes_goals": scenario.controller == "unified",
+        "goal_speed_limit": scenario.safety.joint_speed_limit,
+        **limit,
+    }
+
+
+def _imu_parameters(scenario: Scenario) -> dict[str, Any]:
+    description = scenario.imu.model_dump(exclude={"noise"})
+    return {f"imu_{name}": list(value) if name == "bias" else value for name, value in description.items()}
+
+
+def _estimator(scenario: Scenario) -> NodeSpec:
+    homing, drives = scenario.homing(), scenario.drives()
+    return NodeSpec(
+        "fivebar_control",
+        "state_estimator",
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "working_mode": list(scenario.working_mode),
+            "homing": [float(homing.x), float(homing.y)],
+            "assembly_mode": homing.assembly,
+            "encoder_counts": drives.encoder_counts or 0,
+            "delay_samples": drives.delay_samples,
+            "torque_limit": drives.torque_limit or 0.0,
+            **scenario.ekf.as_settings()._asdict(),
+        },
+        # what is on its way to the drives matters only where they are late
+        (MOTOR_STATES, *((TORQUE_COMMAND,) if drives.delay_samples else ())),
+        (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
+    )
+
+
+def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
+    scheme, safety = scenario.scheme(), scenario.safety_settings()
+    away = AWAY_TORQUE[scheme.away]
+    period_ms, cycles = 1e3 / scenario.rate_hz, scenario.safety.stop_cycles
+    candidates = (away,) if scheme.on_locus is None else (away, VHC_TORQUE, SUPERVISOR_STATE)
+    return NodeSpec(
+        "fivebar_control",
+        "blender",
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "candidates": scheme.away if scheme.on_locus is None else "blended",
+            # one cycle less than the drives' side allows, so that the node which knows what is missing says so
+            "candidate_deadline_ms": LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else (cycles - 1) * period_ms,
+            "state_deadline_ms": 0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
+            # a plant ends with the motion, drives go on
+            "last_sample": 0 if endless else scenario.plan().path.samples(scenario.rate_hz),
+            "working_mode": list(scenario.working_mode),
+            "torque_limit": _zero_for_none(safety.torque_limit),
+            "torque_rate_limit": _zero_for_none(safety.torque_rate_limit),
+            "joint_speed_limit": safety.joint_speed_limit,
+            "workspace": [0.0] if safety.workspace is None else list(safety.workspace),
+            "type1_margin": safety.type1_margin,
+            "tracking_error_limit": safety.tracking_error_limit,
+            "rest_speed": safety.rest_speed,
+        },
+        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE),
+        (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
+    )
+
+
+def _zero_for_none(limit: float) -> float:
+    """Return a limit as nodes take it: ROS parameters know neither null nor infinity."""
+    return limit if math.isfinite(limit) else 0.0
+
+
+def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
+    options = scenario.plant
+    return NodeSpec(
+        "fivebar_sim",
+        PLANT,
+        {
+            "robot": scenario.robot,
+            "rate_hz": scenario.rate_hz,
+            "samples": scenario.plan().path.samples(scenario.rate_hz),
+            "mode": mode.value,
+            "publishes": "motor_states" if scenario.estimated else "joint_states",
+            "initial_joints": list(initial_joints(scenario)),
+            "wait_for_nodes": awaited,
+            "freshness_samples": scenario.safety.stop_cycles - 1,
+            "mass_scale": options.mass_scale,
+            "inertia_scale": options.inertia_scale,
+            "friction_scale": options.friction_scale,
+            "torque_limit": options.torque_limit or 0.0,
+            "torque_quantum": options.torque_quantum,
+            "encoder_counts": options.encoder_counts or 0,
+            "delay_samples": options.delay_samples,
+            "seed": options.seed,
+            "imu_noise": scenario.imu.noise,
+            **_imu_parameters(scenario),
+        },
+        (TORQUE_COMMAND, RUN_READY),
+        (
+            *((MOTOR_STATES, GROUND_TRUTH) if scenario.estimated else (JOINT_STATES,)),
+            IMU_DATA,
+            FAULTS,
+            DRIVES_STATE,
+            RUN_STATUS,
+        ),
+    )

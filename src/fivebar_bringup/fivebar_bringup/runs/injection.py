@@ -1,0 +1,64 @@
+"""Faults that are injected into a rehearsal: when, and what breaks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from fivebar_bringup.runs.launcher import Kill
+from fivebar_bringup.runs.processes import ProcessSpec
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.drives.commands import USAGE, read_order
+
+KILL = "kill"
+
+
+class Injection(NamedTuple):
+    """What happens at a moment (s since sample 0): an order to the emulated drives, or "kill NODE"."""
+
+    seconds: float
+    order: str
+
+    @property
+    def victim(self) -> str | None:
+        """The node to be killed, None for an order to the drives."""
+        word, _, node = self.order.partition(" ")
+        return node.strip() if word == KILL else None
+
+    def __str__(self) -> str:
+        return f"{self.seconds:g} {self.order}"
+
+
+def read_injection(text: str) -> Injection:
+    """Return what a text such as "1.2 fault 1" or "0.5 kill blender" says.
+
+    Raises:
+        InputError: it is not a number of seconds and something that can break.
+    """
+    moment, _, order = text.strip().partition(" ")
+    try:
+        injection = Injection(float(moment), order.strip())
+    except ValueError:
+        injection = Injection(-1.0, "")
+    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and read_order(injection.order) is None):
+        raise InputError(f"--inject {text!r}: expected seconds and one of {USAGE}, kill NODE")
+    return injection
+
+
+def kills(injections: Sequence[Injection], processes: Sequence[ProcessSpec], rate_hz: int) -> list[Kill]:
+    """Return the processes to be killed, in order of time.
+
+    Raises:
+        InputError: no process has a node of that name.
+    """
+    homes = {node.executable: process.name for process in processes for node in process.nodes}
+    found = []
+    for injection in sorted(injections):
+        if injection.victim is None:
+            continue
+        if injection.victim not in homes:
+            raise InputError(
+                f"--inject {str(injection)!r}: node {injection.victim}: expected one of {', '.join(homes)}"
+            )
+        found.append(Kill(round(injection.seconds * rate_hz), homes[injection.victim]))
+    return found

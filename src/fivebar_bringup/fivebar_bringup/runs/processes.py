@@ -1,0 +1,97 @@
+"""The processes of a run: which nodes share one, and what the system is asked for them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import yaml
+
+from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, Mode, NodeSpec
+
+CONTROLLERS = "controllers"
+"""Name of the process that holds all nodes between a measurement and its torque, where they share one."""
+
+CHAIN = (
+    "state_estimator",
+    "trajectory_generator",
+    "supervisor",
+    "ctc_controller",
+    "vhc_controller",
+    "unified_controller",
+    "blender",
+)
+"""Nodes between a measurement and its torque."""
+
+DRIVING = (PLANT, BRIDGE, EMULATED_ROBOT)
+"""Nodes that set the pace."""
+
+NODE_GROUP = "fivebar_bringup.nodes.node_group"
+
+LATE_PERIODS = 1.5
+"""In real time an answer is late when it comes more than so many periods after the one before."""
+
+SLOW = 0.98
+"""In real time a node is slow below this part of the rate."""
+
+
+DEFAULT_PRIORITY = 50
+"""Priority of the control chain in real time, where nothing else is said: that of interrupts."""
+
+
+class Scheduling(NamedTuple):
+    """What the system is asked for the control chain: a priority under SCHED_FIFO (0 for none), and processors."""
+
+    priority: int = 0
+    processors: str = ""
+
+
+class ProcessSpec(NamedTuple):
+    """One process of a run, and the nodes that live in it."""
+
+    name: str
+    nodes: tuple[NodeSpec, ...]
+
+    @property
+    def command(self) -> tuple[str, ...]:
+        """The words after the interpreter that start it."""
+        modules = tuple(node.module for node in self.nodes)
+        return ("-m", *modules) if len(modules) == 1 else ("-m", NODE_GROUP, *modules)
+
+    def parameter_file(self) -> str:
+        """Return the parameters of its nodes in the format of `--params-file`, for any namespace."""
+        if len(self.nodes) == 1:
+            return self.nodes[0].parameter_file()
+        by_name = {f"/**/{node.executable}": {"ros__parameters": node.parameters} for node in self.nodes}
+        # through JSON, because nodes may share a value and ROS does not take YAML's aliases
+        return yaml.safe_dump(json.loads(json.dumps(by_name)), sort_keys=False)
+
+
+def processes(
+    nodes: Sequence[NodeSpec], mode: Mode, rate_hz: int, scheduling: Scheduling | None = None, composed: bool = True
+) -> tuple[ProcessSpec, ...]:
+    """Return the processes of a graph: one for each node, but in real time, if composed, one for the control chain.
+
+    In one process the chain takes less than half the processor time, because its messages pass from node to node
+    without a way through DDS. That is what real time at 500 Hz on two cores stands on.
+    """
+    if mode is Mode.LOCKSTEP:
+        return tuple(ProcessSpec(node.executable, (node,)) for node in nodes)
+    timed = [_timed(node, rate_hz, scheduling or Scheduling()) for node in nodes]
+    chain = tuple(node for node in timed if composed and node.executable in CHAIN)
+    single = (ProcessSpec(node.executable, (node,)) for node in timed if node not in chain)
+    return (*([ProcessSpec(CONTROLLERS, chain)] if chain else []), *single)
+
+
+def _timed(node: NodeSpec, rate_hz: int, scheduling: Scheduling) -> NodeSpec:
+    """Return a node that warns when it does not keep the rate, and asks for what its place in the graph needs."""
+    if node.executable not in (*CHAIN, *DRIVING):
+        return node
+    timing = {
+        "warn_below_hz": SLOW * rate_hz,
+        "late_after_ms": LATE_PERIODS * 1e3 / rate_hz,
+        "scheduling_priority": scheduling.priority,
+        "processors": scheduling.processors,
+    }
+    return node._replace(parameters={**node.parameters, **timing})

@@ -1,0 +1,127 @@
+"""The rehearsal of an experiment: the files of bus and drives that make emulated drives of a scenario's plant.
+
+Both sides get their own file, as on a real robot. They are the shipped ones with the scenario's rate, encoders and
+limits, on a bus of the run's own.
+"""
+
+from __future__ import annotations
+
+import math
+import secrets
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import initial_joints
+from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
+from fivebar_description.share import share_file
+from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.drives.configuration import EmulationFile
+
+SHIPPED = "dextar_emulated.yaml"
+TORQUE_STEPS = 1000
+"""Steps of rated torque that 0x6071 has."""
+
+TURN = 2.0 * math.pi
+
+GATHER_PART = 0.75
+"""Part of a period for which the drives' answers are waited for."""
+
+LOWEST_PORT, PORTS = 20_000, 12_000
+"""Ports below those that Linux gives away."""
+
+
+class DriveFiles(NamedTuple):
+    """The files of a run: what the drives are like, and what the bridge is told of them."""
+
+    emulation: Path
+    drives: Path
+
+
+class Rehearsal(NamedTuple):
+    """A run on emulated drives: their files, and the faults to inject ("1.2 fault 1")."""
+
+    files: DriveFiles
+    inject: tuple[str, ...] = ()
+
+
+def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
+    """Write both files of a scenario into a folder.
+
+    Raises:
+        InputError: the scenario cannot be rehearsed on emulated drives; the text says what to change.
+    """
+    refuse_unfit(scenario)
+    emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
+    plant, cycles = scenario.plant, scenario.safety.stop_cycles
+    period_us = MICROSECONDS // scenario.rate_hz
+    period_ms = max(1, -(-period_us // 1000))
+    # due in every cycle, also in one that comes a little early
+    beat_ms = max(1, period_ms // 2)
+    address = f"239.{77 + secrets.randbelow(50)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
+    bus = {"interface": "udp_multicast", "channel": address, "port": LOWEST_PORT + secrets.randbelow(PORTS)}
+    counts = plant.encoder_counts or 0
+    common = {"bus": bus, "sync_period_us": period_us}
+    motor: dict[str, Any] = {"counts_per_revolution": counts, "velocity_units_per_rev_s": counts}
+    if plant.torque_quantum:
+        motor["rated_torque_nm"] = TORQUE_STEPS * plant.torque_quantum
+    emulation |= common | {
+        "name": scenario.name,
+        "robot": scenario.robot,
+        "initial_joints": list(initial_joints(scenario)),
+        "mass_scale": plant.mass_scale,
+        "inertia_scale": plant.inertia_scale,
+        "friction_scale": plant.friction_scale,
+    }
+    drives |= common | {
+        "name": scenario.name,
+        "gather_deadline_us": int(GATHER_PART * period_us),
+        # one less than the blender bears, so that the bridge is the one who tells what is missing
+        "missing_limit": cycles - 2,
+        "master": {"node_id": 127, "heartbeat_ms": beat_ms, "timeout_ms": cycles * period_ms},
+    }
+    for joint in ("q11", "q21"):
+        emulation["drives"][joint] |= motor
+        watched = motor | {
+            "torque_limit_nm": scenario.torque_limit,
+            "heartbeat_ms": beat_ms,
+            "heartbeat_timeout_ms": (cycles + 2) * period_ms,
+        }
+        drives["drives"][joint] |= watched
+        if drives["drives"][joint]["sign"] < 0:
+            # counts are rounded down in the motor's sense, which is up in the joint's
+            drives["drives"][joint]["home_offset_rad"] = -TURN / counts
+    files = DriveFiles(folder / "emulation.yaml", folder / "drives.yaml")
+    for path, content, model in ((files.emulation, emulation, EmulationFile), (files.drives, drives, DriveFile)):
+        validate(content, model, f"{scenario.name} on emulated drives")
+        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return files
+
+
+def refuse_unfit(scenario: Scenario) -> None:
+    """Refuse a scenario that drives cannot carry out.
+
+    Raises:
+        InputError: the text says what to change.
+    """
+    plant = scenario.plant
+    for missing, reason in (
+        (not scenario.estimated, "estimator: expected ekf, since drives know their motors only"),
+        (plant.delay_samples != 1, "plant.delay_samples: expected 1, since drives obey from the next SYNC on"),
+        (plant.encoder_counts is None, "plant.encoder_counts: expected a number, since drives count"),
+        (scenario.torque_limit is None, "plant.torque_limit: expected a number, which 0x6072 holds"),
+        (
+            MICROSECONDS % scenario.rate_hz != 0,
+            "rate_hz: expected a divisor of 1000000, since SYNC counts microseconds",
+        ),
+    ):
+        if missing:
+            raise InputError(f"{scenario.name} on two drives: {reason}")
+
+
+def _shipped(package: str) -> dict[str, Any]:
+    path = share_file(package, "config", "drives", SHIPPED)
+    content: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return content

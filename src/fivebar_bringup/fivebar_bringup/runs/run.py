@@ -1,0 +1,92 @@
+"""One run from scenario to report, with the node graph or without ROS."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.bag.recording import BagError
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.injection import Injection, kills
+from fivebar_bringup.runs.launcher import Progress, run_graph
+from fivebar_bringup.runs.processes import Scheduling, processes
+from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import simulate, write_bag
+
+
+class RunFailed(Exception):
+    """A run that failed so early that there is nothing to report on; the text says why."""
+
+
+def run_with_ros(
+    scenario: Scenario,
+    mode: Mode,
+    out: Path | None,
+    domain: int | None,
+    progress: Progress,
+    scheduling: Scheduling | None = None,
+    composed: bool = True,
+    rehearse: Sequence[Injection] | None = None,
+) -> tuple[RunDirectory, Summary]:
+    """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
+
+    `rehearse` are the faults to inject where bridge and emulated drives take the plant's place, None for the plant.
+
+    Raises:
+        InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
+        RunFailed: the run left no bag that can be reported on.
+    """
+    run = new_run_directory(out, scenario)
+    rehearsal = None
+    if rehearse is not None:
+        orders = tuple(str(injection) for injection in rehearse if injection.victim is None)
+        rehearsal = Rehearsal(write_drive_files(scenario, run.path), orders)
+    nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
+    specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
+    to_kill = kills(rehearse or (), specs, scenario.rate_hz)
+    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill)
+    _write_timing(
+        run,
+        {
+            "runner": "ros",
+            "mode": mode.value,
+            "wall_s": outcome.wall_s,
+            "overruns": outcome.overruns if mode is Mode.REALTIME else None,
+            "latency_ms": outcome.latency_ms,
+            "faults": outcome.faults,
+        },
+    )
+    try:
+        return run, write_report(run)
+    except BagError as error:
+        raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
+
+
+def run_offline(scenario: Scenario, out: Path | None, progress: Progress) -> tuple[RunDirectory, Summary]:
+    """Run a scenario in this process, without ROS.
+
+    Raises:
+        InputError: the motion is refused or the output directory cannot be used.
+    """
+    run = new_run_directory(out, scenario)
+    last = scenario.plan().path.samples(scenario.rate_hz)
+    began = time.monotonic()
+    result = simulate(scenario, lambda sample: progress(sample, last))
+    wall_s = time.monotonic() - began
+    write_bag(result, scenario, run.bag)
+    _write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": []})
+    return run, write_report(run)
+
+
+def _write_timing(run: RunDirectory, timing: dict[str, Any]) -> None:
+    run.timing.write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,42 @@
+"""The compiled loop for callers: one case in, its outcome or its trace out."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from fivebar_bringup.simulation.case import Case, FloatArray, Sampled
+from fivebar_bringup.simulation.compiling import compiled_and_kept
+from fivebar_bringup.simulation.loop import run_loop
+from fivebar_bringup.simulation.outcome import Outcome, TraceRow
+
+NO_TRACE = np.zeros((0, len(TraceRow._fields)))
+
+
+@cache
+def _loop() -> Any:
+    return compiled_and_kept(run_loop)
+
+
+def crossing(case: Case, plan: Sampled) -> Outcome:
+    """Return what a case comes to along a sampled plan (`case.sampled`).
+
+    The first call of an installation compiles for some seconds. The interpreter's lock is not held: threads run
+    side by side, and nothing is shared between calls.
+    """
+    return _called(case, plan, NO_TRACE)
+
+
+def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
+    """Return the same with float64[samples, len(TraceRow._fields)], a row for each sample that was made."""
+    lead = case.equipment.delay_samples if case.estimation.on else 0
+    trace = np.zeros((len(plan.rows) - lead, len(TraceRow._fields)))
+    outcome = _called(case, plan, trace)
+    return outcome, trace[: outcome.samples]
+
+
+def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
+    outcome: Outcome = _loop()(case, plan, trace)
+    return outcome

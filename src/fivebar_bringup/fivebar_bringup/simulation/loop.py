@@ -1,0 +1,286 @@
+"""The closed loop from the first sample to the last, in the order of the offline runner; compiled as a whole."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fivebar_bringup.simulation.case import (
+    AX,
+    AY,
+    DIRECTION_X,
+    DIRECTION_Y,
+    EPSILON,
+    VX,
+    VY,
+    WEIGHT,
+    Case,
+    FloatArray,
+    Sampled,
+    X,
+    Y,
+)
+from fivebar_bringup.simulation.control import LawMemory, answer
+from fivebar_bringup.simulation.estimation import Joints, begun, count_of, followed, told
+from fivebar_bringup.simulation.guard import allowed, fault_at
+from fivebar_bringup.simulation.outcome import NO_FAULT, PLANT_DIVERGED, Outcome, TraceRow
+from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at, closed
+from fivebar_control.laws.adaptive_gain import NO_MEMORY
+from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
+from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.torque import UNDEFINED, ZERO
+from fivebar_control.laws.unified import NOTHING_KNOWN
+from fivebar_control.laws.vhc_cartesian import line_constraint
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import det_a, state_from_joints
+from fivebar_control.model.line import Line
+from fivebar_control.model.singularity import inverse_condition, type1_distance
+from fivebar_control.model.state import Leg, Platform, State
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.sensors import counted, shaped
+
+
+def run_loop(case: Case, sampled: Sampled, trace: FloatArray) -> Outcome:
+    """Make a run.
+
+    Args:
+        case: what is run.
+        sampled: its plan.
+        trace: float64[N + 1, len(TraceRow._fields)] to be filled, or [0, ...] for none.
+    """
+    estimating = case.estimation.on
+    delay = case.equipment.delay_samples
+    lead = delay if estimating else 0
+    plan = sampled.rows
+    told_truth = not estimating and case.equipment.encoder_counts == 0 and same_lengths(case.believed, case.actual)
+    last = plan.shape[0] - 1 - lead
+    period, resolution, limit = 1.0 / case.rate_hz, count_of(case), case.equipment.torque_limit
+    plant = posture(case.actual, case.mode1, case.mode2, plan[0, X], plan[0, Y])
+    exact = joints_in(plant)
+    readings = measured = exact
+    commands = np.zeros((delay + 1, 2))
+    told_places = np.zeros((lead + 1, 2))
+    applied1 = applied2 = 0.0
+    law_memory = LawMemory(NO_MEMORY, NOTHING_KNOWN)
+    command = ZERO
+    # an estimator starts in the assembly mode of the posture that it is told
+    home = inverse_geometry(case.believed, case.mode1, case.mode2, plan[0, X], plan[0, Y])
+    at_home = state_from_joints(case.believed, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
+    assembly = 1 if det_a(at_home) > 0.0 else -1
+    memory = begun(case, assembly, home.q11, home.q21)
+
+    fault, fault_sample = NO_FAULT, -1
+    samples = mode_changes = saturated = 0
+    side = 0.0
+    error_x = error_y = error_peak = error_final = constraint_error = 0.0
+    requested1 = requested2 = peak1 = peak2 = work = sigma_max = estimate_error = loop_gap = 0.0
+    type1_least = deviations_least = math.inf
+
+    for number in range(last + 1):
+        readings = read(exact, readings, resolution, period, number == 0) if resolution > 0.0 else exact
+        measured_before, measured = measured, readings
+        trip = NO_FAULT
+        if estimating:
+            if number == 0:
+                memory = begun(case, assembly, readings.q11, readings.q21)
+            else:
+                memory = followed(case, memory, readings.q11, readings.q21, applied1, applied2)
+            estimated = told(case, memory, measured_before, commands, number)
+            memory, measured, trip = estimated.memory, estimated.joints, estimated.fault
+            deviations_least = min(deviations_least, estimated.deviations)
+        state = state_of(case.believed, measured)
+        moment = number + lead
+        reference = reference_at(case, sampled, moment)
+        if estimating and case.estimation.feed_forward:
+            disturbance = memory.belief.estimate
+            reference = against_disturbance(reference, disturbance.d1, disturbance.d2)
+        kappa = inverse_condition(state)
+        sigma = plan[moment, WEIGHT] if case.laws.weighted_in_time else blending_weight(kappa, plan[moment, EPSILON])
+        if fault == NO_FAULT and trip != NO_FAULT:
+            fault, fault_sample = trip, number
+        requested, before = UNDEFINED, command
+        command = ZERO
+        if fault == NO_FAULT:
+            replied = answer(
+                case, state, reference, plan[moment, DIRECTION_X], plan[moment, DIRECTION_Y], sigma, law_memory
+            )
+            requested, law_memory = replied.torque, replied.memory
+            fault = fault_at(case, state, plan[moment, X], plan[moment, Y], requested)
+            if fault == NO_FAULT:
+                command = allowed(case.safety, requested, before)
+            else:
+                fault_sample = number
+
+        # what the run comes to, by the actual robot
+        truth = state if told_truth else state_of(case.actual, exact)
+        off_x, off_y = truth.x - plan[number, X], truth.y - plan[number, Y]
+        error_x, error_y = largest(error_x, off_x), largest(error_y, off_y)
+        error_final = math.sqrt(off_x * off_x + off_y * off_y)
+        error_peak = max(error_peak, error_final)
+        determinant = det_a(truth)
+        if determinant * side < 0.0:
+            mode_changes += 1
+        if determinant != 0.0:
+            side = determinant
+        if sigma > 0.0:
+            here = Line(plan[number, X], plan[number, Y], plan[number, DIRECTION_X], plan[number, DIRECTION_Y])
+            h = line_constraint(here, truth.x, truth.y, truth.vx, truth.vy).h
+            constraint_error = largest(constraint_error, h)
+        sigma_max = max(sigma_max, sigma)
+        type1_least = min(type1_least, type1_distance(case.actual, truth))
+        requested1, requested2 = largest(requested1, requested.tau1), largest(requested2, requested.tau2)
+        if abs(requested.tau1) > case.safety.torque_limit or abs(requested.tau2) > case.safety.torque_limit:
+            saturated += 1
+        if estimating:
+            told_places[number % (lead + 1), 0], told_places[number % (lead + 1), 1] = state.x, state.y
+            if number >= lead:
+                then = (number - lead) % (lead + 1)
+                estimate_error = max(
+                    estimate_error, math.hypot(told_places[then, 0] - truth.x, told_places[then, 1] - truth.y)
+                )
+        samples += 1
+        if trace.shape[0] > 0:
+            row = TraceRow(
+                q11=exact.q11,
+                q12=exact.q12,
+                q21=exact.q21,
+                q22=exact.q22,
+                dq11=exact.dq11,
+                dq12=exact.dq12,
+                dq21=exact.dq21,
+                dq22=exact.dq22,
+                told_x=state.x,
+                told_y=state.y,
+                told_vx=state.vx,
+                told_vy=state.vy,
+                sigma=sigma,
+                kappa=kappa,
+                requested1=requested.tau1,
+                requested2=requested.tau2,
+                command1=command.tau1,
+                command2=command.tau2,
+                applied1=applied1,
+                applied2=applied2,
+            )
+            for column, value in enumerate(row):
+                trace[number, column] = value
+        if case.stop_at_fault and fault != NO_FAULT:
+            break
+        if number == last:
+            break
+
+        commands[number % (delay + 1), 0], commands[number % (delay + 1), 1] = command.tau1, command.tau2
+        waiting = (number + 1) % (delay + 1)
+        applied1 = shaped(commands[waiting, 0], case.equipment.torque_quantum, limit)
+        applied2 = shaped(commands[waiting, 1], case.equipment.torque_quantum, limit)
+        peak1, peak2 = max(peak1, abs(applied1)), max(peak2, abs(applied2))
+        after = advanced_plant(case.actual, plant, case.steps, case.step, applied1, applied2)
+        if math.isinf(after.gap):
+            if fault == NO_FAULT:
+                fault, fault_sample = PLANT_DIVERGED, number
+            break
+        plant = after.state
+        loop_gap = max(loop_gap, after.gap)
+        now = joints_in(plant)
+        work += abs(applied1 * (now.q11 - exact.q11)) + abs(applied2 * (now.q21 - exact.q21))
+        exact = now
+
+    return Outcome(
+        samples=samples,
+        fault=fault,
+        fault_sample=fault_sample,
+        mode_changes=mode_changes,
+        error_x=error_x,
+        error_y=error_y,
+        error_peak=error_peak,
+        error_final=error_final,
+        constraint_error=constraint_error,
+        requested1=requested1,
+        requested2=requested2,
+        applied1=peak1,
+        applied2=peak2,
+        saturated=saturated,
+        work=work,
+        sigma_max=sigma_max,
+        type1_distance=type1_least,
+        estimate_error=estimate_error,
+        mirror_deviations=deviations_least,
+        loop_gap=loop_gap,
+    )
+
+
+def largest(so_far: float, value: float) -> float:
+    """Return the larger magnitude, NaN left out."""
+    return abs(value) if abs(value) > so_far else so_far
+
+
+def same_lengths(one: FiveBar, other: FiveBar) -> bool:
+    """Return whether two robots have the same geometry, so that joints put both platforms at one place."""
+    return (
+        one.leg1.base_x == other.leg1.base_x
+        and one.leg1.proximal == other.leg1.proximal
+        and one.leg1.distal == other.leg1.distal
+        and one.leg2.base_x == other.leg2.base_x
+        and one.leg2.proximal == other.leg2.proximal
+        and one.leg2.distal == other.leg2.distal
+    )
+
+
+def reference_at(case: Case, sampled: Sampled, moment: int) -> Reference:
+    """Return the desired instant of a sample."""
+    if sampled.references.shape[0] == 0:
+        row = sampled.rows[moment]
+        platform = Platform(row[X], row[Y], row[VX], row[VY], row[AX], row[AY])
+        return reference_from_platform(case.believed, case.mode1, case.mode2, platform)
+    r = sampled.references[moment]
+    leg1 = Leg(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11])
+    leg2 = Leg(r[12], r[13], r[14], r[15], r[16], r[17], r[18], r[19], r[20], r[21], r[22], r[23])
+    return Reference(
+        State(leg1, leg2, r[24], r[25], r[26], r[27]), r[28], r[29], r[30], r[31], r[32] != 0.0, r[33], r[34]
+    )
+
+
+def posture(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> PlantState:
+    """Return the robot at rest with its platform at (x, y) m in a working mode, on the closed loop."""
+    q = inverse_geometry(robot, mode1, mode2, x, y)
+    return closed(robot, PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))).state
+
+
+def joints_in(plant: PlantState) -> Joints:
+    """Return the exact joints."""
+    one, two = plant.leg1, plant.leg2
+    return Joints(one.q1, one.q2, two.q1, two.q2, one.dq1, one.dq2, two.dq1, two.dq2)
+
+
+def read(exact: Joints, before: Joints, resolution: float, period: float, first: bool) -> Joints:
+    """Return what the encoders read: counts of `resolution` (rad) and their differences, as `sensors.Encoder` does."""
+    q11, q12 = counted(exact.q11, resolution), counted(exact.q12, resolution)
+    q21, q22 = counted(exact.q21, resolution), counted(exact.q22, resolution)
+    if first:
+        return Joints(q11, q12, q21, q22, 0.0, 0.0, 0.0, 0.0)
+    return Joints(
+        q11,
+        q12,
+        q21,
+        q22,
+        (q11 - before.q11) / period,
+        (q12 - before.q12) / period,
+        (q21 - before.q21) / period,
+        (q22 - before.q22) / period,
+    )
+
+
+def state_of(robot: FiveBar, joints: Joints) -> State:
+    """Return the state that follows from joints."""
+    return state_from_joints(
+        robot,
+        joints.q11,
+        joints.q12,
+        joints.q21,
+        joints.q22,
+        joints.dq11,
+        joints.dq12,
+        joints.dq21,
+        joints.dq22,
+    )

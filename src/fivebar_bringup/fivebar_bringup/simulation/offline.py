@@ -1,0 +1,257 @@
+"""A run without ROS: the same plant and control laws in one process, leaving the same bag as the node graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.runs.bag import serialize
+from fivebar_bringup.runs.bag.writer import BagWriter
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.estimation.covariance import Row
+from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.imu_check import ImuCheck
+from fivebar_control.laws.laws import CtcLaw, Gains, Supervisor, SupervisorState, UnifiedLaw, on_locus_law
+from fivebar_control.laws.reference import against_disturbance
+from fivebar_control.laws.torque import ZERO, Torque
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.model.state import JointAngles, Platform
+from fivebar_control.safety.guard import Guard
+from fivebar_control.trajectory.desired import desired_at
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    ALL_WELL,
+    AWAY_TORQUE,
+    DRIVES_STATE,
+    ESTIMATE_COVARIANCE,
+    ESTIMATE_DISTURBANCE,
+    ESTIMATE_NAMES,
+    ESTIMATION_TOPICS,
+    FAULTS,
+    GROUND_TRUTH,
+    IMU_DATA,
+    IMU_ERROR,
+    IMU_FRAME,
+    JOINT_STATES,
+    JOINTS,
+    MOTOR_STATES,
+    NANOSECONDS,
+    REFERENCE,
+    REFERENCE_NAMES,
+    SAFETY_STATE,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_SIGMA,
+    SUPERVISOR_STATE,
+    TORQUE_COMMAND,
+    TORQUE_REQUESTED,
+    VHC_TORQUE,
+    Topic,
+    sample_stamp_ns,
+)
+from fivebar_sim.imu import ImuReading
+from fivebar_sim.plant import Measurement, Plant, PlantDiverged
+
+
+class Estimated(NamedTuple):
+    """What a sample holds besides where the joint states are estimated.
+
+    Attributes:
+        motors: motor angles (rad) and applied torques (Nm), all that the estimator is given.
+        truth: the exact state.
+        deviations: standard deviations of the estimate.
+        disturbance: estimated disturbance torques of both motors (Nm).
+    """
+
+    motors: tuple[tuple[float, float], tuple[float, float]]
+    truth: Measurement
+    deviations: Row
+    disturbance: tuple[float, float]
+
+
+class Sample(NamedTuple):
+    """All that one sample of the closed loop holds.
+
+    Attributes:
+        number: of the sample.
+        measured: the joint states that the controllers take: the plant's or the estimator's.
+        imu, imu_error: reading, and measured minus desired magnitude (m/s^2), None where nobody compares them.
+        reference: of the moment that the joint states are about.
+        away: torque of the law away from the locus, or of the only one (Nm).
+        vhc: None where the controller has no such law.
+        requested: torque before limits (Nm), None once a fault is latched.
+        estimated: None without an estimator.
+    """
+
+    number: int
+    measured: Measurement
+    imu: ImuReading
+    imu_error: float | None
+    reference: Platform
+    supervisor: SupervisorState
+    away: Torque
+    vhc: Torque | None
+    requested: Torque | None
+    command: Torque
+    estimated: Estimated | None = None
+
+
+class OfflineRun(NamedTuple):
+    """A finished run: its samples, and the faults as they would be published."""
+
+    samples: list[Sample]
+    faults: list[str]
+
+
+def initial_joints(scenario: Scenario) -> JointAngles:
+    """Return the posture in which a scenario starts."""
+    robot, plan = scenario.five_bar(), scenario.plan()
+    legs = desired_at(robot, plan, 0.0, plan.path.at(0.0)).state[:2]
+    return JointAngles(legs[0].q1, legs[0].q2, legs[1].q1, legs[1].q2)
+
+
+def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample: None) -> OfflineRun:
+    """Run a scenario in this process; `progress` is called with each finished sample's number."""
+    robot, plan, gains = scenario.five_bar(), scenario.plan(), scenario.gains
+    rate_hz = scenario.rate_hz
+    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant.as_options(), scenario.imu.as_options())
+    imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu.description())
+    scheme = scenario.scheme()
+    supervise = Supervisor(plan, rate_hz, scheme.weighting)
+    away_law = (
+        UnifiedLaw(robot, scenario.unified_settings(), rate_hz)
+        if scheme.away == "unified"
+        else CtcLaw(robot, Gains(gains.kp, gains.kd))
+    )
+    vhc_law = (
+        on_locus_law(
+            scheme.on_locus,
+            robot,
+            plan,
+            rate_hz,
+            Gains(gains.kp_vhc, gains.kd_vhc),
+            scenario.vhc_resolution,
+            scenario.adaptive_gain.as_settings(),
+        )
+        if scheme.on_locus is not None
+        else None
+    )
+    guard = Guard(robot, scenario.working_mode, rate_hz, scenario.safety_settings())
+    estimator = (
+        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf.as_settings())
+        if scenario.estimated
+        else None
+    )
+    lead = scenario.lead_samples
+    samples: list[Sample] = []
+    faults: list[str] = []
+    last = plan.path.samples(rate_hz)
+    for number in range(last + 1):
+        measured, imu = plant.measure(), plant.measure_imu()
+        estimated = None
+        if estimator is not None:
+            motors = measured.of_motors()
+            estimate = estimator.take(number, *motors[0], *motors[1])
+            if estimator.fault is not None and guard.fault is None:
+                guard.trip(estimator.fault)
+                faults.append(str(estimator.fault))
+            measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
+            estimated = Estimated(motors, plant.truth(), estimate.deviations, estimate.disturbance)
+        state = state_from_joints(robot, *measured.position, *measured.velocity)
+        moment = number + lead
+        platform = plan.path.at(moment / rate_hz)
+        reference = desired_at(robot, plan, moment / rate_hz, platform)
+        if estimated is not None and scenario.makes_up:
+            reference = against_disturbance(reference, *estimated.disturbance)
+        supervisor = supervise(moment, state)
+        away = away_law(moment, state, reference)
+        vhc = vhc_law(moment, state, reference) if vhc_law is not None else None
+        # the reference of the first moments comes too late for anybody to compare it
+        imu_error = imu_check.error(imu.acceleration, plan.path.at(number / rate_hz)) if number >= lead else None
+        tripped = guard.fault is not None
+        sigma, on_locus = (0.0, away) if vhc is None else (supervisor.sigma, vhc)
+        requested, command = guard.command(number, state, (platform.x, platform.y), sigma, away, on_locus)
+        if guard.fault is not None and not tripped:
+            faults.append(str(guard.fault))
+        samples.append(
+            Sample(number, measured, imu, imu_error, platform, supervisor, away, vhc, requested, command, estimated)
+        )
+        if estimator is not None:
+            estimator.commanded(number, *command)
+        progress(number)
+        if number < last:
+            try:
+                plant.advance(command)
+            except PlantDiverged as failure:
+                faults.append(f"plant_diverged: after sample {number}: {failure}")
+                break
+    return OfflineRun(samples, faults)
+
+
+def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
+    """Write a run as the bag that the node graph would have left; log times are the stamps."""
+    away = AWAY_TORQUE[scenario.scheme().away]
+    topics = [JOINT_STATES, IMU_DATA, REFERENCE, away, SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
+    topics += [TORQUE_REQUESTED, IMU_ERROR, FAULTS, SAFETY_STATE, DRIVES_STATE]
+    if run.samples[0].vhc is not None:
+        topics.append(VHC_TORQUE)
+    if scenario.estimated:
+        topics += ESTIMATION_TOPICS
+    rate_hz = scenario.rate_hz
+    path = scenario.plan().path
+    with BagWriter(directory, topics) as bag:
+        for sample in run.samples:
+            stamp = sample_stamp_ns(sample.number, rate_hz)
+            for topic, data in _messages(sample, stamp, away):
+                bag.write(topic, stamp, data)
+        # the trajectory generator is one sample ahead
+        after = run.samples[-1].number + 1
+        data = _reference(path.at((after + scenario.lead_samples) / rate_hz), sample_stamp_ns(after, rate_hz))
+        bag.write(REFERENCE, sample_stamp_ns(after, rate_hz) - NANOSECONDS // rate_hz, data)
+        # a stopping blender's last word is zero torque
+        stamp = sample_stamp_ns(run.samples[-1].number, rate_hz)
+        bag.write(TORQUE_COMMAND, stamp, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=ZERO))
+        for fault in run.faults:
+            bag.write(FAULTS, stamp, serialize.string(fault))
+        first = sample_stamp_ns(0, rate_hz)
+        for topic in (SAFETY_STATE, DRIVES_STATE):
+            bag.write(topic, first, serialize.string(ALL_WELL))
+        for fault in run.faults[:1]:
+            bag.write(SAFETY_STATE, stamp, serialize.string(fault))
+        bag.close({"dropped": "0"})
+
+
+def _messages(sample: Sample, stamp: int, away: Topic) -> list[tuple[Topic, bytes]]:
+    measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
+    messages = [
+        (
+            JOINT_STATES,
+            serialize.joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort),
+        ),
+        (IMU_DATA, serialize.imu(stamp, IMU_FRAME, sample.imu.angular_velocity, sample.imu.acceleration)),
+        (REFERENCE, _reference(desired, stamp)),
+        (away, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.away)),
+        (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
+        (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
+        (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),
+    ]
+    if sample.requested is not None:
+        messages.append((TORQUE_REQUESTED, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.requested)))
+    if sample.imu_error is not None:
+        messages.append((IMU_ERROR, serialize.float64(sample.imu_error)))
+    if sample.vhc is not None:
+        messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.vhc)))
+    if sample.estimated is not None:
+        (angles, torques), truth, deviations, disturbance = sample.estimated
+        messages += [
+            (MOTOR_STATES, serialize.joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)),
+            (GROUND_TRUTH, serialize.joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)),
+            (ESTIMATE_COVARIANCE, serialize.joint_state(stamp, ESTIMATE_NAMES, deviations)),
+            (ESTIMATE_DISTURBANCE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=disturbance)),
+        ]
+    return messages
+
+
+def _reference(platform: Platform, stamp: int) -> bytes:
+    x, y, vx, vy, ax, ay = platform
+    return serialize.joint_state(stamp, REFERENCE_NAMES, (x, y, vx, vy), (vx, vy, ax, ay))

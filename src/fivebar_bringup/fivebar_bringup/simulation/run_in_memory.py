@@ -1,0 +1,97 @@
+"""A finished offline run in the place of its bag: the same numbers, without writing and reading a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fivebar_bringup.runs.bag.recording import FloatArray, IntArray, Recording
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import OfflineRun
+from fivebar_control.laws.torque import UNDEFINED
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    AWAY_TORQUE,
+    FAULTS,
+    GROUND_TRUTH,
+    IMU_DATA,
+    JOINT_STATES,
+    JOINTS,
+    REFERENCE,
+    REFERENCE_NAMES,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_STATE,
+    TORQUE_REQUESTED,
+    VHC_TORQUE,
+    Topic,
+    sample_stamp_ns,
+)
+from fivebar_sim.plant import Measurement
+
+NAMES = {
+    JOINT_STATES.name: JOINTS,
+    GROUND_TRUTH.name: JOINTS,
+    REFERENCE.name: REFERENCE_NAMES,
+    SUPERVISOR_STATE.name: SUPERVISOR_NAMES,
+    **{topic.name: ACTIVE_JOINTS for topic in AWAY_TORQUE.values()},
+    VHC_TORQUE.name: ACTIVE_JOINTS,
+    TORQUE_REQUESTED.name: ACTIVE_JOINTS,
+}
+
+
+class RunInMemory(Recording):
+    """Answers as the bag of a run would, for the topics that a report is made from."""
+
+    def __init__(self, run: OfflineRun, scenario: Scenario) -> None:
+        """Hold a run of a scenario."""
+        super().__init__(Path(scenario.name), {}, {"dropped": "0"})
+        self._run = run
+        samples = run.samples
+        stamps = [sample_stamp_ns(sample.number, scenario.rate_hz) for sample in samples]
+        self._stamps = np.array(stamps, dtype=np.int64)
+        references = np.array([sample.reference for sample in samples])
+        self._fields = {
+            (JOINT_STATES.name, "position"): np.array([sample.measured.position for sample in samples]),
+            (JOINT_STATES.name, "velocity"): np.array([sample.measured.velocity for sample in samples]),
+            (JOINT_STATES.name, "effort"): np.array([sample.measured.effort for sample in samples]),
+            (IMU_DATA.name, "linear_acceleration"): np.array([sample.imu.acceleration for sample in samples]),
+            (REFERENCE.name, "position"): references[:, :4],
+            (REFERENCE.name, "velocity"): references[:, 2:],
+            (SUPERVISOR_STATE.name, "position"): np.array([sample.supervisor for sample in samples]),
+            (AWAY_TORQUE[scenario.scheme().away].name, "effort"): np.array([sample.away for sample in samples]),
+            (TORQUE_REQUESTED.name, "effort"): np.array([sample.requested or UNDEFINED for sample in samples]),
+        }
+        on_locus = [sample.vhc for sample in samples if sample.vhc is not None]
+        if on_locus:
+            self._fields[VHC_TORQUE.name, "effort"] = np.array(on_locus)
+        exact = [sample.estimated.truth for sample in samples if sample.estimated is not None]
+        if exact:
+            for field in Measurement._fields:
+                self._fields[GROUND_TRUTH.name, field] = np.array([getattr(truth, field) for truth in exact])
+
+    def count(self, topic: Topic) -> int:
+        """Return the number of messages of a topic."""
+        if topic == FAULTS:
+            return len(self._run.faults)
+        return len(self._run.samples) if any(name == topic.name for name, _ in self._fields) else 0
+
+    def log_times(self, topic: Topic) -> IntArray:
+        """Return the stamps: in an offline run no time passes."""
+        return self._stamps
+
+    def stamps(self, topic: Topic) -> IntArray:
+        """Return the stamps, int64[n] in nanoseconds."""
+        return self._stamps
+
+    def joint_names(self, topic: Topic) -> tuple[str, ...]:
+        """Return the names in a topic of JointState."""
+        return NAMES[topic.name]
+
+    def field(self, topic: Topic, name: str) -> FloatArray:
+        """Return one field of all messages as float64."""
+        return self._fields[topic.name, name]
+
+    def texts(self, topic: Topic) -> list[str]:
+        """Return the faults."""
+        return list(self._run.faults)

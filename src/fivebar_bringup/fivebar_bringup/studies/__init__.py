@@ -1,0 +1,1 @@
+"""Studies over many runs: comparison, sweep, reproduction, map, identification, planned motions, benchmark."""

@@ -1,0 +1,75 @@
+"""`python -m fivebar_bringup.studies.bench`: print what the project costs here."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
+from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
+from fivebar_bringup.studies.bench.laws import plain_speed
+from fivebar_bringup.studies.bench.processes import HOPS, GraphSpeed, bare_chain_p50_ms, graph_speed, stamp
+from fivebar_bringup.studies.bench.stalls import Stalls, bare_loop
+
+
+def main() -> None:
+    """Measure and print."""
+    console = Console()
+    scenario = load_scenario("middle")
+    with console.status("plain code, then the bare ring, the node graph, and the ring again"):
+        plain = plain_speed(scenario)
+        engine = engine_speed(scenario)
+        ring_before = bare_chain_p50_ms()
+        longer = scenario.model_copy(update={"segment_duration": 5.0})
+        graph = graph_speed(longer, Mode.LOCKSTEP)
+        clocked = graph_speed(longer, Mode.REALTIME)
+        samples = longer.plan().path.samples(longer.rate_hz)
+        stalls = bare_loop(longer.rate_hz, samples, DEFAULT_PRIORITY)
+        ring_after = bare_chain_p50_ms()
+    ring = min(ring_before, ring_after)
+    table = Table("what", "measured", "target", title=f"Measured {stamp()}, side by side in one run")
+    table.add_row("closed loop without ROS", f"{plain.realtime_factor:.1f} x real time", "at least 8")
+    table.add_row("all control laws, uncompiled", f"{plain.laws_us:.1f} us per sample", "at most 60")
+    table.add_row("node graph in lockstep", f"{graph.realtime_factor:.2f} x real time", "at least 0.5")
+    table.add_row("cycle of the graph", f"{graph.cycle_p50_ms:.2f} ms median, {graph.cycle_p99_ms:.2f} ms p99", "")
+    table.add_row(f"bare ring of {HOPS} nodes", f"{ring_before:.2f} and {ring_after:.2f} ms median", "")
+    table.add_row("cycle / bare ring", f"{graph.cycle_p50_ms / ring:.2f}", "at most 2")
+    for name, cpu_ms in graph.cpu_ms.items():
+        table.add_row(f"processor time of {name}", f"{cpu_ms:.3f} ms per cycle", "")
+    _add_realtime(table, clocked, longer.rate_hz, samples)
+    _add_stalls(table, stalls, samples)
+    _add_engine(table, engine)
+    console.print(table)
+
+
+def _add_engine(table: Table, speed: EngineSpeed) -> None:
+    gap = f"at most MuJoCo's {speed.mujoco_gap:.0e} m"
+    table.add_row("compiled closed loop, one core", f"{speed.engine:.0f} x real time", "")
+    table.add_row("the same from encoders", f"{speed.estimated:.0f} x real time", "")
+    table.add_row("step of MuJoCo alone", f"{speed.mujoco:.0f} x real time", "")
+    table.add_row("compiled closed loop / MuJoCo", f"{speed.ratio:.1f}", "at least 25")
+    table.add_row("largest gap of the closed loop", f"{speed.engine_gap:.0e} m", gap)
+    table.add_row("first call of the compiled loop", f"{speed.compile_s:.1f} s", "")
+
+
+def _add_stalls(table: Table, stalls: Stalls, beats: int) -> None:
+    name = f"bare loop at priority {DEFAULT_PRIORITY}" if stalls.prioritized else "bare loop without priority"
+    lateness = f"{stalls.longest_ms:.2f} ms late at most, {stalls.late} of {beats} beats missed"
+    table.add_row(name, lateness, "what no program here can do better")
+
+
+def _add_realtime(table: Table, clocked: GraphSpeed, rate_hz: int, samples: int) -> None:
+    outcome = "; ".join(clocked.faults) or "no fault"
+    table.add_row(f"real time at {rate_hz} Hz", outcome, "no fault")
+    table.add_row("missed deadlines", f"{clocked.missed} of {samples} samples", "")
+    if clocked.latency_ms is not None:
+        p50, p99, most = (clocked.latency_ms[name] for name in ("p50", "p99", "max"))
+        table.add_row("from sample to torque", f"{p50:.2f} ms median, {p99:.2f} ms p99, {most:.2f} ms at most", "")
+    for name, cpu_ms in clocked.cpu_ms.items():
+        table.add_row(f"processor time of {name}, real time", f"{cpu_ms:.3f} ms per cycle", "")
+
+
+if __name__ == "__main__":
+    main()

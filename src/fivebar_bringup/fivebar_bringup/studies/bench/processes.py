@@ -1,0 +1,121 @@
+"""The speed of the node graph in lockstep, and of a bare ring of nodes with as many hops."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.launcher import run_graph
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, Scheduling, processes
+from fivebar_bringup.runs.run_directory import new_run_directory
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.interface import FAULTS, JOINT_STATES
+
+HOPS = 3
+"""Hops of one cycle: plant to controllers, controllers to blender, blender to plant."""
+
+RING_DEADLINE = 120.0
+
+
+class GraphSpeed(NamedTuple):
+    """What a run of the graph took.
+
+    Attributes:
+        cycle_p50_ms, cycle_p99_ms: times between two samples (ms).
+        realtime_factor: simulated seconds per second.
+        missed: samples whose torque came too late, in real time.
+        latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
+        cpu_ms: processor time of each process per cycle (ms), DDS included.
+        faults: what went wrong.
+    """
+
+    cycle_p50_ms: float
+    cycle_p99_ms: float
+    realtime_factor: float
+    missed: int | None
+    latency_ms: dict[str, float] | None
+    cpu_ms: dict[str, float]
+    faults: list[str]
+
+
+def graph_speed(scenario: Scenario, mode: Mode) -> GraphSpeed:
+    """Run a scenario with the node graph, as `fivebar run` does, and measure it."""
+    looks: list[tuple[int, dict[str, float]]] = []
+    pids: Mapping[str, int] = {}
+
+    def started(numbers: Mapping[str, int]) -> None:
+        nonlocal pids
+        pids = numbers
+
+    def look(sample: int, last: int) -> None:
+        if 0 < sample < last:
+            looks.append((sample, {name: _cpu_seconds(pid) for name, pid in pids.items()}))
+
+    with tempfile.TemporaryDirectory() as folder, private_domain() as domain:
+        run = new_run_directory(Path(folder), scenario)
+        nodes = crossing_graph(scenario, mode, run.bag)
+        specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
+        outcome = run_graph(specs, run, domain, look, started)
+        bag = read_bag(run.bag)
+        times = np.diff(bag.log_times(JOINT_STATES)) / 1e6
+        faults = [*outcome.faults, *(bag.texts(FAULTS) if bag.count(FAULTS) else ())]
+    (first, before), (last, after) = looks[0], looks[-1]
+    return GraphSpeed(
+        float(np.percentile(times, 50)),
+        float(np.percentile(times, 99)),
+        1e3 / scenario.rate_hz / float(np.mean(times)),
+        outcome.overruns,
+        outcome.latency_ms,
+        {name: (after[name] - before[name]) / (last - first) * 1e3 for name in pids},
+        faults,
+    )
+
+
+def bare_chain_p50_ms(rounds: int = 2000) -> float:
+    """Return the median time (ms) in which a message goes round a bare ring of `HOPS` nodes."""
+    with private_domain() as domain:
+        nodes = [_ring_node(position, rounds, domain) for position in range(HOPS)]
+        try:
+            output, _ = nodes[0].communicate(timeout=RING_DEADLINE)
+        finally:
+            for node in nodes:
+                node.terminate()
+            for node in nodes:
+                node.wait()
+    times: dict[str, Any] = json.loads(output.splitlines()[-1])
+    return float(times["p50"])
+
+
+def _ring_node(position: int, rounds: int, domain: int) -> subprocess.Popen[str]:
+    parameters = {"position": position, "hops": HOPS, "rounds": rounds}
+    assignments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
+    remap = ["-r", f"__node:=bare_chain_{position}"]
+    return subprocess.Popen(
+        [sys.executable, "-m", "fivebar_bringup.nodes.bare_chain", "--ros-args", *assignments, *remap],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
+    )
+
+
+def _cpu_seconds(pid: int) -> float:
+    """Return the processor time (s) of a process so far, all its threads, user and system."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def stamp() -> str:
+    """Return when this was measured."""
+    return time.strftime("%Y-%m-%d %H:%M:%S")

@@ -1,0 +1,141 @@
+"""The inverse dynamics against an independent multi-body model: section 1.4.3, figures 1.17 and 1.18.
+
+The thesis moved both motors by sin(t) / 10 and compared its model with ADAMS; here the other side is Pinocchio, from
+its own velocities and accelerations on: the two share the parameters and the joint angles. Friction is off.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullLocator
+
+from fivebar_bringup.pages.style import GREY, INK, MOTORS, PALE, house_style, new_figure, png
+from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.studies.closed_chain.five_bar import five_bar_chain
+from fivebar_bringup.studies.closed_chain.kinematics import motion_from_active
+from fivebar_control.model.dynamics import inverse_dynamics
+from fivebar_control.model.geometry import direct_geometry
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.state import State
+from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.parameters import FiveBar
+
+AMPLITUDE = 0.1
+"""Amplitude of both motors' swing about where they start, rad; its frequency is 1 rad/s."""
+
+THESIS_ERROR = 1e-8
+"""Order of the error between the thesis' model and ADAMS, Nm."""
+
+HOME = (0.0, 0.13)
+"""Where the platform starts, m: the robot stays in one assembly mode throughout the swing."""
+
+MODES = (1, -1)
+"""Working mode of HOME: elbows outwards."""
+
+LOWEST, HIGHEST = 1e-22, 1e0
+"""Limits of the figure's logarithmic axis, Nm."""
+
+
+class CoSimulation(NamedTuple):
+    """Torques (Nm) of both models along one motion; n samples, motors 1 and 2.
+
+    Attributes:
+        time: [n], s.
+        analytic: [n, 2], the closed-form model (1.30 without f).
+        pinocchio: [n, 2], the two chains of the URDF, closed by Pinocchio.
+    """
+
+    time: FloatArray
+    analytic: FloatArray
+    pinocchio: FloatArray
+
+    @property
+    def difference(self) -> FloatArray:
+        """Analytic minus Pinocchio, [n, 2], Nm."""
+        return self.analytic - self.pinocchio
+
+
+def co_simulate(robot: FiveBar, duration: float = 10.0, rate_hz: int = 500) -> CoSimulation:
+    """Return both models' torques while both motors follow q0 + sin(t) / 10 for `duration` s, ends included.
+
+    The swing is prescribed, so no error adds up: each sample is a comparison of its own.
+    """
+    loop, chain = ClosedLoop(robot), five_bar_chain(robot)
+    home = state_from_platform(robot, *MODES, *HOME, 0.0, 0.0)
+    assembly = 1 if det_a(home) > 0.0 else -1
+    time = np.arange(round(duration * rate_hz) + 1) / rate_hz
+    analytic, pinocchio = np.empty((len(time), 2)), np.empty((len(time), 2))
+    for sample, t in enumerate(time.tolist()):
+        swing, rate, bend = AMPLITUDE * math.sin(t), AMPLITUDE * math.cos(t), -AMPLITUDE * math.sin(t)
+        q11, q21 = home.leg1.q1 + swing, home.leg2.q1 + swing
+        state = _moving(robot, direct_geometry(robot, assembly, q11, q21), rate)
+        analytic[sample] = inverse_dynamics(robot, state, bend, bend, 0.0, 0.0)
+        q = np.array([q11, state.leg1.q2, q21, state.leg2.q2])
+        motion = motion_from_active(chain, q, np.array([rate, rate]), np.array([bend, bend]))
+        pinocchio[sample] = loop.inverse_dynamics(motion.q, motion.v, motion.a)
+    return CoSimulation(time, analytic, pinocchio)
+
+
+def _moving(robot: FiveBar, place: tuple[float, float], rate: float) -> State:
+    """Return the analytic model's state at a place (m) while both motors turn at `rate` (rad/s)."""
+    still = state_from_platform(robot, *MODES, *place, 0.0, 0.0)
+    leg1, leg2 = still.leg1, still.leg2
+    right1, right2, determinant = leg1.b * rate, leg2.b * rate, det_a(still)
+    vx = (right1 * leg2.u_y - right2 * leg1.u_y) / determinant
+    vy = (right2 * leg1.u_x - right1 * leg2.u_x) / determinant
+    return state_from_platform(robot, *MODES, *place, vx, vy)
+
+
+def draw_cosimulation(run: CoSimulation) -> bytes:
+    """Return figures 1.17 and 1.18 as one PNG: the size of the error in each motor's torque, beside the torque's."""
+    equal = float(np.mean(run.difference == 0.0))
+    subtitle = (
+        f"Both motors follow q₀ + sin(t)/10 for {run.time[-1]:g} s, friction off. Largest error "
+        f"{_scientific(float(np.abs(run.difference).max()))} Nm; "
+        f"{100.0 * equal:.0f} % of the torques are equal to the last bit (not drawn)"
+    )
+    with house_style():
+        figure = new_figure("Torque of the analytic model minus Pinocchio", subtitle, height=6.0)
+        panels = figure.subplots(2, 1, sharex=True)
+        for motor, (axes, number) in enumerate(zip(panels, ("1.17", "1.18"), strict=True)):
+            axes.set_title(f"Figure {number}: error in the torque of joint $q_{{{motor + 1}1}}$")
+            _panel(axes, run, motor)
+        panels[-1].set_xlabel("time in s")
+        return png(figure)
+
+
+def _panel(axes: Axes, run: CoSimulation, motor: int) -> None:
+    error = np.abs(run.difference[:, motor])
+    torque = np.abs(run.analytic[:, motor])
+    axes.plot(
+        run.time[error > 0.0],
+        error[error > 0.0],
+        linestyle="none",
+        marker=".",
+        markersize=2.0,
+        color=MOTORS[motor],
+        label="error, |analytic − Pinocchio|",
+    )
+    thesis = f"{_scientific(THESIS_ERROR)} Nm, the thesis' error against ADAMS"
+    axes.axhline(THESIS_ERROR, color=INK, linestyle=(0, (5, 3)), linewidth=1.2, label=thesis)
+    axes.plot(run.time, torque, color=GREY, linewidth=1.2, label="the torque itself")
+    axes.set_yscale("log")
+    axes.set_ylim(LOWEST, HIGHEST)
+    axes.yaxis.set_major_locator(LogLocator(base=10.0, numticks=8))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.set_ylabel("magnitude in Nm")
+    axes.legend(loc="center", bbox_to_anchor=(0.5, 0.37), ncols=3, markerscale=5.0)
+    axes.spines["bottom"].set_color(PALE)
+
+
+def _scientific(value: float) -> str:
+    if value == 0.0:
+        return "0"
+    mantissa, exponent = f"{value:.1e}".split("e")
+    return (
+        f"{mantissa.removesuffix('.0')}·10{str(int(exponent)).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
+    )

@@ -1,0 +1,104 @@
+"""The runs of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.compare.rigs import default_rigs, on_rig
+from fivebar_bringup.studies.compare.screening import quickest_durations
+from fivebar_bringup.studies.reproduce.cases import PlannedScenario
+from fivebar_description.strict_yaml import validate
+
+TIGHT_LIMIT = 0.6
+"""Torque limit (Nm) under which it is seen whether the planner keeps the controllers from what they cannot do."""
+
+
+class Case(NamedTuple):
+    """One run, by what distinguishes it from the others.
+
+    Attributes:
+        given: the scenario whose motion is made.
+        controller: who makes it.
+        duration: of each segment (s); None for the quickest that the planner's screen allows.
+        rig: one of `RIG_NAMES`.
+        torque_limit: of the drives (Nm); None for the scenario's.
+    """
+
+    given: Scenario
+    controller: str
+    duration: float | None
+    rig: str
+    torque_limit: float | None = None
+
+    @property
+    def motion(self) -> str:
+        """Name of the motion."""
+        return self.given.name
+
+    @property
+    def pace(self) -> str:
+        """The duration in words."""
+        return "quickest" if self.duration is None else f"{self.duration:g} s"
+
+    @property
+    def length(self) -> float:
+        """About how long the motion is (s)."""
+        return (len(self.given.waypoints) - 1) * (1.2 if self.duration is None else self.duration)
+
+    def scenario(self) -> PlannedScenario:
+        """Return what to run.
+
+        Raises:
+            InputError: the controller cannot make the motion on the rig, or there is no quickest duration.
+        """
+        content = on_rig(self.given, self.rig)
+        content |= {"name": f"{self.motion}-{self.controller}-{self.rig}", "controller": self.controller}
+        if self.torque_limit is not None:
+            own = content["plant"]["torque_limit"]
+            content["plant"]["torque_limit"] = self.torque_limit if own is None else min(own, self.torque_limit)
+        if self.duration is not None:
+            content["segment_duration"] = self.duration
+        scenario = validate(content, PlannedScenario, self.motion)
+        if self.duration is not None:
+            return scenario
+        return validate({**content, "segment_duration": quickest_durations(scenario)}, PlannedScenario, self.motion)
+
+
+class Extent(NamedTuple):
+    """What is compared: scenarios, controllers, durations of the segments (s), rigs; None for the default ones."""
+
+    given: tuple[Scenario, ...]
+    controllers: tuple[str, ...]
+    durations: tuple[float, ...]
+    rigs: tuple[str, ...] | None = None
+
+    def rigs_of(self, given: Scenario) -> tuple[str, ...]:
+        """Return the rigs for a scenario."""
+        return default_rigs(given) if self.rigs is None else self.rigs
+
+    def cases(self) -> list[Case]:
+        """Return the runs that are compared."""
+        return [
+            Case(given, controller, duration, rig)
+            for given in self.given
+            for rig in self.rigs_of(given)
+            for controller in self.controllers
+            for duration in self.durations
+        ]
+
+    def tight_cases(self) -> list[Case]:
+        """Return the runs under the tight limit: as asked on the first rig, and the quickest allowed on all rigs."""
+        return [
+            Case(given, controller, duration, rig, TIGHT_LIMIT)
+            for given in self.given
+            for number, rig in enumerate(self.rigs_of(given))
+            for controller in self.controllers
+            for duration in ((*self.durations, None) if number == 0 else (None,))
+        ]
+
+
+def longest_first(cases: Sequence[Case]) -> list[Case]:
+    """Return cases in an order that keeps several processes busy to the end."""
+    return sorted(cases, key=lambda case: case.length, reverse=True)

@@ -1,0 +1,100 @@
+"""From the wish to the page: all runs, tables and figures, in a directory of their own."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.pages.picture import Picture, write_pictures
+from fivebar_bringup.pages.plain_values import finite
+from fivebar_bringup.pages.table import Table
+from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.studies.compare.cases import Extent, longest_first
+from fivebar_bringup.studies.compare.figures import compare_figures
+from fivebar_bringup.studies.compare.page import html_page
+from fivebar_bringup.studies.compare.results import run_case
+from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
+from fivebar_bringup.studies.compare.verdicts import Finding, findings
+from fivebar_bringup.studies.shared_work import share
+from fivebar_description.strict_yaml import InputError
+
+
+class Comparison(NamedTuple):
+    """What came out, and where it lies."""
+
+    page: Path
+    verdicts: Sequence[Finding]
+    overview: Table
+    content: Mapping[str, Any]
+
+
+def compare(
+    extent: Extent,
+    out: Path | None,
+    workers: int,
+    command: str = "fivebar compare",
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Comparison:
+    """Make the runs, and write compare.html, compare.json, compare.csv and the figures.
+
+    Args:
+        extent: what is compared.
+        out: new or empty directory, by default runs/compare-<date>-<time>.
+        workers: processes to use; fewer than two run everything in this one.
+        command: that makes this comparison again, for the page.
+        progress: called with the number of finished runs and of all.
+
+    Raises:
+        InputError: the directory cannot be used.
+    """
+    directory = new_directory(out, "compare")
+    began = time.monotonic()
+    cases, tight_cases = extent.cases(), extent.tight_cases()
+    ordered = longest_first([*cases, *tight_cases])
+    by_case = dict(zip(ordered, share(run_case, ordered, workers, progress), strict=True))
+    results, tight = [by_case[case] for case in cases], [by_case[case] for case in tight_cases]
+    verdicts, overview = findings(results, tight), overview_table(results)
+    tables = [overview, tight_table(tight), rigs_table(extent), *run_tables(results)]
+    wall_s = time.monotonic() - began
+    rows = [result.as_row() for result in (*results, *tight)]
+    content = finite(
+        {
+            "command": command,
+            "wall_s": wall_s,
+            "verdicts": [finding.as_json() for finding in verdicts],
+            "rigs": rigs_table(extent).as_json()["rows"],
+            "runs": rows,
+        }
+    )
+    pictures = compare_figures(results)
+    setting = f"{len(rows)} runs in {wall_s:.0f} s · simulated throughout, without ROS"
+    page = directory / "compare.html"
+    _write(directory, pictures, content, {page: html_page(verdicts, pictures, tables, setting, command)})
+    return Comparison(page, verdicts, overview, content)
+
+
+def _write(directory: Path, pictures: Sequence[Picture], content: Mapping[str, Any], texts: Mapping[Path, str]) -> None:
+    try:
+        write_pictures(directory / "figures", pictures)
+        text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+        replace_file(directory / "compare.json", text.encode("utf-8"))
+        replace_file(directory / "compare.csv", _csv(content["runs"]).encode("utf-8"))
+        for path, text in texts.items():
+            replace_file(path, text.encode("utf-8"))
+    except OSError as error:
+        raise InputError(f"{directory}: the results cannot be written: {error.strerror}") from error
+
+
+def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return rows with the same keys as comma-separated values; unknown figures are left empty."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

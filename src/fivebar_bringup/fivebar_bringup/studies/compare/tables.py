@@ -1,0 +1,185 @@
+"""The tables of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from fivebar_bringup.pages.table import Cell, Table
+from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, Extent
+from fivebar_bringup.studies.compare.results import Result
+from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
+from fivebar_bringup.studies.compare.verdicts import lost
+from fivebar_bringup.studies.reproduce.rows import largest
+
+FIGURES = (
+    "error",
+    "error rms",
+    "error in zones",
+    "applied",
+    "requested",
+    "saturated",
+    "margin",
+    "energy",
+)
+"""Columns with the figures of a run."""
+
+
+def rigs_table(extent: Extent) -> Table:
+    """Return what each rig is, and the gains there."""
+    rows = []
+    for given in extent.given:
+        for rig in extent.rigs_of(given):
+            gains, (kp, kd) = gains_used(given, rig)
+            words = f"{gains.kp:g}, {gains.kd:g}; on the locus {gains.kp_vhc:g}, {gains.kd_vhc:g}"
+            rows.append(
+                (
+                    Cell(given.name, given.name),
+                    Cell(rig, rig),
+                    Cell(rig_words(rig), rig_words(rig)),
+                    Cell(words, gains.model_dump()),
+                    Cell(f"{kp:g}, {kd:g}", {"kp": kp, "kd": kd}),
+                )
+            )
+    return Table(
+        "rigs",
+        "Rigs and gains",
+        "Gains kp in 1/s² and kd in 1/s: of ctc, multi_model_ctc and the blended controllers, and of unified. Where a"
+        " rig has no gains of its own, they are those of the scenario.",
+        ("motion", "rig", "what it is", "kp, kd", "unified: kp, kd"),
+        tuple(rows),
+    )
+
+
+def overview_table(results: Sequence[Result]) -> Table:
+    """Return the worst figures of each controller on each rig, over all motions and durations."""
+    rows = []
+    keys = list(dict.fromkeys((result.case.rig, result.case.controller) for result in results))
+    for rig, controller in keys:
+        runs = [result for result in results if (result.case.rig, result.case.controller) == (rig, controller)]
+        made = [run for run in runs if run.made]
+        done = sum(run.completed for run in runs)
+        refused = sum(bool(run.objections) for run in made)
+        margins = [-run.margin for run in made if run.margin is not None]
+        least = None if not margins else -max(margins)
+        saturated = sum(run.saturated or 0 for run in made)
+        rows.append(
+            (
+                Cell(rig, rig),
+                Cell(controller, controller),
+                Cell(f"{done} of {len(runs)}", done, done == len(runs)),
+                _length(largest([run.tracking_error for run in made])),
+                _length(largest([run.tracking_rms for run in made])),
+                _length(largest([run.constraint_error for run in made])),
+                _torque(largest([run.applied for run in made])),
+                _torque(largest([run.requested for run in made])),
+                Cell(str(saturated), saturated, False if saturated else None),
+                _torque(least),
+                _energy(largest([run.energy for run in made])),
+                Cell(f"{refused} of {len(made)}", refused),
+            )
+        )
+    return Table(
+        "overview",
+        "The worst of each controller on each rig",
+        "Over all motions and durations: runs completed; largest distance from the reference, its root mean square,"
+        " and distance from the path in the blending zones; torque applied and asked for; samples that asked for more"
+        " than the drives give, in all; least margin to the torque limit; mechanical energy, ∫|τᵢ q̇ᵢ₁| dt of both"
+        " motors; motions that the planner's screen would refuse.",
+        ("rig", "controller", "completed", *FIGURES, "refused by the screen"),
+        tuple(rows),
+    )
+
+
+def run_tables(results: Sequence[Result]) -> list[Table]:
+    """Return one table per rig and motion, run by run; results of one table stand together."""
+    return [
+        Table(f"{motion}_{rig}", f"{motion} on the rig {rig}", "", _RUN_COLUMNS, tuple(map(_run, runs)), True)
+        for (motion, rig), runs in groupby(results, key=lambda result: (result.case.motion, result.case.rig))
+    ]
+
+
+def tight_table(results: Sequence[Result]) -> Table:
+    """Return the runs under the tight torque limit."""
+    rows = []
+    for result in results:
+        case, said = result.case, result.objections
+        rows.append(
+            (
+                Cell(case.motion, case.motion),
+                Cell(case.rig, case.rig),
+                Cell(case.controller, case.controller),
+                Cell(_pace(result), case.duration),
+                Cell("–" if not result.made else "refused" if said else "allowed", not said if result.made else None),
+                _completed(result),
+                _length(result.tracking_error)._replace(good=False if lost(result) else None),
+                _torque(result.requested),
+                Cell(_count(result.at_limit), result.at_limit),
+                Cell("; ".join(said), "; ".join(said)),
+            )
+        )
+    return Table(
+        "tight",
+        f"With {TIGHT_LIMIT:g} Nm per motor",
+        "Made as asked for, whatever the screen says, to see what the limit alone does; and at the quickest pace that"
+        " the screen allows, found segment by segment. The screen lets the reference have 85 % of the limit. unified"
+        " knows the limit and asks for no more; at the limit are the samples at which a motor gave all that it can.",
+        ("motion", "rig", "controller", "T", "screen", "completed", "error", "requested", "at the limit", "why"),
+        tuple(rows),
+    )
+
+
+_RUN_COLUMNS = ("controller", "T", "completed", *FIGURES, "screen")
+
+
+def _run(result: Result) -> tuple[Cell, ...]:
+    case = result.case
+    margin = _torque(result.margin)
+    if result.margin_share is not None:
+        margin = margin._replace(text=f"{margin.text} ({result.margin_share:.0%})")
+    said = "; ".join(result.objections)
+    return (
+        Cell(case.controller, case.controller),
+        Cell(case.pace, case.duration),
+        _completed(result),
+        _length(result.tracking_error),
+        _length(result.tracking_rms),
+        _length(result.constraint_error),
+        _torque(result.applied),
+        _torque(result.requested),
+        Cell(_count(result.saturated), result.saturated, False if result.saturated else None),
+        margin,
+        _energy(result.energy),
+        Cell("–" if not result.made else f"refused: {said}" if said else "allowed", said),
+    )
+
+
+def _pace(result: Result) -> str:
+    if result.case.duration is not None or not result.durations:
+        return result.case.pace
+    low, high = min(result.durations), max(result.durations)
+    return f"quickest: {low:.2f}–{high:.2f} s"
+
+
+def _completed(result: Result) -> Cell:
+    if result.completed:
+        return Cell("yes", "yes", True)
+    reason = "; ".join(result.why_not)
+    return Cell(f"no: {reason}", f"no: {reason}", False)
+
+
+def _count(value: int | None) -> str:
+    return "–" if value is None else str(value)
+
+
+def _length(value: float | None) -> Cell:
+    return Cell(engineering(value, "m"), value)
+
+
+def _torque(value: float | None) -> Cell:
+    return Cell(plain(value, "Nm"), value)
+
+
+def _energy(value: float | None) -> Cell:
+    return Cell(plain(value, "J"), value)

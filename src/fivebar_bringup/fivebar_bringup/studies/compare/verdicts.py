@@ -1,0 +1,114 @@
+"""What the law without switching is expected to reach, and what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT
+from fivebar_bringup.studies.compare.results import Result
+from fivebar_bringup.studies.reproduce.rows import largest
+
+UNIFIED = "unified"
+
+
+class Bound(NamedTuple):
+    """Largest distance from the reference (m), and largest applied torque (Nm)."""
+
+    error: float
+    torque: float
+
+
+BOUNDS = {"ideal": Bound(0.4e-3, 1.0), "realistic": Bound(0.8e-3, 1.5)}
+"""By rig. Every run has to be completed as well."""
+
+
+class Finding(NamedTuple):
+    """An expectation, what was measured, and whether it is met; None where the comparison cannot tell."""
+
+    title: str
+    expected: str
+    measured: str
+    met: bool | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the finding as plain values."""
+        return self._asdict()
+
+
+def findings(results: Sequence[Result], tight: Sequence[Result]) -> list[Finding]:
+    """Judge the runs of the law without switching.
+
+    Args:
+        results: of the compared runs.
+        tight: of the runs under the tight torque limit.
+    """
+    return [*(_on_rig(rig, bound, results) for rig, bound in BOUNDS.items()), _under_tight_limit(tight)]
+
+
+def lost(result: Result) -> bool:
+    """Return whether a run failed, or left the error that its rig is expected to keep."""
+    bound = BOUNDS.get(result.case.rig)
+    error = result.tracking_error
+    return not result.completed or (bound is not None and (error is None or error > bound.error))
+
+
+def _on_rig(rig: str, bound: Bound, results: Sequence[Result]) -> Finding:
+    runs = [result for result in results if result.case.controller == UNIFIED and result.case.rig == rig]
+    title = f"{UNIFIED} on the rig {rig}"
+    expected = (
+        f"all runs completed, at most {engineering(bound.error, 'm')} from the reference,"
+        f" at most {plain(bound.torque, 'Nm')}"
+    )
+    if not runs:
+        return Finding(title, expected, "not part of this comparison", None)
+    done = sum(result.completed for result in runs)
+    error, torque = largest([run.tracking_error for run in runs]), largest([run.applied for run in runs])
+    measured = (
+        f"{done} of {len(runs)} completed, {engineering(error, 'm')}{_where(runs, error, 'tracking_error')},"
+        f" {plain(torque, 'Nm')}{_where(runs, torque, 'applied')}"
+    )
+    met = (
+        done == len(runs)
+        and error is not None
+        and error <= bound.error
+        and torque is not None
+        and torque <= bound.torque
+    )
+    return Finding(title, expected, measured, met)
+
+
+def _under_tight_limit(tight: Sequence[Result]) -> Finding:
+    runs = [result for result in tight if result.case.controller == UNIFIED]
+    asked = [run for run in runs if run.case.duration is not None]
+    quickest = [run for run in runs if run.case.duration is None]
+    title = f"{UNIFIED} with {TIGHT_LIMIT:g} Nm per motor"
+    expected = (
+        "every motion that the limit alone does not save (not completed, or the error above that of the rig) is refused"
+        " by the planner's screen; slowed down to the quickest that it allows, every motion is completed within the"
+        " error of its rig"
+    )
+    if not asked or not quickest:
+        return Finding(title, expected, "not part of this comparison", None)
+    refused = [run for run in asked if run.objections or not run.made]
+    unsaved = [run for run in asked if lost(run)]
+    missed = [run for run in unsaved if run not in refused]
+    slowed_lost = [run for run in quickest if lost(run)]
+    measured = (
+        f"{len(unsaved)} of {len(asked)} motions are lost at the pace asked for"
+        f" ({_paces(unsaved)}), {len(unsaved) - len(missed)} of them are refused beforehand;"
+        f" refused are {len(refused)} in all; slowed down, {len(quickest) - len(slowed_lost)} of {len(quickest)} keep"
+        f" their error ({engineering(largest([run.tracking_error for run in quickest]), 'm')} at most)"
+    )
+    return Finding(title, expected, measured, not missed and not slowed_lost)
+
+
+def _where(runs: Sequence[Result], value: float | None, figure: str) -> str:
+    """Return in which run a figure has a value, in brackets; nothing where it is not known."""
+    found = [run for run in runs if value is not None and getattr(run, figure) == value]
+    return f" ({_paces(found[:1])})" if found else ""
+
+
+def _paces(runs: Sequence[Result]) -> str:
+    return ", ".join(f"{run.case.motion} {run.case.pace}" for run in runs) or "none"

@@ -1,0 +1,125 @@
+"""A requested motion: from the words of a person to a planned transfer and the scenario that runs it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_bringup.scenario import PlantSection, Scenario
+from fivebar_bringup.studies.goto.start import Start
+from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.trajectory.limits import limits_of
+from fivebar_control.trajectory.postures import mode_name
+from fivebar_control.trajectory.reference_torque import Follower
+from fivebar_control.trajectory.transfer import Speed, Transfer, plan_transfer
+from fivebar_description.parameters import load_robot
+from fivebar_description.strict_yaml import InputError, validate
+
+ASSEMBLY_MODES = {"+": 1, "-": -1}
+"""The assembly modes by name: the sign of det A."""
+
+CONTROLLERS = tuple(name for name, scheme in SCHEMES.items() if scheme.on_locus is not None or scheme.away != "ctc")
+"""Controllers that can cross the Type 2 locus."""
+
+
+class Request(NamedTuple):
+    """What is asked for.
+
+    Attributes:
+        x, y: where to (m).
+        assembly: "+" or "-", None for the assembly mode that the goal has.
+        working_mode: in which the goal is to be reached, None for that of the start.
+        start: where the robot rests.
+        controller: one of `CONTROLLERS`.
+        robot: a shipped parameter file's name, or a path to one.
+        torque_limit: of both motors (Nm).
+        motor_speed: allowed for both motors (rad/s).
+        rate_hz: of the controllers.
+        duration: s, or how to choose it.
+    """
+
+    x: float
+    y: float
+    assembly: str | None
+    working_mode: tuple[int, int] | None
+    start: Start
+    controller: str
+    robot: str
+    torque_limit: float
+    motor_speed: float
+    rate_hz: int
+    duration: float | Speed
+
+
+def plan_request(request: Request) -> Transfer:
+    """Plan the motion.
+
+    Raises:
+        InputError: a value is impossible, or there is no feasible motion; says why.
+    """
+    _refuse_malformed(request)
+    follower = Follower(request.controller)
+    counts = _plant(request).encoder_counts
+    step = 0.0 if counts is None else 2.0 * math.pi * request.rate_hz / counts
+    start = request.start
+    if request.working_mode is not None and request.working_mode != start.working_mode:
+        raise InputError(
+            f"--working-mode: {mode_name(request.working_mode)}: the robot rests in working mode"
+            f" {mode_name(start.working_mode)}, and another one is reached only through a Type 1 singularity:"
+            " see working_modes in a scenario"
+        )
+    return plan_transfer(
+        load_robot(request.robot),
+        start.working_mode,
+        (start.x, start.y),
+        (request.x, request.y),
+        None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
+        request.rate_hz,
+        follower,
+        limits_of(follower, request.torque_limit, request.motor_speed, step),
+        duration=request.duration,
+    )
+
+
+def scenario_of(request: Request, transfer: Transfer) -> Scenario:
+    """Return the scenario that runs a transfer; what it does not say is as in the run before, if there was one.
+
+    Raises:
+        InputError: the run before has settings that do not go with the request.
+    """
+    before = request.start.scenario
+    content = {} if before is None else before.model_dump(mode="json", exclude={"working_modes"})
+    content |= {
+        "name": "goto",
+        "controller": request.controller,
+        "robot": request.robot,
+        "working_mode": list(request.start.working_mode),
+        "waypoints": [list(point) for point in transfer.waypoints],
+        "segment_duration": list(transfer.durations),
+        "time_law": "quintic",
+        "rate_hz": request.rate_hz,
+        "plant": _plant(request).model_dump(),
+    }
+    return validate(content, Scenario, "goto")
+
+
+def _plant(request: Request) -> PlantSection:
+    before = request.start.scenario
+    plant = PlantSection() if before is None else before.plant
+    return plant.model_copy(update={"torque_limit": request.torque_limit})
+
+
+def _refuse_malformed(request: Request) -> None:
+    if request.assembly is not None and request.assembly not in ASSEMBLY_MODES:
+        raise InputError(f"--mode: {request.assembly!r}: expected + or -, the sign of det A")
+    for mode in (request.working_mode, request.start.working_mode):
+        if mode is not None and any(sign not in (-1, 1) for sign in mode):
+            raise InputError(f"--working-mode: {list(mode)}: expected two signs, each 1 or -1")
+    if request.controller not in CONTROLLERS:
+        raise InputError(f"--controller: {request.controller!r}: expected one of {', '.join(CONTROLLERS)}")
+    figures = {"--torque-limit": request.torque_limit, "--speed-limit": request.motor_speed}
+    if not isinstance(request.duration, Speed):
+        figures["--duration"] = request.duration
+    for name, value in figures.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{name}: {value}: expected a positive number")

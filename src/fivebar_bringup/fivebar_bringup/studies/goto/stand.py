@@ -1,0 +1,38 @@
+"""A graph that goes on after its planned motion: the robot rests and takes requests."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.graph import PLANT, Mode, NodeSpec, crossing_graph
+from fivebar_bringup.runs.launcher import Progress, run_graph
+from fivebar_bringup.runs.processes import processes
+from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.strict_yaml import InputError
+
+
+def stand(
+    scenario: Scenario, seconds: float, mode: Mode, out: Path | None, domain: int | None, progress: Progress
+) -> tuple[RunDirectory, list[str]]:
+    """Run a scenario with all nodes, then let the robot rest for some seconds of its own time; return the faults too.
+
+    Raises:
+        InputError: the controller follows no requests, or the output directory cannot be used.
+    """
+    if scenario.controller != "unified":
+        raise InputError(f"controller: {scenario.controller}: follows no requests: expected unified")
+    run = new_run_directory(out, scenario)
+    nodes = [_longer(node, round(seconds * scenario.rate_hz)) for node in crossing_graph(scenario, mode, run.bag)]
+    specs = processes(nodes, mode, scenario.rate_hz)
+    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        outcome = run_graph(specs, run, chosen, progress, mode=mode)
+    return run, outcome.faults
+
+
+def _longer(node: NodeSpec, samples: int) -> NodeSpec:
+    if node.executable != PLANT:
+        return node
+    return node._replace(parameters={**node.parameters, "samples": node.parameters["samples"] + samples})

@@ -1,0 +1,62 @@
+"""Where a requested motion begins: a place that is named, or where an earlier run has ended."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.model.state import State
+from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS
+from fivebar_description.strict_yaml import InputError
+
+HOME = (0.0, 0.15)
+"""Where the robot rests unless told otherwise (m), in the working mode `HOME_MODE`."""
+
+HOME_MODE = (1, -1)
+
+AT_REST = 0.2
+"""Speed (rad/s) of a motor below which a run counts as having ended at rest."""
+
+
+class Start(NamedTuple):
+    """Where the robot rests (m), in which working mode, and the run that took it there, if any."""
+
+    x: float
+    y: float
+    working_mode: tuple[int, int]
+    scenario: Scenario | None = None
+
+
+def start_after(directory: Path) -> Start:
+    """Return where the robot stood at the last sample of a run.
+
+    Raises:
+        InputError: the directory does not hold a run, or the robot was moving still.
+        BagError: its bag cannot be read.
+    """
+    run = RunDirectory(directory)
+    scenario = run.read_scenario()
+    recording = read_bag(run.bag)
+    topic = GROUND_TRUTH if recording.count(GROUND_TRUTH) else JOINT_STATES
+    last = [
+        float(recording.field(topic, field)[-1, recording.joint_names(topic).index(joint)])
+        for field in ("position", "velocity")
+        for joint in JOINTS
+    ]
+    state = state_from_joints(scenario.five_bar(), *last)
+    if not max(abs(state.leg1.dq1), abs(state.leg2.dq1)) <= AT_REST:
+        raise InputError(
+            f"{directory}: the run ended with motors at {state.leg1.dq1:.2f} and {state.leg2.dq1:.2f} rad/s:"
+            " expected a robot at rest"
+        )
+    return Start(state.x, state.y, working_mode_of(state), scenario)
+
+
+def working_mode_of(state: State) -> tuple[int, int]:
+    """Return the working mode of a posture: +1 where the elbow is counter-clockwise of the line to the platform."""
+    return tuple(int(-math.copysign(1.0, leg.sin_q2)) for leg in (state.leg1, state.leg2))  # type: ignore[return-value]

@@ -1,0 +1,141 @@
+"""From a bag to the record that a robot is identified from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
+from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_control.identification.equations import Record
+from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.interface import ACTIVE_JOINTS, JOINT_STATES, JOINTS, MOTOR_STATES, NANOSECONDS, Topic
+from fivebar_description.parameters import RobotFile, read_robot
+from fivebar_description.strict_yaml import InputError
+
+LARGEST_GAP = 2e-3
+"""Largest gap (m, median) between the tips of both legs at the recorded joint angles, for a robot's own lengths."""
+
+POSTURES = 200
+"""Postures at which the gap is looked at."""
+
+MOST_MISSING = 10
+"""Samples of the grid per recorded one, beyond which the stamps are not taken for a grid."""
+
+
+class Source(NamedTuple):
+    """Where a record comes from: the bag, and the run's directory if it lies in one."""
+
+    bag: Path
+    run: RunDirectory | None
+
+
+def find_bag(path: Path) -> Source:
+    """Return the bag that a path names: a bag, or the directory of a run.
+
+    Raises:
+        InputError: there is neither.
+    """
+    if not path.is_dir():
+        raise InputError(f"{path}: no such directory: expected a bag or the directory of a run")
+    if (path / "metadata.yaml").is_file():
+        run = RunDirectory(path.resolve().parent)
+        return Source(path, run if run.scenario.is_file() else None)
+    run = RunDirectory(path)
+    if not run.bag.is_dir():
+        raise InputError(f"{path}: holds neither a bag (metadata.yaml) nor a run ({run.bag.name}/)")
+    return Source(run.bag, run if run.scenario.is_file() else None)
+
+
+def read_start(source: Source, robot: str | None) -> RobotFile:
+    """Return the parameter file that identification starts from: a given one, else that of the run's scenario.
+
+    Raises:
+        InputError: there is none, or it does not describe a five-bar.
+    """
+    if robot is not None:
+        return read_robot(robot)
+    if source.run is None:
+        raise InputError(f"--robot: expected the robot's name or parameter file: {source.bag} lies in no run")
+    return read_robot(source.run.read_scenario().robot)
+
+
+def read_record(source: Source, start: RobotFile) -> Record:
+    """Return what a bag holds: angles and torques from `motor_states` where there are such, else from `joint_states`.
+
+    The passive joints are used for two things only: they name the assembly mode, and must close the robot's loop.
+
+    Raises:
+        BagError: the bag cannot be read or does not have the topics.
+        InputError: they hold no numbers, no torques, no grid of stamps, or another robot's joints.
+    """
+    recording = read_bag(source.bag)
+    topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
+    period, numbers = _grid(recording, topic)
+    motors = [
+        _on_grid(_columns(recording, topic, ACTIVE_JOINTS, field), numbers, numbers[-1] + 1)
+        for field in ("position", "effort")
+    ]
+    joints = _columns(recording, JOINT_STATES, JOINTS, "position")
+    _refuse_foreign(source, start, joints)
+    mode = np.sign(np.sin(joints[:, 2] + joints[:, 3] - joints[:, 0] - joints[:, 1]))[:, None]
+    first = int(recording.stamps(topic)[0])
+    steps, rest = np.divmod(recording.stamps(JOINT_STATES) - first, period)
+    assembly = _on_grid(mode, np.where(rest == 0, steps, -1), numbers[-1] + 1)
+    return Record(NANOSECONDS / period, motors[0], motors[1], assembly[:, 0])
+
+
+def _grid(recording: Recording, topic: Topic) -> tuple[int, IntArray]:
+    """Return the sampling period (ns) and the numbers of a topic's messages on the grid of its stamps."""
+    stamps = recording.stamps(topic)
+    steps = np.diff(np.unique(stamps))
+    if not steps.size:
+        raise BagError(recording.path, f"/{topic.name}: {len(stamps)} samples: too short to identify anything")
+    period = int(np.min(steps))
+    numbers, rest = np.divmod(stamps - stamps[0], period)
+    if np.any(rest) or np.any(numbers < 0) or numbers[-1] > MOST_MISSING * len(stamps):
+        raise BagError(recording.path, f"/{topic.name}: its stamps are on no grid: expected those of a sampled run")
+    return period, numbers
+
+
+def _columns(recording: Recording, topic: Topic, names: Sequence[str], field: str) -> FloatArray:
+    """Return [messages, names] of a topic of JointState."""
+    recorded = recording.joint_names(topic)
+    if missing := [name for name in names if name not in recorded]:
+        raise BagError(recording.path, f"/{topic.name}: has no {', '.join(missing)}")
+    values = recording.field(topic, field)
+    if values.shape[1] != len(recorded):
+        raise BagError(recording.path, f"/{topic.name}: holds no {field} of its joints")
+    chosen = values[:, [recorded.index(name) for name in names]]
+    broken = np.argwhere(~np.isfinite(chosen))
+    if broken.size:
+        message, column = broken[0].tolist()
+        value = chosen[message, column]
+        raise BagError(recording.path, f"/{topic.name}: {field} of {names[column]} is {value} in message {message + 1}")
+    return chosen
+
+
+def _on_grid(values: FloatArray, numbers: IntArray, count: int) -> FloatArray:
+    """Return [count, columns]; of several messages with one number the first counts, NaN where there is none."""
+    placed = np.full((count, values.shape[1]), math.nan)
+    unique, first = np.unique(numbers, return_index=True)
+    inside = (unique >= 0) & (unique < count)
+    placed[unique[inside]] = values[first[inside]]
+    return placed
+
+
+def _refuse_foreign(source: Source, start: RobotFile, joints: FloatArray) -> None:
+    """Raise where the recorded joints do not close the loop of the robot."""
+    loop = ClosedLoop(start.five_bar())
+    some = joints[:: max(1, len(joints) // POSTURES)]
+    gap = float(np.median([math.hypot(*loop.tip_gap(q).gap.tolist()) for q in some]))
+    if gap > LARGEST_GAP:
+        raise InputError(
+            f"{source.bag}: with the lengths of robot {start.name} the recorded legs end {1e3 * gap:.1f} mm apart,"
+            f" expected at most {1e3 * LARGEST_GAP:.0f} mm: is it the robot of the bag?"
+        )

@@ -1,0 +1,130 @@
+"""From nothing to the page: all runs, rows and tables, in a directory of their own."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.pages.picture import write_pictures
+from fivebar_bringup.pages.plain_values import finite
+from fivebar_bringup.pages.table import Table
+from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.studies.reproduce import claims_experiment, claims_methods, claims_model, claims_simulation, tables
+from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, Case, Extent
+from fivebar_bringup.studies.reproduce.page import html_page
+from fivebar_bringup.studies.reproduce.rows import Claim, Row
+from fivebar_bringup.studies.reproduce.runner import Drawings, Results, run_cases
+from fivebar_bringup.studies.reproduce.verdicts import Verdict
+from fivebar_description.strict_yaml import InputError
+
+WORKERS = 2
+"""Processes that the runs are shared among."""
+
+CLAIMS: tuple[Claim, ...] = (
+    *claims_model.CLAIMS,
+    *claims_simulation.CLAIMS,
+    *claims_experiment.CLAIMS,
+    *claims_methods.CLAIMS,
+)
+
+
+class Reproduction(NamedTuple):
+    """What came out, and where it lies."""
+
+    page: Path
+    rows: Sequence[Row]
+    content: Mapping[str, Any]
+
+
+def reproduce(
+    out: Path | None,
+    quick: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    workers: int = WORKERS,
+    claims: Sequence[Claim] = CLAIMS,
+    with_tables: bool = True,
+) -> Reproduction:
+    """Make the runs, and write reproduce.html, reproduce.json and the figures.
+
+    Args:
+        out: new or empty directory, by default runs/reproduce-<date>-<time>.
+        quick: one duration and one perturbed plant only.
+        progress: called with the number of finished runs and of all.
+        workers: processes to use; fewer than two run everything in this one.
+        claims: rows to make.
+        with_tables: whether the tables are made.
+
+    Raises:
+        InputError: the directory cannot be used.
+    """
+    extent = QUICK if quick else FULL
+    directory = new_directory(out, "reproduce")
+    began = time.monotonic()
+    results = run_cases(_needs(extent, claims, with_tables), workers, progress)
+    rows = [claim.make(extent, results) for claim in claims]
+    made = _tables(extent, results) if with_tables else []
+    wall_s = time.monotonic() - began
+    content = {
+        "quick": quick,
+        "wall_s": wall_s,
+        "verdicts": {str(verdict): sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict},
+        "rows": [row.as_json() for row in rows],
+        "tables": [table.as_json() for table in made],
+        "runs": [_run(results, case) for case in sorted(results)],
+    }
+    page = directory / "reproduce.html"
+    html = html_page(rows, made, len(results), wall_s, "fivebar reproduce" + (" --quick" if quick else ""))
+    _write(directory, page, html, content, rows)
+    return Reproduction(page, rows, finite(content))
+
+
+def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[Case, Drawings]:
+    """Return all runs that rows and tables need, each once, with all figures that are wanted of it."""
+    needs: dict[Case, Drawings] = {}
+    for claim in claims:
+        for case, drawings in claim.needs(extent).items():
+            needs[case] = tuple(dict.fromkeys((*needs.get(case, ()), *drawings)))
+    if with_tables:
+        cases = [*tables.crossing_cases(extent), *tables.comparison_cases(extent), *tables.far_cases()]
+        cases += [*tables.imu_cases(extent)]
+        for case in cases:
+            needs.setdefault(case, ())
+    return needs
+
+
+def _tables(extent: Extent, results: Results) -> list[Table]:
+    return [
+        tables.crossing_table(extent, results),
+        tables.variants_table(extent, results),
+        tables.printed_table(extent, results),
+        tables.comparison_overview(extent, results),
+        *tables.comparison_tables(extent, results),
+        tables.far_table(results),
+        tables.imu_table(extent, results),
+    ]
+
+
+def _run(results: Results, case: Case) -> dict[str, Any]:
+    result = results[case]
+    return {
+        "case": case._asdict(),
+        "summary": None if result.summary is None else result.summary.as_json(),
+        "refused": result.refused,
+        "crossing_residual_n": result.crossing_residual,
+        "acceleration_outside_zones_m_s2": result.acceleration_outside,
+        "noise_floor_m_s2": result.noise_outside,
+    }
+
+
+def _write(directory: Path, page: Path, html: str, content: Mapping[str, Any], rows: Sequence[Row]) -> None:
+    text = json.dumps(finite(content), indent=2, allow_nan=False) + "\n"
+    try:
+        write_pictures(directory / "figures", (picture for row in rows for picture in row.pictures))
+        replace_file(directory / "reproduce.json", text.encode("utf-8"))
+        replace_file(page, html.encode("utf-8"))
+    except OSError as error:
+        raise InputError(f"{directory}: the results cannot be written: {error.strerror}") from error

@@ -1,0 +1,198 @@
+"""Runs cases, in this process or in several, and keeps of each what tables, rows and figures need."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.report.criterion_figure import crossing_residuals
+from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.series import RunSeries, read_series
+from fivebar_bringup.report.summary import Summary, rms, summarize
+from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.simulation.offline import simulate
+from fivebar_bringup.simulation.run_in_memory import RunInMemory
+from fivebar_bringup.studies.reproduce.cases import Case
+from fivebar_bringup.studies.shared_work import share
+from fivebar_control.estimation.imu_check import noise_floor
+from fivebar_control.trajectory.planner import PlanRefused
+
+Drawings = tuple[str, ...]
+
+
+class Result(NamedTuple):
+    """What is kept of a run.
+
+    Attributes:
+        case: what was run.
+        summary: its figures, as in its own report; None where the planner refused it.
+        refused: why the planner refused it.
+        crossing_residual: largest |m t_s^T xddot| of the reference on the locus (N).
+        crossing_fractions: smallest and largest fraction of a segment's way at which it crosses.
+        zones: how often sigma rose above zero.
+        sigma_at_rest: largest sigma at the first and last sample.
+        acceleration_outside: rms of the IMU's error outside the blending zones (m/s^2).
+        noise_outside: what the sensor's noise alone leaves there (m/s^2).
+        pictures: figures that were asked for, by name.
+        wall_s: how long it took (s).
+    """
+
+    case: Case
+    summary: Summary | None = None
+    refused: str | None = None
+    crossing_residual: float | None = None
+    crossing_fractions: tuple[float, float] | None = None
+    zones: int | None = None
+    sigma_at_rest: float | None = None
+    acceleration_outside: float | None = None
+    noise_outside: float | None = None
+    pictures: Mapping[str, bytes] = {}
+    wall_s: float = 0.0
+
+    @property
+    def completed(self) -> bool:
+        """Whether the run was made and completed."""
+        return self.summary is not None and self.summary.completed
+
+    @property
+    def across(self) -> bool:
+        """Whether the run made its planned changes of assembly mode."""
+        summary = self.summary
+        return summary is not None and summary.assembly_mode_changes == summary.planned_mode_changes
+
+    @property
+    def requested(self) -> float | None:
+        """Largest torque asked of either motor (Nm)."""
+        return None if self.summary is None else _larger(self.summary.torque_requested_peak_nm)
+
+    @property
+    def applied(self) -> float | None:
+        """Largest torque applied by either motor (Nm)."""
+        return None if self.summary is None else _larger(self.summary.torque_peak_nm)
+
+    @property
+    def constraint_error(self) -> float | None:
+        """Largest |h| in the blending zones (m)."""
+        return None if self.summary is None else self.summary.vhc_error_max_m
+
+    @property
+    def constraint_error_joint(self) -> float | None:
+        """The same in motor angles (rad)."""
+        return None if self.summary is None else self.summary.vhc_error_joint_max_rad
+
+    @property
+    def tracking_error(self) -> float | None:
+        """Largest distance from the reference (m)."""
+        return None if self.summary is None else self.summary.tracking_error_peak_m
+
+    @property
+    def saturated(self) -> int | None:
+        """Samples that asked for more than the drives can give."""
+        return None if self.summary is None else self.summary.torque_saturated_samples
+
+    @property
+    def imu_ratio(self) -> float | None:
+        """The IMU's error outside the zones over its noise floor."""
+        if self.acceleration_outside is None or not self.noise_outside:
+            return None
+        return self.acceleration_outside / self.noise_outside
+
+    @property
+    def why_not(self) -> str:
+        """Why the run was not made or not completed; empty where it was."""
+        if self.refused is not None:
+            return f"refused: {self.refused}"
+        return "" if self.summary is None else "; ".join(self.summary.not_completed_because)
+
+    def picture(self, name: str, caption: str) -> Picture:
+        """Return one of the figures under a name of its own."""
+        case = self.case
+        stem = f"{case.motion}_{case.controller}_{case.time_law}_{name}" + ("_imu" if case.imu else "")
+        return Picture(stem, f"{caption} Run: {case.label}.", self.pictures[name])
+
+
+Results = Mapping[Case, Result]
+
+
+def run_cases(
+    cases: Mapping[Case, Drawings], workers: int, progress: Callable[[int, int], None] = lambda done, total: None
+) -> Results:
+    """Run every case and draw its figures; with fewer than two workers in this process.
+
+    Args:
+        cases: what to run, and the names of the figures that are wanted of it.
+        workers: processes to use.
+        progress: called with the number of finished cases and of all.
+    """
+    longest_first = sorted(cases.items(), key=lambda item: _length(item[0]), reverse=True)
+    return {result.case: result for result in share(_run_item, longest_first, workers, progress)}
+
+
+def _run_item(item: tuple[Case, Drawings]) -> Result:
+    return run_case(*item)
+
+
+def run_case(case: Case, drawings: Sequence[str] = ()) -> Result:
+    """Run one case without ROS and return what is kept of it."""
+    began = time.monotonic()
+    scenario = case.scenario()
+    try:
+        plan = scenario.plan()
+    except PlanRefused as refusal:
+        return Result(case, refused=str(refusal))
+    run = simulate(scenario)
+    recording = RunInMemory(run, scenario)
+    series = read_series(recording, scenario)
+    summary = summarize(recording, series, scenario, Timing(runner="offline", wall_s=time.monotonic() - began))
+    findings = Findings(scenario, plan, scenario.five_bar(), series, summary)
+    fractions = [_fraction(findings, number) for number in range(len(plan.crossings))]
+    outside = ~series.in_zone
+    return Result(
+        case,
+        summary,
+        crossing_residual=max((abs(residual) for residual in crossing_residuals(findings)), default=None),
+        crossing_fractions=(min(fractions), max(fractions)) if fractions else None,
+        zones=int(np.count_nonzero(np.diff(np.concatenate([[False], series.in_zone]).astype(np.int8)) > 0)),
+        sigma_at_rest=float(max(series.sigma[0], series.sigma[-1])),
+        acceleration_outside=rms(series.acceleration_error[outside]),
+        noise_outside=_noise_outside(series, scenario.imu.noise),
+        pictures=_draw(findings, drawings) if drawings else {},
+        wall_s=time.monotonic() - began,
+    )
+
+
+def _noise_outside(series: RunSeries, noise: float) -> float | None:
+    if noise == 0.0:
+        return 0.0
+    outside = series.reference[~series.in_zone, 4:]
+    return rms(np.array([noise_floor(noise, math.hypot(ax, ay)) for ax, ay in outside.tolist()]))
+
+
+def _fraction(run: Findings, number: int) -> float:
+    """Return after which fraction of its segment's way a planned crossing comes."""
+    crossing = run.plan.crossings[number]
+    segment = run.plan.path.straight(crossing.segment)
+    line = segment.line()
+    way = (crossing.x - segment.start_x) * line.direction_x + (crossing.y - segment.start_y) * line.direction_y
+    return way / math.hypot(segment.end_x - segment.start_x, segment.end_y - segment.start_y)
+
+
+def _draw(run: Findings, names: Iterable[str]) -> dict[str, bytes]:
+    # here, because only few cases are drawn and matplotlib takes long to load
+    from fivebar_bringup.studies.reproduce.run_figures import draw
+
+    return {name: draw(run, name) for name in names}
+
+
+def _larger(pair: tuple[float | None, float | None]) -> float | None:
+    known = [value for value in pair if value is not None]
+    return max(known, default=None)
+
+
+def _length(case: Case) -> float:
+    return case.duration * len(case.scenario().waypoints)

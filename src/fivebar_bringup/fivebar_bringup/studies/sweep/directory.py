@@ -1,0 +1,159 @@
+"""The directory of a sweep: settings, results as they come, and what an interruption leaves of them."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.studies.sweep.program import program_digest
+from fivebar_bringup.studies.sweep.rows import HEAD, Row, as_lines, from_lines
+from fivebar_bringup.studies.sweep.running import CONTROLLERS
+from fivebar_description.strict_yaml import InputError
+
+DEFAULT_SEED, DEFAULT_CASES = 1, 2000
+
+
+class Settings(NamedTuple):
+    """What decides the results of a sweep.
+
+    Attributes:
+        seed: of all cases.
+        cases: crossings that the screen has to call feasible for unified before the sweep is done.
+        program: digest of the code that decides the rows.
+    """
+
+    seed: int
+    cases: int
+    program: str
+
+
+class SweepDirectory(NamedTuple):
+    """The files of a sweep."""
+
+    path: Path
+
+    @property
+    def settings(self) -> Path:
+        """The settings, and once it is finished the figures."""
+        return self.path / "sweep.json"
+
+    @property
+    def rows(self) -> Path:
+        """One line per run and refused case: in the order in which they come, and sorted in the end."""
+        return self.path / "sweep.csv"
+
+    @property
+    def page(self) -> Path:
+        """The page to look at."""
+        return self.path / "sweep.html"
+
+    @property
+    def figures(self) -> Path:
+        """The folder of the PNG figures."""
+        return self.path / "figures"
+
+    def read_settings(self) -> Settings:
+        """Return the settings of a sweep that was begun here.
+
+        Raises:
+            InputError: there is none, or they cannot be read.
+        """
+        try:
+            content = json.loads(self.settings.read_text(encoding="utf-8"))["settings"]
+            return Settings(int(content["seed"]), int(content["cases"]), str(content["program"]))
+        except OSError as error:
+            raise InputError(f"{self.settings}: cannot be read: {error.strerror}") from error
+        except (ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{self.settings}: is not the file of a sweep") from error
+
+    def write(self, content: Mapping[str, Any]) -> None:
+        """Write sweep.json."""
+        replace_file(self.settings, (json.dumps(content, indent=2, allow_nan=False) + "\n").encode("utf-8"))
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Let no other sweep write here.
+
+        Raises:
+            InputError: another one does.
+        """
+        with self.settings.open("rb") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                raise InputError(f"{self.path}: another sweep is writing here") from error
+            yield
+
+    def complete_rows(self) -> dict[int, list[Row]]:
+        """Return the rows of each case that has all of them; a torn last line and what belongs to it are left out.
+
+        Raises:
+            InputError: the file holds something else.
+        """
+        try:
+            text = self.rows.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return {}
+        text = text[: text.rfind("\n") + 1]
+        if text and not text.startswith(HEAD):
+            raise InputError(f"{self.rows}: begins with another line than that of this version's results")
+        by_case: dict[int, list[Row]] = {}
+        try:
+            for row in from_lines(text[len(HEAD) :]):
+                by_case.setdefault(row.case, []).append(row)
+        except ValueError as error:
+            raise InputError(f"{self.rows}: {error}") from error
+        return {number: rows for number, rows in by_case.items() if _is_complete(rows)}
+
+    def replace_rows(self, rows: Sequence[Row]) -> None:
+        """Write these rows and no others, in one step."""
+        replace_file(self.rows, (HEAD + as_lines(rows)).encode("utf-8"))
+
+    def append_rows(self, rows: Sequence[Row]) -> None:
+        """Add rows, with the system by the time this returns."""
+        with self.rows.open("ab") as file:
+            file.write(as_lines(rows).encode("utf-8"))
+
+
+def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[SweepDirectory, Settings]:
+    """Return a new sweep's directory, or that of one to be continued, with its settings.
+
+    Args:
+        out: new or empty directory, or that of a sweep; by default runs/sweep-<date>-<time>.
+        seed: by default that of the sweep to be continued, else 1.
+        cases: by default those of the sweep to be continued, else 2000.
+
+    Raises:
+        InputError: the directory cannot be used, or holds a sweep with other settings.
+    """
+    program = program_digest()
+    if out is not None and SweepDirectory(out).settings.is_file():
+        begun = SweepDirectory(out)
+        settings = begun.read_settings()
+        wanted = {"seed": seed, "cases": cases, "program": program}
+        for name, value in wanted.items():
+            found = getattr(settings, name)
+            if value is not None and value != found:
+                raise InputError(
+                    f"{out}: holds a sweep with {name} {found}, not {value}: expected the same or another directory"
+                )
+        return begun, settings
+    new = SweepDirectory(new_directory(out, "sweep"))
+    settings = Settings(DEFAULT_SEED if seed is None else seed, DEFAULT_CASES if cases is None else cases, program)
+    try:
+        new.write({"settings": settings._asdict(), "finished": False})
+    except OSError as error:
+        raise InputError(f"{new.path}: cannot be written: {error.strerror}") from error
+    return new, settings
+
+
+def _is_complete(rows: Sequence[Row]) -> bool:
+    """Return whether these are all rows of a case."""
+    names = tuple(row.controller for row in rows)
+    return names in (("",), CONTROLLERS)

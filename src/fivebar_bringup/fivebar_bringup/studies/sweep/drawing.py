@@ -1,0 +1,164 @@
+"""Draws random crossings: each from its number alone, so that any of them can be made again without the others."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.compare.rigs import on_rig
+from fivebar_control.model.geometry import reach_margin
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.strict_yaml import validate
+
+ROBOT = "dextar"
+RATE_HZ = 500
+TORQUE_LIMIT = 2.0
+"""Nm, of the drives."""
+
+UNIFIED_WEIGHT = 0.3
+"""Price of torque for unified ((m/s^2 / Nm)^2), a tenth of the scenarios': here the drives' limit bounds the
+torque, and what the price postpones near the locus is what quick crossings of a robot off its model fail for."""
+
+SHORTEST, LONGEST = 0.3, 3.0
+"""Durations (s)."""
+
+SPREAD = 0.15
+"""Mass, inertia and friction differ from the believed ones by at most this share."""
+
+ENCODERS = (None, 8192, 20_000, 65_536)
+"""Counts per revolution; None: exact sensors on all four joints, and no estimator."""
+
+DELAYS = (0, 1)
+"""Samples between a command and its effect."""
+
+Point = tuple[float, float]
+
+
+class DrawnScenario(Scenario):
+    """A scenario that reads the robot's file once in a process, not once in a run."""
+
+    def five_bar(self) -> FiveBar:
+        """Return the robot that the controllers believe in."""
+        return _robot(self.robot)
+
+
+class Draw(NamedTuple):
+    """A random crossing.
+
+    Attributes:
+        number: of the case.
+        mode1, mode2: working mode.
+        start_x, start_y, end_x, end_y: rest points (m) in different assembly modes.
+        duration: of the straight segment between them (s).
+        mass_scale, inertia_scale, friction_scale: actual over believed.
+        encoder_counts: per revolution, None for exact sensors.
+        delay_samples: of the drives.
+    """
+
+    number: int
+    mode1: int
+    mode2: int
+    start_x: float
+    start_y: float
+    end_x: float
+    end_y: float
+    duration: float
+    mass_scale: float
+    inertia_scale: float
+    friction_scale: float
+    encoder_counts: int | None
+    delay_samples: int
+
+    def scenario(self, controller: str) -> DrawnScenario:
+        """Return what a controller is to run; with encoders it has estimator and gains of the rig with encoders.
+
+        Raises:
+            InputError: there is no such controller.
+        """
+        rig = on_rig(_given(), "ideal" if self.encoder_counts is None else "encoders")
+        rig["plant"] |= {
+            "mass_scale": self.mass_scale,
+            "inertia_scale": self.inertia_scale,
+            "friction_scale": self.friction_scale,
+            "encoder_counts": self.encoder_counts,
+            "delay_samples": self.delay_samples,
+        }
+        rig["unified"]["weight"] = UNIFIED_WEIGHT
+        rig |= {
+            "name": f"case-{self.number}-{controller}",
+            "controller": controller,
+            "working_mode": (self.mode1, self.mode2),
+            "waypoints": ((self.start_x, self.start_y), (self.end_x, self.end_y)),
+            "segment_duration": self.duration,
+        }
+        return validate(rig, DrawnScenario, f"case {self.number}")
+
+
+def draw(seed: int, number: int) -> Draw:
+    """Return a case of a sweep.
+
+    Working mode, encoders and delay are equally likely; the start is uniform over where both legs reach, the end over
+    that part of it which is in the other assembly mode; the duration is uniform on a logarithmic scale.
+    """
+    random = np.random.default_rng((seed, number))
+    mode1, mode2 = WORKING_MODES[random.integers(len(WORKING_MODES))]
+    robot = _robot(ROBOT)
+    start = _reachable(robot, random)
+    side = _assembly(robot, mode1, mode2, start)
+    end = _reachable(robot, random)
+    while side * _assembly(robot, mode1, mode2, end) >= 0.0:
+        end = _reachable(robot, random)
+    mass, inertia, friction = random.uniform(1.0 - SPREAD, 1.0 + SPREAD, 3).tolist()
+    return Draw(
+        number,
+        mode1,
+        mode2,
+        *start,
+        *end,
+        math.exp(random.uniform(math.log(SHORTEST), math.log(LONGEST))),
+        mass,
+        inertia,
+        friction,
+        ENCODERS[random.integers(len(ENCODERS))],
+        DELAYS[random.integers(len(DELAYS))],
+    )
+
+
+@cache
+def _robot(name: str) -> FiveBar:
+    return load_robot(name)
+
+
+@cache
+def _given() -> DrawnScenario:
+    """Return what all cases have in common; its waypoints are nobody's."""
+    common = {
+        "name": "case",
+        "robot": ROBOT,
+        "rate_hz": RATE_HZ,
+        "waypoints": ((0.0, 0.15), (0.0, 0.05)),
+        "plant": {"torque_limit": TORQUE_LIMIT},
+    }
+    return validate(common, DrawnScenario, "sweep")
+
+
+def _reachable(robot: FiveBar, random: np.random.Generator) -> Point:
+    legs = (robot.leg1, robot.leg2)
+    left = max(leg.base_x - leg.proximal - leg.distal for leg in legs)
+    right = min(leg.base_x + leg.proximal + leg.distal for leg in legs)
+    top = min(leg.proximal + leg.distal for leg in legs)
+    while True:
+        x, y = random.uniform((left, -top), (right, top)).tolist()
+        if min(reach_margin(leg, x, y) for leg in legs) > 0.0:
+            return x, y
+
+
+def _assembly(robot: FiveBar, mode1: int, mode2: int, point: Point) -> float:
+    """Return det A, whose sign is the assembly mode."""
+    return det_a(state_from_platform(robot, mode1, mode2, *point, 0.0, 0.0))

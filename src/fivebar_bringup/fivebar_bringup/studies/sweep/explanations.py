@@ -1,0 +1,152 @@
+"""Why a crossing that was called feasible has failed: where the error grew, and what would have saved it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT, DrawnScenario
+from fivebar_bringup.studies.sweep.rows import Row
+from fivebar_bringup.studies.sweep.running import made
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.model.singularity import inverse_condition
+from fivebar_description.strict_yaml import InputError, validate
+
+CONTROLLER = "unified"
+"""Whose failures are explained one by one."""
+
+Content = dict[str, Any]
+
+
+def _exact_parameters(content: Content) -> None:
+    content["plant"] |= {"mass_scale": 1.0, "inertia_scale": 1.0, "friction_scale": 1.0}
+
+
+def _exact_sensors(content: Content) -> None:
+    content["plant"] |= {"encoder_counts": None, "torque_quantum": 0.0}
+    content["estimator"] = "none"
+
+
+def _no_delay(content: Content) -> None:
+    content["plant"]["delay_samples"] = 0
+
+
+def _twice_the_torque(content: Content) -> None:
+    content["plant"]["torque_limit"] *= 2.0
+
+
+def _slower(content: Content) -> None:
+    content["segment_duration"] *= 1.25
+
+
+def _quicker(content: Content) -> None:
+    content["segment_duration"] *= 0.8
+
+
+CHANGES: Mapping[str, Callable[[Content], None]] = {
+    "exact parameters": _exact_parameters,
+    "exact sensors": _exact_sensors,
+    "no delay": _no_delay,
+    "twice the torque": _twice_the_torque,
+    "a quarter slower": _slower,
+    "a fifth quicker": _quicker,
+}
+"""What is changed, one at a time, to see which of them the failure needs."""
+
+
+class Moment(NamedTuple):
+    """When the actual platform was furthest from its reference, up to the first fault.
+
+    Attributes:
+        time: s.
+        error: m.
+        kappa: 1/cond(A) of the actual robot.
+        estimate_off: distance of the platform that the controller was told of from the actual one (m).
+    """
+
+    time: float
+    error: float
+    kappa: float
+    estimate_off: float
+
+
+class Explanation(NamedTuple):
+    """A failure: the run, its worst moment, and the changes with which the same crossing succeeds."""
+
+    row: Row
+    worst: Moment
+    saved_by: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """The explanation in words."""
+        row, worst = self.row, self.worst
+        saved = f"succeeds with {', or '.join(self.saved_by)}" if self.saved_by else "fails with each single change too"
+        when = "before the fault" if row.fault else "in the run"
+        return (
+            f"{row.why_not}. The largest error {when} was {1e3 * worst.error:.2f} mm after {worst.time:.3f} s, at"
+            f" 1/cond(A) = {worst.kappa:.3f}, where the controller was told of a place"
+            f" {1e3 * worst.estimate_off:.2f} mm off. The motors gave up to {row.applied or 0.0:.2f} of"
+            f" {TORQUE_LIMIT:g} Nm. Nearest limit of the screen:"
+            f" {row.limit}, used to {100.0 * (row.limit_use or 0.0):.0f} %. It {saved}."
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the explanation as plain values."""
+        return {
+            "case": self.row.case,
+            "text": self.text,
+            "saved_by": list(self.saved_by),
+            "worst": self.worst._asdict(),
+            "run": self.row._asdict(),
+        }
+
+
+def explained(row: Row) -> Explanation:
+    """Return why the run of a row failed."""
+    scenario = row.draw.scenario(row.controller)
+    saved_by = [name for name in CHANGES if _succeeds(scenario, name)]
+    return Explanation(row, worst_moment(scenario), tuple(saved_by))
+
+
+def _succeeds(scenario: Scenario, change: str) -> bool:
+    content = scenario.model_dump()
+    CHANGES[change](content)
+    try:
+        changed = validate(content, DrawnScenario, scenario.name)
+        return not made(changed, changed.plan())[1]
+    except InputError:
+        # as when a slower motion is refused
+        return False
+
+
+def worst_moment(scenario: Scenario) -> Moment:
+    """Return when a scenario's run is furthest from its reference."""
+    robot = scenario.five_bar()
+    plan = sampled(robot, scenario.plan(), scenario.rate_hz, scenario.lead_samples)
+    outcome, trace = traced_crossing(case_of(scenario), plan)
+    until = outcome.fault_sample + 1 if outcome.fault else len(trace)
+    moments = []
+    for number, (x, y, told_x, told_y, kappa) in enumerate(_places(scenario, trace[:until])):
+        error = math.hypot(x - plan.rows[number, 0], y - plan.rows[number, 1])
+        moments.append(Moment(number / scenario.rate_hz, error, kappa, math.hypot(told_x - x, told_y - y)))
+    return max(moments, key=lambda moment: moment.error)
+
+
+def _places(scenario: Scenario, trace: FloatArray) -> list[tuple[float, ...]]:
+    """Return the actual platform (m), the told one at the same moment, and 1/cond(A), sample by sample."""
+    robot, lead = scenario.five_bar(), scenario.lead_samples
+    told = [TraceRow._fields.index(name) for name in ("told_x", "told_y")]
+    places: list[tuple[float, ...]] = []
+    for number, joints in enumerate(trace[:, :8].tolist()):
+        state = state_from_joints(robot, *joints)
+        # what is told at a sample is about the moment at which its answer takes effect
+        told_x, told_y = trace[max(number - lead, 0), told].tolist()
+        places.append((state.x, state.y, told_x, told_y, inverse_condition(state)))
+    return places

@@ -1,0 +1,41 @@
+"""Which program makes the rows: halves of a sweep by different ones do not belong together."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import fivebar_bringup
+import fivebar_control
+import fivebar_description
+import fivebar_sim
+from fivebar_bringup.studies.sweep.drawing import ROBOT
+from fivebar_description.parameters import load_robot
+
+DECIDING = {
+    fivebar_description: ("*.py",),
+    fivebar_sim: ("*.py",),
+    fivebar_control: ("controllers/*.py", "estimation/*.py", "model/*.py", "trajectory/*.py"),
+    fivebar_bringup: (
+        "engine/*.py",
+        "scenario.py",
+        "compare/rigs.py",
+        "sweep/drawing.py",
+        "sweep/rows.py",
+        "sweep/running.py",
+        "sweep/success.py",
+    ),
+}
+"""What decides the rows, and not only how they are shown."""
+
+
+def program_digest() -> str:
+    """Return a digest of the source files and of the robot that decide the rows; the place of installation does not."""
+    total = hashlib.sha256(repr(load_robot(ROBOT)).encode())
+    for package, patterns in DECIDING.items():
+        assert package.__file__ is not None
+        root = Path(package.__file__).parent
+        for path in sorted(path for pattern in patterns for path in root.glob(pattern)):
+            total.update(f"{package.__name__}/{path.relative_to(root).as_posix()}\n".encode())
+            total.update(path.read_bytes())
+    return total.hexdigest()[:16]

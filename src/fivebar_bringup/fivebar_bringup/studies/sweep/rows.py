@@ -1,0 +1,140 @@
+"""One row of the results: a controller's run of a case, or a case that nobody ran."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+from fivebar_bringup.studies.sweep.drawing import Draw
+
+REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
+"""By the planner, once for all controllers; by the controller's screen, and run all the same; called feasible."""
+
+
+class Row(NamedTuple):
+    """A line of sweep.csv; empty entries are None.
+
+    Attributes:
+        case: number.
+        controller: "" where the planner refused the motion for all of them.
+        status: `REFUSED`, `SCREENED_OUT` or `FEASIBLE`, said before the run.
+        reason: why it was refused or screened out.
+        success: of the run, by the rule of `success`.
+        why_not: what the rule missed.
+        mode1 ... delay_samples: as in `Draw`, lengths in m.
+        crossings: planned changes of assembly mode.
+        authority: least |n.v1| at the planned crossings.
+        crossing_x, crossing_y: of the first one (m).
+        reference_torque, dwell, rest_kappa: the screen's figures: what the reference needs (Nm), longest time near the
+            locus (s), least 1/cond(A) at rest.
+        limit, limit_use: the screen's figure that is nearest to its limit, or furthest beyond, and how much of the
+            limit it uses; more than 1 is beyond.
+        fault, fault_time: name, and when (s); "" for none.
+        mode_changes: of the assembly mode.
+        error_peak, error_final: distance of the actual platform from the reference (m).
+        requested, applied: larger of both motors' peaks (Nm).
+        saturated: samples, of `samples`, that asked for more than the limit.
+        estimate_error: largest error of the estimated platform (m).
+        type1_distance: least distance from Type 1 (m).
+        work: that the motors turned over (J).
+    """
+
+    case: int
+    controller: str
+    status: str
+    reason: str
+    success: bool | None
+    why_not: str
+    mode1: int
+    mode2: int
+    start_x: float
+    start_y: float
+    end_x: float
+    end_y: float
+    duration: float
+    mass_scale: float
+    inertia_scale: float
+    friction_scale: float
+    encoder_counts: int | None
+    delay_samples: int
+    crossings: int | None = None
+    authority: float | None = None
+    crossing_x: float | None = None
+    crossing_y: float | None = None
+    reference_torque: float | None = None
+    dwell: float | None = None
+    rest_kappa: float | None = None
+    limit: str = ""
+    limit_use: float | None = None
+    fault: str = ""
+    fault_time: float | None = None
+    mode_changes: int | None = None
+    error_peak: float | None = None
+    error_final: float | None = None
+    requested: float | None = None
+    applied: float | None = None
+    saturated: int | None = None
+    samples: int | None = None
+    estimate_error: float | None = None
+    type1_distance: float | None = None
+    work: float | None = None
+
+    @property
+    def draw(self) -> Draw:
+        """The case."""
+        return Draw(self.case, *(getattr(self, name) for name in Draw._fields[1:]))
+
+
+HEAD = ",".join(Row._fields) + "\n"
+"""First line of sweep.csv."""
+
+
+def as_lines(rows: Iterable[Row]) -> str:
+    """Return rows as lines of comma-separated values; numbers keep all their digits."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    for row in rows:
+        writer.writerow([_entry(value) for value in row])
+    return text.getvalue()
+
+
+def from_lines(text: str) -> list[Row]:
+    """Return the rows of whole lines.
+
+    Raises:
+        ValueError: a line is not a row.
+    """
+    rows = []
+    for line in csv.reader(io.StringIO(text)):
+        if len(line) != len(_READERS):
+            raise ValueError(f"{','.join(line)!r}: expected {len(_READERS)} entries")
+        rows.append(Row(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True))))
+    return rows
+
+
+def _entry(value: Any) -> Any:
+    if value is None:
+        return ""
+    return int(value) if isinstance(value, bool) else value
+
+
+def _flag(entry: str) -> bool:
+    return bool(int(entry))
+
+
+def _or_none(reader: Callable[[str], Any]) -> Callable[[str], Any]:
+    return lambda entry: reader(entry) if entry else None
+
+
+_BY_TYPE: dict[str, Callable[[str], Any]] = {
+    "int": int,
+    "str": str,
+    "float": float,
+    "int | None": _or_none(int),
+    "float | None": _or_none(float),
+    "bool | None": _or_none(_flag),
+}
+# a NamedTuple keeps its annotations as forward references
+_READERS: Sequence[Callable[[str], Any]] = [_BY_TYPE[kind.__forward_arg__] for kind in Row.__annotations__.values()]

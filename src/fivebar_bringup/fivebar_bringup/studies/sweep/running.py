@@ -1,0 +1,137 @@
+"""Makes one case with every controller: planned, screened, run."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
+from fivebar_bringup.simulation.engine import crossing
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome
+from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, Draw, draw
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, Row
+from fivebar_bringup.studies.sweep.success import shortcomings
+from fivebar_control.estimation.homing import check_declared
+from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.trajectory.feasibility import DWELL, REST, TORQUE, Feasibility, Figure, screen
+from fivebar_control.trajectory.limits import limits_of
+from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.reference_torque import Follower
+from fivebar_description.strict_yaml import InputError
+
+CONTROLLERS = tuple(SCHEMES)
+
+
+class Batch(NamedTuple):
+    """Cases of a sweep that one process makes: from `first` to before `end`."""
+
+    seed: int
+    first: int
+    end: int
+
+
+def run_batch(batch: Batch) -> list[Row]:
+    """Return the rows of a batch, in order of case and controller."""
+    return [row for number in range(batch.first, batch.end) for row in run_case(batch.seed, number)]
+
+
+def run_case(seed: int, number: int) -> list[Row]:
+    """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
+    case = draw(seed, number)
+    try:
+        plan = planned(case)
+    except InputError as refusal:
+        return [Row(number, "", REFUSED, str(refusal), None, "", *case[1:])]
+    samples = _sampled(case, plan)
+    return [_row(case, controller, plan, samples) for controller in CONTROLLERS]
+
+
+def planned(case: Draw) -> Plan:
+    """Return the plan of a case, the same for all controllers.
+
+    Raises:
+        InputError: the planner refuses the motion, or the estimator its start.
+    """
+    scenario = case.scenario(CONTROLLERS[0])
+    plan = scenario.plan()
+    if scenario.estimated:
+        check_declared(scenario.five_bar(), scenario.homing())
+    return plan
+
+
+def screened(case: Draw, controller: str, plan: Plan) -> Feasibility:
+    """Return what the screen says before the run of a controller."""
+    scenario = case.scenario(controller)
+    follower = Follower(controller, scenario.vhc_resolution, scenario.unified.weight)
+    counts = case.encoder_counts
+    step = 0.0 if counts is None else 2.0 * math.pi * RATE_HZ / counts
+    return screen(scenario.five_bar(), plan, RATE_HZ, follower, limits_of(follower, TORQUE_LIMIT, speed_step=step))
+
+
+def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
+    """Return what a scenario with that plan comes to, and what it lacks of a success."""
+    samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
+    return _judged(case_of(scenario), plan, samples)
+
+
+def _judged(case: Case, plan: Plan, samples: Sampled) -> tuple[Outcome, list[str]]:
+    outcome = crossing(case, samples)
+    return outcome, shortcomings(outcome, plan.path.samples(case.rate_hz) + 1, len(plan.crossings))
+
+
+def _sampled(case: Draw, plan: Plan) -> Sampled:
+    scenario = case.scenario(CONTROLLERS[0])
+    return sampled(scenario.five_bar(), plan, RATE_HZ, scenario.lead_samples)
+
+
+def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Row:
+    verdict = screened(case, controller, plan)
+    outcome, missed = _judged(case_of(case.scenario(controller)), plan, samples)
+    nearest = max(verdict.figures, key=use_of)
+    first = plan.crossings[0]
+    faulty = outcome.fault != NO_FAULT
+    return Row(
+        case.number,
+        controller,
+        FEASIBLE if verdict.feasible else SCREENED_OUT,
+        "; ".join(verdict.reasons),
+        not missed,
+        "; ".join(missed),
+        *case[1:],
+        crossings=len(plan.crossings),
+        authority=min(crossing.authority for crossing in plan.crossings),
+        crossing_x=first.x,
+        crossing_y=first.y,
+        reference_torque=_value(verdict, TORQUE),
+        dwell=_value(verdict, DWELL),
+        rest_kappa=_value(verdict, REST),
+        limit=nearest.name,
+        limit_use=use_of(nearest),
+        fault=FAULT_NAMES[outcome.fault],
+        fault_time=outcome.fault_sample / RATE_HZ if faulty else None,
+        mode_changes=outcome.mode_changes,
+        error_peak=outcome.error_peak,
+        error_final=outcome.error_final,
+        requested=max(outcome.requested1, outcome.requested2),
+        applied=max(outcome.applied1, outcome.applied2),
+        saturated=outcome.saturated,
+        samples=outcome.samples,
+        estimate_error=outcome.estimate_error,
+        type1_distance=outcome.type1_distance,
+        work=outcome.work,
+    )
+
+
+def use_of(figure: Figure) -> float:
+    """Return how much of its limit a figure uses: more than 1 is beyond; infinite for an undefined figure."""
+    if math.isnan(figure.value):
+        return math.inf
+    if figure.at_most:
+        return figure.value / figure.limit
+    return figure.limit / figure.value if figure.value > 0.0 else math.inf
+
+
+def _value(verdict: Feasibility, name: str) -> float | None:
+    figure = verdict.figure(name)
+    return None if figure is None else figure.value

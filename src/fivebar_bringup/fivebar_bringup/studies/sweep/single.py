@@ -1,0 +1,116 @@
+"""One case of a sweep, made again alone: its figures, its scenario, and what it looked like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fivebar_bringup.pages.style import GREY, INK, MOTORS, ZONE, house_style, new_figure, png
+from fivebar_bringup.report.workspace import draw_base, draw_map, draw_robot, frame, survey
+from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.studies.sweep.drawing import draw
+from fivebar_bringup.studies.sweep.rows import REFUSED, Row
+from fivebar_bringup.studies.sweep.running import run_case
+from fivebar_bringup.studies.sweep.success import PEAK_LIMIT
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.trajectory.reference_torque import NEAR_LOCUS
+from fivebar_description.strict_yaml import InputError
+
+LOWEST = -0.185
+"""Lower edge of the map (m)."""
+
+
+def rows_of(seed: int, number: int, controllers: Sequence[str]) -> list[Row]:
+    """Return what the controllers make of a case; a single row where the planner refuses it."""
+    return [row for row in run_case(seed, number) if row.status == REFUSED or row.controller in controllers]
+
+
+def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> list[Path]:
+    """Write CONTROLLER.yaml and CONTROLLER.png for each controller: scenario to run it again, and what it looked like.
+
+    Args:
+        seed, number: of the case.
+        controllers: for which.
+        out: new or empty directory.
+
+    Raises:
+        InputError: the planner refuses the case, or the directory cannot be used.
+    """
+    rows = rows_of(seed, number, controllers)
+    if rows[0].status == REFUSED:
+        raise InputError(f"case {number}: is refused, so there is nothing to save: {rows[0].reason}")
+    directory = new_directory(out, "case")
+    written = []
+    try:
+        for row in rows:
+            scenario = draw(seed, number).scenario(row.controller)
+            text, picture = directory / f"{row.controller}.yaml", directory / f"{row.controller}.png"
+            replace_file(text, scenario.to_yaml().encode("utf-8"))
+            replace_file(picture, trace_png(scenario, row))
+            written += [text, picture]
+    except OSError as error:
+        raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
+    return written
+
+
+def trace_png(scenario: Scenario, row: Row) -> bytes:
+    """Return a run as a picture: the way in the plane, error and torques over time."""
+    robot, rate_hz = scenario.five_bar(), scenario.rate_hz
+    plan = sampled(robot, scenario.plan(), rate_hz, scenario.lead_samples)
+    _, trace = traced_crossing(case_of(scenario), plan)
+    times = np.arange(len(trace)) / rate_hz
+    states = [state_from_joints(robot, *joints) for joints in trace[:, :8].tolist()]
+    places = np.array([(state.x, state.y) for state in states])
+    wanted = plan.rows[: len(trace), :2]
+    with house_style():
+        figure = new_figure(
+            f"Case {row.case}, {row.controller}: {'success' if row.success else row.why_not.partition(';')[0]}",
+            f"{row.status.replace('_', ' ')}; {_equipment(row)}; mass × {row.mass_scale:.2f}, inertia ×"
+            f" {row.inertia_scale:.2f}, friction × {row.friction_scale:.2f}",
+            5.6,
+        )
+        plane, error, torque = figure.subplot_mosaic(
+            [["plane", "error"], ["plane", "torque"]], width_ratios=(1.0, 1.3)
+        ).values()
+        draw_map(plane, survey(robot, scenario.working_mode, LOWEST))
+        for number, alpha in ((0, 0.35), (-1, 1.0)):
+            state = states[number]
+            draw_robot(plane, robot, (state.leg1.q1, state.leg2.q1), (state.x, state.y), alpha=alpha, width=2.4)
+        plane.plot(*(1e3 * wanted.T), color=GREY, linestyle="--", zorder=4)
+        plane.plot(*(1e3 * places.T), color=MOTORS[1], zorder=4.1)
+        draw_base(plane, robot)
+        frame(plane, robot, LOWEST)
+        _shade(error, times, trace)
+        error.plot(times, 1e3 * np.hypot(*(places - wanted).T), color=INK)
+        error.axhline(1e3 * PEAK_LIMIT, color=GREY, linestyle="--", linewidth=1.0)
+        error.set_ylabel("error in mm")
+        _shade(torque, times, trace)
+        for motor, colour in enumerate(MOTORS, start=1):
+            column = trace[:, TraceRow._fields.index(f"applied{motor}")]
+            torque.plot(times, column, color=colour, label=f"motor {motor}")
+        torque.set_ylabel("torque applied in Nm")
+        torque.set_xlabel("time in s; shaded: 1/cond(A) below 0.05")
+        torque.legend(loc="best")
+        return png(figure)
+
+
+def _equipment(row: Row) -> str:
+    sensors = "exact sensors" if row.encoder_counts is None else f"{row.encoder_counts} counts, estimator"
+    return f"{sensors}, delay {row.delay_samples}, {row.duration:.2f} s"
+
+
+def _shade(axes: Axes, times: FloatArray, trace: FloatArray) -> None:
+    near = trace[:, TraceRow._fields.index("kappa")] < NEAR_LOCUS
+    axes.fill_between(
+        times, 0.0, 1.0, where=near.tolist(), color=ZONE, alpha=0.55, transform=axes.get_xaxis_transform(), zorder=0.5
+    )
+    axes.set_xlim(times[0], times[-1] if len(times) > 1 else 1.0)

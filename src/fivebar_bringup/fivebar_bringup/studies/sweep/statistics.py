@@ -1,0 +1,215 @@
+"""The tables of a sweep."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from fivebar_bringup.pages.table import Cell, Table
+from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS
+from fivebar_bringup.studies.sweep.explanations import CONTROLLER, Explanation
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, Row
+from fivebar_bringup.studies.sweep.running import CONTROLLERS
+
+TARGET = 0.999
+"""Share of the feasible crossings that `CONTROLLER` is expected to make."""
+
+PERCENTILES = (50.0, 90.0, 99.0, 99.9, 100.0)
+
+PLANNER_REASONS = {
+    "meets the Type 1 singularity": "meets Type 1",
+    "is out of reach": "out of reach",
+    "is uncontrollable": "|n.v1| below 0.3 where it crosses the locus",
+    "inside the blending zone": "rests inside the blending zone",
+    "homing_contradicted": "the estimator could not tell the assembly mode at the start",
+}
+"""Phrases of the planner's refusals, and what they mean."""
+
+
+def rate_of(rows: Sequence[Row]) -> tuple[int, int]:
+    """Return how many runs succeeded, of how many."""
+    return sum(row.success is True for row in rows), len(rows)
+
+
+def runs_of(rows: Iterable[Row], controller: str, *statuses: str) -> list[Row]:
+    """Return the runs of a controller with one of these statuses."""
+    return [row for row in rows if row.controller == controller and row.status in statuses]
+
+
+def overview_table(rows: Sequence[Row]) -> Table:
+    """Return success with and without the screen."""
+    lines = []
+    for controller in CONTROLLERS:
+        good, all_feasible = rate_of(runs_of(rows, controller, FEASIBLE))
+        made, all_planned = rate_of(runs_of(rows, controller, FEASIBLE, SCREENED_OUT))
+        met = good >= TARGET * all_feasible if controller == CONTROLLER and all_feasible else None
+        lines.append(
+            (
+                Cell(controller, controller),
+                Cell(str(all_feasible), all_feasible),
+                Cell(str(good), good),
+                _share(good, all_feasible, met),
+                Cell(str(all_planned), all_planned),
+                Cell(str(made), made),
+                _share(made, all_planned),
+            )
+        )
+    columns = (
+        "controller",
+        "called feasible",
+        "of them made",
+        "share",
+        "planned at all",
+        "of these made",
+        "share without the screen",
+    )
+    return Table(
+        "overview",
+        "Success",
+        "Feasible is what the planner accepts and the controller's own screen calls feasible before the run. The screen"
+        " of a blended controller is stricter than that of unified, so the sets differ; the planned ones are the same"
+        " for all.",
+        columns,
+        tuple(lines),
+    )
+
+
+def error_table(rows: Sequence[Row]) -> Table:
+    """Return percentiles of errors and torques of the crossings that were called feasible."""
+    figures: tuple[tuple[str, Callable[[Row], float | None], str], ...] = (
+        ("peak error", lambda row: row.error_peak, "m"),
+        ("final error", lambda row: row.error_final, "m"),
+        ("torque asked for", lambda row: row.requested, "Nm"),
+        ("torque applied", lambda row: row.applied, "Nm"),
+        ("samples over the limit", lambda row: row.saturated, ""),
+    )
+    lines = []
+    for title, figure, unit in figures:
+        for controller in CONTROLLERS:
+            known = [value for row in runs_of(rows, controller, FEASIBLE) if (value := figure(row)) is not None]
+            marks = np.percentile(known, PERCENTILES).tolist() if known else [None] * len(PERCENTILES)
+            lines.append((Cell(title, title), Cell(controller, controller), *(_figure(mark, unit) for mark in marks)))
+    return Table(
+        "errors",
+        "Errors and torques",
+        "Percentiles over the crossings that were called feasible, the failed ones included.",
+        ("figure", "controller", *("largest" if mark == 100.0 else f"{mark:g} %" for mark in PERCENTILES)),
+        tuple(lines),
+    )
+
+
+def equipment_table(rows: Sequence[Row]) -> Table:
+    """Return success by encoders and delay."""
+    kinds = [(counts, delay) for counts in ENCODERS for delay in DELAYS]
+    lines = []
+    for controller in CONTROLLERS:
+        runs = runs_of(rows, controller, FEASIBLE)
+        cells = [Cell(controller, controller)]
+        for kind in kinds:
+            good, everything = rate_of([row for row in runs if (row.encoder_counts, row.delay_samples) == kind])
+            cells.append(Cell(f"{good} of {everything}", [good, everything], None if good == everything else False))
+        lines.append(tuple(cells))
+    names = (f"{'exact' if counts is None else counts}, delay {delay}" for counts, delay in kinds)
+    return Table(
+        "equipment",
+        "By encoder counts and delay",
+        "Successes of the crossings that were called feasible.",
+        ("controller", *names),
+        tuple(lines),
+    )
+
+
+def refusals_table(rows: Sequence[Row]) -> Table:
+    """Return why cases were refused by the planner, or screened out, and how often."""
+    planner = Counter(planner_reason(row.reason) for row in rows if row.status == REFUSED)
+    lines = [
+        (Cell("planner", "planner"), Cell("all", "all"), Cell(reason, reason), Cell(str(count), count))
+        for reason, count in planner.most_common()
+    ]
+    for controller in CONTROLLERS:
+        out = runs_of(rows, controller, SCREENED_OUT)
+        # a reason begins with the name of its figure
+        names = Counter(part.partition(" is ")[0] for row in out for part in row.reason.split("; "))
+        lines += [
+            (Cell("screen", "screen"), Cell(controller, controller), Cell(name, name), Cell(str(count), count))
+            for name, count in names.most_common()
+        ]
+    return Table(
+        "refusals",
+        "What was refused, and why",
+        "A case that breaks several limits of the screen counts for each.",
+        ("by", "for", "reason", "cases"),
+        tuple(lines),
+    )
+
+
+def planner_reason(text: str) -> str:
+    """Return what kind of refusal a text is."""
+    return next((words for phrase, words in PLANNER_REASONS.items() if phrase in text), "other")
+
+
+def failures_table(rows: Sequence[Row]) -> Table:
+    """Return how the runs that were called feasible failed, by the worst of what they lacked."""
+    lines = []
+    for controller in CONTROLLERS:
+        failed = [row for row in runs_of(rows, controller, FEASIBLE) if not row.success]
+        kinds = Counter(kind_of(row) for row in failed)
+        lines += [
+            (Cell(controller, controller), Cell(kind, kind), Cell(str(count), count))
+            for kind, count in kinds.most_common()
+        ]
+    return Table("failures", "How feasible crossings failed", "", ("controller", "what happened", "runs"), tuple(lines))
+
+
+def kind_of(row: Row) -> str:
+    """Return what kind of failure a run is."""
+    if row.fault:
+        return f"fault {row.fault}"
+    if row.mode_changes != row.crossings:
+        return "wrong changes of assembly mode"
+    return "errors only"
+
+
+def explanations_table(explanations: Sequence[Explanation], command: Callable[[int], str]) -> Table:
+    """Return the failures of `CONTROLLER` one by one; `command` says how to look at a case."""
+    lines = []
+    for explanation in explanations:
+        row = explanation.row
+        encoders = "exact sensors" if row.encoder_counts is None else f"{row.encoder_counts} counts"
+        scales = f"{row.mass_scale:.2f}, {row.inertia_scale:.2f}, {row.friction_scale:.2f}"
+        lines.append(
+            (
+                Cell(str(row.case), row.case),
+                Cell(f"{encoders}, delay {row.delay_samples}", [row.encoder_counts, row.delay_samples]),
+                Cell(f"{row.duration:.2f} s", row.duration),
+                _figure(row.authority, ""),
+                Cell(scales, [row.mass_scale, row.inertia_scale, row.friction_scale]),
+                Cell(explanation.text, explanation.text, False),
+                Cell(command(row.case), command(row.case)),
+            )
+        )
+    return Table(
+        "explanations",
+        f"Every failure of {CONTROLLER} among the crossings that were called feasible",
+        "Each was made again with one thing changed at a time.",
+        ("case", "equipment", "duration", "|n.v1|", "mass, inertia, friction", "what happened", "look at it"),
+        tuple(lines),
+    )
+
+
+def _share(good: int, everything: int, met: bool | None = None) -> Cell:
+    if not everything:
+        return Cell("–", None)
+    # rounded down: 99.996 % are not 100 %
+    return Cell(f"{np.floor(1e4 * good / everything) / 100.0:.2f} %", good / everything, met)
+
+
+def _figure(value: float | None, unit: str) -> Cell:
+    if value is None:
+        return Cell("–", None)
+    if unit == "m":
+        return Cell(engineering(value, unit), value)
+    return Cell(plain(value, unit) if unit else f"{value:.3g}", value)

@@ -1,0 +1,205 @@
+"""From the wish to the page: crossings drawn and made until there are enough, in a directory that can be continued."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from itertools import count
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.pages.picture import write_pictures
+from fivebar_bringup.pages.plain_values import finite
+from fivebar_bringup.pages.table import Table
+from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.studies.shared_work import stream
+from fivebar_bringup.studies.sweep import drawing
+from fivebar_bringup.studies.sweep.directory import Settings, SweepDirectory, opened
+from fivebar_bringup.studies.sweep.explanations import CONTROLLER, explained
+from fivebar_bringup.studies.sweep.figures import sweep_figures
+from fivebar_bringup.studies.sweep.page import html_page
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, Row
+from fivebar_bringup.studies.sweep.running import Batch, run_batch, run_case
+from fivebar_bringup.studies.sweep.statistics import (
+    TARGET,
+    equipment_table,
+    error_table,
+    explanations_table,
+    failures_table,
+    overview_table,
+    rate_of,
+    refusals_table,
+    runs_of,
+)
+from fivebar_bringup.studies.sweep.success import WORDS
+from fivebar_description.strict_yaml import InputError
+
+BATCH = 10
+"""Cases that a process makes at a time; a sweep draws a whole number of batches."""
+
+MOST_DRAWS = 100
+"""Times as many cases are drawn at most as crossings are asked for."""
+
+
+class Sweep(NamedTuple):
+    """What came out, and where it lies."""
+
+    page: Path
+    overview: Table
+    content: Mapping[str, Any]
+
+
+def sweep(
+    out: Path | None,
+    seed: int | None = None,
+    cases: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Sweep:
+    """Begin a sweep or go on with one, and write sweep.csv, sweep.json, sweep.html and the figures.
+
+    The rows depend on seed and number of cases only, not on the number of processes nor on interruptions.
+
+    Args:
+        out: new or empty directory, or that of a sweep to go on with; by default runs/sweep-<date>-<time>.
+        seed: by default that of the sweep to be continued, else 1.
+        cases: crossings that the screen has to call feasible for `CONTROLLER`; by default those of the sweep to be
+            continued, else 2000.
+        workers: processes to use; fewer than two run everything in this one.
+        progress: called with the number of feasible crossings so far and of those asked for.
+
+    Raises:
+        InputError: the directory cannot be used, or holds a sweep with other settings.
+    """
+    directory, settings = opened(out, seed, cases)
+    with directory.alone():
+        try:
+            rows = _all_rows(directory, settings, workers, progress)
+            return _written(directory, settings, rows)
+        except OSError as error:
+            raise InputError(f"{directory.path}: the results cannot be written: {error.strerror}") from error
+
+
+class Tally:
+    """The finished batches, and how many crossings the screen has called feasible for `CONTROLLER`.
+
+    Only batches before the first missing one count, so that it does not matter in which order they come.
+    """
+
+    def __init__(self, cases: int) -> None:
+        """Begin with nothing."""
+        self._cases = cases
+        self._batches: dict[int, list[Row]] = {}
+        self._counted = 0
+        self.feasible = 0
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are as many as are asked for, or too many cases were drawn for them."""
+        return self.feasible >= self._cases or self._counted * BATCH >= MOST_DRAWS * self._cases
+
+    @property
+    def rows(self) -> list[Row]:
+        """The rows of the batches that count, in order."""
+        return [row for number in range(self._counted) for row in self._batches[number]]
+
+    def add(self, rows: list[Row]) -> None:
+        """Take the rows of a batch; what comes when there are enough is left out."""
+        self._batches[rows[0].case // BATCH] = rows
+        while not self.enough and self._counted in self._batches:
+            self.feasible += len(runs_of(self._batches[self._counted], CONTROLLER, FEASIBLE))
+            self._counted += 1
+
+    def missing(self, seed: int) -> Iterator[Batch]:
+        """Give the batches that are not there yet, without an end."""
+        there = frozenset(self._batches)
+        return (Batch(seed, BATCH * n, BATCH * (n + 1)) for n in count() if n not in there)
+
+
+def _all_rows(
+    directory: SweepDirectory, settings: Settings, workers: int, progress: Callable[[int, int], None]
+) -> list[Row]:
+    found = directory.complete_rows()
+    tally = Tally(settings.cases)
+    kept: list[Row] = []
+    for first in sorted({number - number % BATCH for number in found}):
+        if all(number in found for number in range(first, first + BATCH)):
+            batch = [row for number in range(first, first + BATCH) for row in found[number]]
+            kept += batch
+            tally.add(batch)
+    progress(min(tally.feasible, settings.cases), settings.cases)
+    if not tally.enough:
+        directory.replace_rows(kept)
+        # the machine code of the closed loop is made once, not by every process
+        next(rows for number in count() if len(rows := run_case(settings.seed, number)) > 1)
+        with closing(stream(run_batch, tally.missing(settings.seed), workers)) as coming:
+            for batch in coming:
+                directory.append_rows(batch)
+                tally.add(batch)
+                progress(min(tally.feasible, settings.cases), settings.cases)
+                if tally.enough:
+                    break
+    directory.replace_rows(tally.rows)
+    return tally.rows
+
+
+def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row]) -> Sweep:
+    explanations = [explained(row) for row in runs_of(rows, CONTROLLER, FEASIBLE) if not row.success]
+    overview = overview_table(rows)
+    tables = [overview, error_table(rows), equipment_table(rows)]
+    details = [
+        explanations_table(explanations, lambda number: f"fivebar sweep --seed {settings.seed} --case {number}"),
+        failures_table(rows),
+        refusals_table(rows),
+    ]
+    met, verdict = _verdict(rows)
+    drawn = len({row.case for row in rows})
+    runs = sum(row.status != REFUSED for row in rows)
+    content = finite(
+        {
+            "settings": settings._asdict(),
+            "finished": True,
+            "drawn": drawn,
+            "runs": runs,
+            "met": met,
+            "verdict": verdict,
+            "tables": [table.as_json() for table in (*tables, *details[1:])],
+            "failures": [explanation.as_json() for explanation in explanations],
+        }
+    )
+    pictures = sweep_figures(rows)
+    write_pictures(directory.figures, pictures)
+    page = html_page(
+        f"seed {settings.seed} · {drawn} cases drawn, {runs} runs · simulated by the compiled engine",
+        _drawn_words(),
+        (met, verdict),
+        tables,
+        pictures,
+        details,
+        f"fivebar sweep --seed {settings.seed} --cases {settings.cases}",
+    )
+    replace_file(directory.page, page.encode("utf-8"))
+    directory.write(content)
+    return Sweep(directory.page, overview, content)
+
+
+def _verdict(rows: Sequence[Row]) -> tuple[bool, str]:
+    good, everything = rate_of(runs_of(rows, CONTROLLER, FEASIBLE))
+    text = (
+        f"{CONTROLLER} made {good} of the {everything} crossings that were called feasible before the run; expected are"
+        f" {100.0 * TARGET:g} %. A success: {WORDS}."
+    )
+    return good >= TARGET * everything, text
+
+
+def _drawn_words() -> str:
+    encoders = ", ".join("none, with exact sensors" if one is None else f"{one}" for one in drawing.ENCODERS)
+    return (
+        f"Straight segments of the robot {drawing.ROBOT} between two random rest points in different assembly modes, in"
+        f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
+        f" scale; mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of what the controllers believe;"
+        f" encoder counts {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0"
+        f" or 1 sample; torque limit {drawing.TORQUE_LIMIT:g} Nm, {drawing.RATE_HZ} samples/s; unified with weight"
+        f" {drawing.UNIFIED_WEIGHT:g}. All that the planner accepts is run, also what a controller's screen does not"
+        " call feasible."
+    )

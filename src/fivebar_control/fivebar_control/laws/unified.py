@@ -1,0 +1,246 @@
+"""One law on the locus and away from it: the torque that comes nearest to the wanted acceleration within its limits.
+
+In platform coordinates the robot is regular through Type 2 and only its input matrix loses rank: xddot = G u + a_0 with
+u = tau - f + d, d the estimated disturbance. Instead of inverting G, this law minimises
+|G u + a_0 - a|^2 + w |u - u_0|^2 over the torques that the drives can give, a = xddot_d + Kd e' + Kp e. Away from the
+locus w hardly matters and the law is a computed torque law in Cartesian space; on the locus it lets go of the direction
+t_s, in which nothing can be asked, and keeps the other. u_0 is 0, except for motions that were planned in the motors'
+angles: at Type 1 the platform does not feel the stretched leg's motor, and u_0 holds that to its plan.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.model.geometry import wrap
+from fivebar_control.model.state import Leg, State
+from fivebar_description.parameters import FiveBar
+
+
+class InputMap(NamedTuple):
+    """Platform acceleration as a function of the torques beyond friction: xddot = G u + a_0.
+
+    G in m/s^2 per Nm, a_0 in m/s^2.
+    """
+
+    g_x1: float
+    g_x2: float
+    g_y1: float
+    g_y2: float
+    a0_x: float
+    a0_y: float
+
+
+def input_map(robot: FiveBar, state: State) -> InputMap | None:
+    """Return the map from the constraint form, regular at Types 1 and 2; None where both meet in both legs.
+
+    With K = A A^T / m + B ZZ^-1 B: G = A^T K^-1 B ZZ^-1 / m and a_0 = -A^T K^-1 c / m.
+    """
+    leg1, leg2 = state.leg1, state.leg2
+    drive1, drive2 = leg1.b / robot.leg1.inertia, leg2.b / robot.leg2.inertia
+    k11 = 1.0 / robot.mass + leg1.b * drive1
+    k22 = 1.0 / robot.mass + leg2.b * drive2
+    k12 = (leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y) / robot.mass
+    determinant = k11 * k22 - k12 * k12
+    if determinant <= 0.0:
+        return None
+    scale = 1.0 / (robot.mass * determinant)
+    # columns of A^T K^-1 / m
+    e1_x, e1_y = scale * (k22 * leg1.u_x - k12 * leg2.u_x), scale * (k22 * leg1.u_y - k12 * leg2.u_y)
+    e2_x, e2_y = scale * (k11 * leg2.u_x - k12 * leg1.u_x), scale * (k11 * leg2.u_y - k12 * leg1.u_y)
+    return InputMap(
+        g_x1=e1_x * drive1,
+        g_x2=e2_x * drive2,
+        g_y1=e1_y * drive1,
+        g_y2=e2_y * drive2,
+        a0_x=-(e1_x * leg1.c + e2_x * leg2.c),
+        a0_y=-(e1_y * leg1.c + e2_y * leg2.c),
+    )
+
+
+class Box(NamedTuple):
+    """Limits of two unknowns."""
+
+    low1: float
+    high1: float
+    low2: float
+    high2: float
+
+
+def box_least_squares(
+    h11: float, h12: float, h22: float, right1: float, right2: float, box: Box
+) -> tuple[float, float]:
+    """Return the minimum of u^T H u / 2 - r^T u within a box, H symmetric and positive definite.
+
+    Exact and in constant time: the free minimum if the box holds it, else the best of the four edges, on each of which
+    the problem has one unknown.
+    """
+    determinant = h11 * h22 - h12 * h12
+    u1, u2 = (h22 * right1 - h12 * right2) / determinant, (h11 * right2 - h12 * right1) / determinant
+    if box.low1 <= u1 <= box.high1 and box.low2 <= u2 <= box.high2:
+        return u1, u2
+    best, best_u1, best_u2 = float("inf"), box.low1, box.low2
+    for edge in range(4):
+        if edge < 2:
+            u1 = box.low1 if edge == 0 else box.high1
+            u2 = min(max((right2 - h12 * u1) / h22, box.low2), box.high2)
+        else:
+            u2 = box.low2 if edge == 2 else box.high2
+            u1 = min(max((right1 - h12 * u2) / h11, box.low1), box.high1)
+        cost = 0.5 * (h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2) - right1 * u1 - right2 * u2
+        if cost < best:
+            best, best_u1, best_u2 = cost, u1, u2
+    return best_u1, best_u2
+
+
+class UnifiedSettings(NamedTuple):
+    """What the law is set to.
+
+    Attributes:
+        kp: proportional gain on the error of the platform (1/s^2), and of the motors at Type 1.
+        kd: derivative gain (1/s).
+        weight: price w of torque, (m/s^2 / Nm)^2, positive.
+        torque_limit: largest torque of either motor (Nm), inf for none.
+        observer_rate: how fast the estimated disturbance follows (1/s), 0 for none.
+        disturbance_limit: largest disturbance (Nm) that is believed of either motor.
+    """
+
+    kp: float = 6400.0
+    kd: float = 160.0
+    weight: float = 3.0
+    torque_limit: float = math.inf
+    observer_rate: float = 40.0
+    disturbance_limit: float = 0.5
+
+
+class UnifiedMemory(NamedTuple):
+    """What the law keeps from one sample to the next.
+
+    Attributes:
+        d1, d2: estimated disturbance torque on each motor (Nm): what acts besides the model.
+        fresh: whether the rest is not yet known.
+        push1, push2: torque beyond friction given last (Nm).
+        vx, vy: platform velocity then (m/s).
+        ax, ay: platform acceleration that the model expected then (m/s^2).
+    """
+
+    d1: float
+    d2: float
+    fresh: bool
+    push1: float
+    push2: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+
+
+NOTHING_KNOWN = UnifiedMemory(0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""The memory before the first sample."""
+
+
+def observed_disturbance(
+    mapped: InputMap, state: State, memory: UnifiedMemory, settings: UnifiedSettings, period: float
+) -> tuple[float, float]:
+    """Return the disturbance (Nm) on each motor after one more sample.
+
+    With r the mean acceleration over the last period minus the expected one,
+    d+ = d + gamma (G^T G + w)^-1 G^T r. Its error obeys delta+ = (I - gamma S) delta, S = (G^T G + w)^-1 G^T G with
+    eigenvalues s^2 / (s^2 + w) from 0 to 1: it never grows, not at a singularity either, where S lets go of the same
+    direction as the law. The limit keeps it bounded under whatever else the model lacks.
+
+    Args:
+        mapped: input map of the present state.
+        state: the present state.
+        memory: of the sample before.
+        settings: of the law.
+        period: since the sample before (s).
+    """
+    if memory.fresh or settings.observer_rate == 0.0:
+        return memory.d1, memory.d2
+    push1, push2 = memory.push1 + memory.d1, memory.push2 + memory.d2
+    expected_x = 0.5 * (memory.ax + mapped.g_x1 * push1 + mapped.g_x2 * push2 + mapped.a0_x)
+    expected_y = 0.5 * (memory.ay + mapped.g_y1 * push1 + mapped.g_y2 * push2 + mapped.a0_y)
+    r_x = (state.vx - memory.vx) / period - expected_x
+    r_y = (state.vy - memory.vy) / period - expected_y
+    h11, h12, h22 = _normal_matrix(mapped, settings.weight)
+    right1 = mapped.g_x1 * r_x + mapped.g_y1 * r_y
+    right2 = mapped.g_x2 * r_x + mapped.g_y2 * r_y
+    gain = (1.0 - math.exp(-settings.observer_rate * period)) / (h11 * h22 - h12 * h12)
+    limit = settings.disturbance_limit
+    return (
+        min(max(memory.d1 + gain * (h22 * right1 - h12 * right2), -limit), limit),
+        min(max(memory.d2 + gain * (h11 * right2 - h12 * right1), -limit), limit),
+    )
+
+
+def unified_step(
+    robot: FiveBar,
+    state: State,
+    reference: Reference,
+    memory: UnifiedMemory,
+    settings: UnifiedSettings,
+    period: float,
+) -> tuple[Torque, UnifiedMemory]:
+    """Return the torque (Nm) of the unified law and its memory for the next sample.
+
+    Args:
+        robot: the robot that the law believes in.
+        state: measured state.
+        reference: desired instant; friction is compensated at its speeds.
+        memory: of the sample before.
+        settings: of the law.
+        period: between two samples (s).
+    """
+    mapped = input_map(robot, state)
+    if mapped is None:
+        return UNDEFINED, memory._replace(fresh=True)
+    d1, d2 = observed_disturbance(mapped, state, memory, settings, period)
+    kp, kd, weight, limit = settings.kp, settings.kd, settings.weight, settings.torque_limit
+    desired = reference.state
+    wanted_x = reference.ax + kd * (desired.vx - state.vx) + kp * (desired.x - state.x) - mapped.a0_x
+    wanted_y = reference.ay + kd * (desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
+    held1, held2 = 0.0, 0.0
+    if reference.by_motors:
+        held1 = reference.u1 + robot.leg1.inertia * _motor_feedback(desired.leg1, state.leg1, kp, kd)
+        held2 = reference.u2 + robot.leg2.inertia * _motor_feedback(desired.leg2, state.leg2, kp, kd)
+    # what the motors give beyond friction and disturbance
+    off1, off2 = reference.f1 - d1, reference.f2 - d2
+    h11, h12, h22 = _normal_matrix(mapped, weight)
+    u1, u2 = box_least_squares(
+        h11,
+        h12,
+        h22,
+        mapped.g_x1 * wanted_x + mapped.g_y1 * wanted_y + weight * held1,
+        mapped.g_x2 * wanted_x + mapped.g_y2 * wanted_y + weight * held2,
+        Box(-limit - off1, limit - off1, -limit - off2, limit - off2),
+    )
+    kept = UnifiedMemory(
+        d1=d1,
+        d2=d2,
+        fresh=False,
+        push1=u1 - d1,
+        push2=u2 - d2,
+        vx=state.vx,
+        vy=state.vy,
+        ax=mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x,
+        ay=mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y,
+    )
+    return Torque(u1 + off1, u2 + off2), kept
+
+
+def _normal_matrix(mapped: InputMap, weight: float) -> tuple[float, float, float]:
+    """Return the entries 11, 12 and 22 of G^T G + w."""
+    return (
+        mapped.g_x1 * mapped.g_x1 + mapped.g_y1 * mapped.g_y1 + weight,
+        mapped.g_x1 * mapped.g_x2 + mapped.g_y1 * mapped.g_y2,
+        mapped.g_x2 * mapped.g_x2 + mapped.g_y2 * mapped.g_y2 + weight,
+    )
+
+
+def _motor_feedback(desired: Leg, measured: Leg, kp: float, kd: float) -> float:
+    """Return the acceleration (rad/s^2) that brings a motor back to its plan, the short way round."""
+    return kd * (desired.dq1 - measured.dq1) + kp * wrap(desired.q1 - measured.q1)

@@ -1,0 +1,68 @@
+"""Virtual holonomic constraint with a Cartesian controlled variable, u3 (3.20 to 3.36), anywhere on the locus.
+
+The constraint keeps the platform on the line of the current path segment: h = n . (x - P_a), n its unit normal. It is
+geometric, not timed, so the uncontrollable direction is free to run as the free dynamics (2.2) lets it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.resolution import Resolution
+from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.model.kinematics import joint_acceleration
+from fivebar_control.model.line import Line
+from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.model.state import State
+from fivebar_description.parameters import FiveBar
+
+
+class Constraint(NamedTuple):
+    """The virtual constraint h (m), its rate (m/s) and its normal n."""
+
+    h: float
+    dh: float
+    n_x: float
+    n_y: float
+
+
+def line_constraint(line: Line, x: float, y: float, vx: float, vy: float) -> Constraint:
+    """Return the signed distance from the line and its rate; n is the direction turned by -90 degrees.
+
+    On the vertical path of the thesis (from y = 0.15 m downwards) n = (-1, 0) and on the way back n = (1, 0).
+    """
+    n_x, n_y = line.direction_y, -line.direction_x
+    return Constraint(n_x * (x - line.x) + n_y * (y - line.y), n_x * vx + n_y * vy, n_x, n_y)
+
+
+def vhc_cartesian_torque(
+    robot: FiveBar,
+    state: State,
+    reference: Reference,
+    line: Line,
+    kp: float,
+    kd: float,
+    resolve: Resolution,
+) -> Torque:
+    """Return u3; kp in 1/s^2, kd in 1/s. Undefined (NaN) where the path runs along t_s or a leg is at Type 1.
+
+    xddot = alpha v1 with n . xddot = -(Kp h + Kd hdot) (3.36), qddot = B^-1 (A xddot + c), the torque by `resolve`.
+    """
+    svd = parallel_svd(state)
+    constraint = line_constraint(line, state.x, state.y, state.vx, state.vy)
+    authority = constraint.n_x * svd.v_x + constraint.n_y * svd.v_y
+    if authority == 0.0:
+        return UNDEFINED
+    alpha = -(kp * constraint.h + kd * constraint.dh) / authority
+    ax, ay = alpha * svd.v_x, alpha * svd.v_y
+    return resolve(
+        robot,
+        state,
+        svd,
+        alpha,
+        joint_acceleration(state.leg1, ax, ay),
+        joint_acceleration(state.leg2, ax, ay),
+        reference.f1,
+        reference.f2,
+    )

@@ -1,0 +1,119 @@
+"""Takes requests for motions on the topic `goal` and tells on `goal/status` what becomes of them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from fivebar_control.ros.model_parameters import ROBOT
+from fivebar_control.ros.motion_parameters import Motion
+from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
+from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess
+from fivebar_description.interface import GOAL, GOAL_STATUS
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.qos import qos_profile
+
+NOTICE = 2
+"""Samples from the one that is answered to the first that may belong to a new motion: the next is told already."""
+
+SPECS = (
+    Spec("takes_goals", False, "Take requests on the topic goal: only where the unified controller follows."),
+    Spec("goal_torque_limit", Limits().torque, "Torque that both motors can give, for planning.", "Nm", 1e-3, 1e6),
+    Spec("goal_speed_limit", Limits().motor_speed, "Largest speed of both motors, for planning.", "rad/s", 1e-3, 1e4),
+)
+
+
+class GoalDesk:
+    """Hands requests to a planning process and its motions to the queue.
+
+    Its node calls `attend` at every sample. Nothing here waits.
+    """
+
+    def __init__(self, node: GraphNode, motion: Motion, queue: MotionQueue) -> None:
+        """Declare the parameters and join the topics, on a node that has declared the motion."""
+        values = node.parameters(SPECS)
+        robot = node.get_parameter(ROBOT.name).value
+        conditions = Conditions(str(robot), motion.rate_hz, values["goal_torque_limit"], values["goal_speed_limit"])
+        self._open: bool = values["takes_goals"]
+        self._rate_hz = motion.rate_hz
+        self._queue = queue
+        self._planning = PlanningProcess(conditions)
+        self._sample = -1
+        self._held = False
+        self._goal: Goal | None = None
+        self._arrival: int | None = None
+        self._status = node.advertise(GOAL_STATUS)
+        # not awaited: nobody needs to request anything
+        node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
+
+    def restart(self, queue: MotionQueue) -> None:
+        """Forget all requests: a new run begins."""
+        self.close()
+        self._queue = queue
+        self._sample, self._goal, self._arrival = -1, None, None
+
+    def close(self) -> None:
+        """End the planning."""
+        self._planning.close()
+
+    def attend(self, sample: int, held: bool) -> None:
+        """Take note of the sample of the reference that is answered, and whether a fault holds the robot."""
+        self._sample, self._held = sample, held
+        if self._goal is None:
+            return
+        if held:
+            self._end("stopped", "a fault holds the robot")
+        elif self._arrival is None:
+            self._take_answer(self._goal)
+        elif sample >= self._arrival:
+            self._end("arrived")
+
+    def _on_goal(self, message: JointState) -> None:
+        try:
+            goal = read_goal(list(message.name), list(message.position))
+            if not self._open:
+                raise GoalRefused("requests are not taken: they need the unified controller (parameter takes_goals)")
+            if self._sample < 0:
+                raise GoalRefused("the run has not begun")
+            if self._held:
+                raise GoalRefused("a fault holds the robot where it stands: begin a new run")
+            self._planning.ask(self._queue.order(self._sample + NOTICE, goal))
+        except GoalRefused as refusal:
+            self._tell("refused", list(message.position[:2]), reason=str(refusal))
+            return
+        self._goal = goal
+        self._tell("planning", [goal.x, goal.y])
+
+    def _take_answer(self, goal: Goal) -> None:
+        planned = self._planning.answer()
+        if planned is None:
+            return
+        if planned.refused:
+            self._end("refused", planned.refused)
+            return
+        first = self._sample + NOTICE
+        self._queue.begin(first, planned.path())
+        self._arrival = self._queue.resting_from()
+        self._tell(
+            "moving",
+            [goal.x, goal.y],
+            first_sample=first,
+            last_sample=self._arrival,
+            waypoints=[list(point) for point in planned.waypoints],
+            durations_s=list(planned.durations),
+        )
+
+    def _end(self, state: str, reason: str = "") -> None:
+        assert self._goal is not None
+        goal, self._goal, self._arrival = self._goal, None, None
+        self._queue.cancel()
+        self._tell(state, [goal.x, goal.y], **({"reason": reason} if reason else {}))
+
+    def _tell(self, state: str, goal: list[float], **more: Any) -> None:
+        content = {"state": state, "goal": [value if abs(value) < 1e6 else None for value in goal], **more}
+        self._status.publish(String(data=json.dumps(content)))

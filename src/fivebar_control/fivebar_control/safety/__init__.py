@@ -1,0 +1,1 @@
+"""The last decision before the drives: staged limits, watchdog, and the guard that latches faults."""

@@ -1,0 +1,132 @@
+"""The last decision before the drives: which torque to command, and zero torque once something is wrong."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_control.fault import Fault
+from fivebar_control.laws.blend import blend
+from fivebar_control.laws.torque import ZERO, Torque
+from fivebar_control.model.state import State
+from fivebar_control.safety.stages import (
+    SafetySettings,
+    fastest_motor,
+    limited,
+    near_type_1,
+    out_of_workspace,
+    over_speed,
+    rate_limited,
+    tracking_lost,
+    undefined,
+)
+from fivebar_description.parameters import FiveBar
+
+FINAL_FAULTS = (
+    "estimate_ambiguous",
+    "estimate_lost",
+    "homing_contradicted",
+    "encoder_frozen",
+    "recording_failed",
+    "plant_diverged",
+    "nodes_missing",
+    "node_died",
+    "command_timeout",
+)
+"""Faults of other nodes that nothing clears but a new run, since where the robot stands is not known any more or a
+part of the graph is gone."""
+
+
+class Decision(NamedTuple):
+    """The torques (Nm) of a sample: what the laws asked for, None while a fault is latched, and what is commanded."""
+
+    requested: Torque | None
+    applied: Torque
+
+
+class Guard:
+    """Blends candidate torques, lets them through the stages of `safety`, and latches the first fault."""
+
+    def __init__(
+        self, robot: FiveBar, working_mode: tuple[int, int], rate_hz: int, settings: SafetySettings | None = None
+    ) -> None:
+        """Make a guard of a robot in a working mode, at a sampling rate (Hz)."""
+        self._robot = robot
+        self._mode1, self._mode2 = working_mode
+        self._settings = settings if settings is not None else SafetySettings()
+        self._step = self._settings.torque_rate_limit / rate_hz
+        self._before = ZERO
+        self._limited_samples = 0
+        self._final: Fault | None = None
+        self._obstacle: str | None = "no sample has been complete since"
+        self.fault: Fault | None = None
+        """The latched fault, None while the robot may move."""
+
+    @property
+    def limited_samples(self) -> int:
+        """Samples whose torque the torque limit or the rate limit has cut."""
+        return self._limited_samples
+
+    def trip(self, fault: Fault) -> None:
+        """Latch a fault, unless one is latched already."""
+        if fault.name in FINAL_FAULTS and self._final is None:
+            self._final = fault
+        if self.fault is None:
+            self.fault = fault
+            self._before = ZERO
+            self._obstacle = "no sample has been complete since"
+
+    def begin_run(self) -> None:
+        """Begin a new run: what only a new run clears may be reset from now on; a latched fault stays."""
+        self._final = None
+        self._before = ZERO
+
+    def reset(self) -> str | None:
+        """Clear the latched fault where its cause is gone; else return what is in the way and keep it."""
+        if self.fault is None:
+            return None
+        if self._final is not None:
+            return f"only a new run clears {self._final}"
+        if self._obstacle is not None:
+            return self._obstacle
+        self.fault = None
+        return None
+
+    def command(
+        self, sample: int, state: State, desired: tuple[float, float], sigma: float, away: Torque, on_locus: Torque
+    ) -> Decision:
+        """Return the torques of a sample: the blend and what is left of it, or zero once a fault is latched.
+
+        Args:
+            sample: number of the sample, for the fault's text.
+            state: measured or estimated state.
+            desired: where the platform should be (m).
+            sigma: blending weight.
+            away: candidate for sigma = 0.
+            on_locus: candidate for sigma = 1.
+        """
+        settings = self._settings
+        asked = blend(sigma, away, on_locus)
+        torque = rate_limited(limited(asked, settings.torque_limit), self._before, self._step)
+        # what is not finite is found before the cut torque is looked at, so nothing undefined is ever used
+        found = (
+            undefined(asked, sigma)
+            or over_speed(state, settings.joint_speed_limit)
+            or out_of_workspace(self._robot, state, settings.workspace)
+            or near_type_1(state, self._mode1, self._mode2, settings.type1_margin)
+            or tracking_lost(state, *desired, settings.tracking_error_limit)
+        )
+        if self.fault is not None:
+            self._obstacle = str(found) if found is not None else self._unrest(state)
+            return Decision(None, ZERO)
+        if found is not None:
+            self.trip(Fault(found.name, f"at sample {sample}: {found.detail}"))
+            return Decision(asked, ZERO)
+        self._before = torque
+        self._limited_samples += torque != asked
+        return Decision(asked, torque)
+
+    def _unrest(self, state: State) -> str | None:
+        speed, limit = fastest_motor(state), self._settings.rest_speed
+        return (
+            None if speed <= limit else f"the motors still turn at {speed:.2f} rad/s, at rest is below {limit:g} rad/s"
+        )

@@ -1,0 +1,1 @@
+"""The workspace and its singular loci: pure kinematics on grids and curves."""

@@ -1,0 +1,1 @@
+"""What the nodes of this package share: parameters of the simulated plant."""

@@ -1,0 +1,72 @@
+"""What is injected when, and how the death of a process is noticed."""
+
+from __future__ import annotations
+
+import queue
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.injection import kills, read_injection
+from fivebar_bringup.runs.launcher import Kill
+from fivebar_bringup.runs.process_watch import deaths_announced
+from fivebar_bringup.runs.processes import processes
+from fivebar_bringup.scenario import load_scenario
+from fivebar_description.strict_yaml import InputError
+
+WAIT = 10.0
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds", "order", "victim"),
+    [
+        ("1.2 fault 1", 1.2, "fault 1", None),
+        (" 0 late 2 5 ", 0.0, "late 2 5", None),
+        ("3 late_sync 2.5", 3.0, "late_sync 2.5", None),
+        ("0.5 bus_off", 0.5, "bus_off", None),
+        ("0.5 kill blender", 0.5, "kill blender", "blender"),
+    ],
+)
+def test_a_moment_and_what_breaks(text: str, seconds: float, order: str, victim: str | None) -> None:
+    injection = read_injection(text)
+    assert (injection, injection.victim) == ((seconds, order), victim)
+    assert read_injection(str(injection)) == injection
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "fault 1", "-1 fault 1", "nan fault 1", "1", "1 fault", "1 fault 3", "1 kill", "1 late 1 -5", "1 dance"],
+)
+def test_what_is_not_understood_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=r"--inject .*: expected seconds and one of"):
+        read_injection(text)
+
+
+def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:
+    scenario = load_scenario("middle_robot")
+    nodes = crossing_graph(scenario, Mode.REALTIME, Path("bag"))
+    together = processes(nodes, Mode.REALTIME, scenario.rate_hz)
+    alone = processes(nodes, Mode.REALTIME, scenario.rate_hz, composed=False)
+    injections = [read_injection(text) for text in ("0.5 kill blender", "0.2 fault 1", "0.25 kill bag_recorder")]
+    assert kills(injections, together, 100) == [Kill(25, "bag_recorder"), Kill(50, "controllers")]
+    assert kills(injections, alone, 100) == [Kill(25, "bag_recorder"), Kill(50, "blender")]
+    with pytest.raises(InputError, match="node cook: expected one of"):
+        kills([read_injection("1 kill cook")], alone, 100)
+
+
+def test_a_death_is_announced_by_name_and_a_living_process_is_not() -> None:
+    sleeper = [sys.executable, "-c", "import sys; sys.stdin.read()"]
+    with (
+        subprocess.Popen(sleeper, stdin=subprocess.PIPE) as first,
+        subprocess.Popen(sleeper, stdin=subprocess.PIPE) as second,
+    ):
+        heard: queue.Queue[str] = queue.Queue()
+        with deaths_announced({"first": first.pid, "second": second.pid}, heard.put):
+            second.kill()
+            assert heard.get(timeout=WAIT) == "node_died: second has ended"
+        assert heard.empty()
+        first.kill()
+    assert heard.empty(), "after the context nobody listens"

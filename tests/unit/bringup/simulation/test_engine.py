@@ -1,0 +1,261 @@
+"""The compiled closed loop against the offline runner: another plant (Pinocchio), the same laws uncompiled.
+
+Integration steps of 1 ms, friction as shipped (width 0.02 rad/s), which both have. Measured agreement is 1e-14 m and
+better; what is asserted is 1e-9 m. Encoders do not weaken it: readings are counts, and no count has ever flipped.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from estimate_replay import OFF_MODEL, summary_of
+
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
+from fivebar_bringup.simulation.engine import crossing, traced_crossing
+from fivebar_bringup.simulation.offline import OfflineRun, simulate
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome, TraceRow
+from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
+from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import state_from_joints, state_from_platform
+from fivebar_description.parameters import FiveBar, scaled
+from fivebar_sim.options import PlantOptions
+from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
+
+POSITION = 1e-9
+"""m; what one source of equations and two plants must agree to."""
+
+STEP = 1e-3
+WIDTH = 0.02
+DIFFERENT = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 1.2}
+JOINTS = TraceRow._fields[:4]
+
+
+def changed(name: str, plant: dict[str, Any] | None = None, **fields: Any) -> Scenario:
+    content = load_scenario(name).model_dump(mode="json") | fields
+    content["plant"] |= plant or {}
+    return Scenario.model_validate(content)
+
+
+def prepared(scenario: Scenario, **options: Any) -> tuple[Case, Sampled]:
+    plan = sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples)
+    return case_of(scenario, **options), plan
+
+
+def columns(trace: np.ndarray[Any, np.dtype[np.float64]], *names: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return trace[:, [TraceRow._fields.index(name) for name in names]]
+
+
+def places(robot: FiveBar, joints: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    states = [state_from_joints(robot, *row, 0.0, 0.0, 0.0, 0.0) for row in np.asarray(joints).tolist()]
+    return np.array([(state.x, state.y) for state in states])
+
+
+def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineRun, Outcome]:
+    """Compare sample by sample: exact platform (m), commanded and applied torques (Nm), faults."""
+    run = simulate(scenario)
+    outcome, trace = traced_crossing(*prepared(scenario))
+    assert outcome.samples == len(run.samples) == len(trace)
+    exact = [sample.estimated.truth if sample.estimated is not None else sample.measured for sample in run.samples]
+    if scenario.estimated or scenario.plant.encoder_counts is None:
+        robot = scenario.five_bar()
+        found, wanted = columns(trace, *JOINTS), [one.position for one in exact]
+        np.testing.assert_allclose(places(robot, found), places(robot, wanted), rtol=0.0, atol=POSITION)
+    for names, wanted in (
+        (("command1", "command2"), [sample.command for sample in run.samples]),
+        (("applied1", "applied2"), [(one.effort[0], one.effort[2]) for one in exact]),
+    ):
+        np.testing.assert_allclose(columns(trace, *names), wanted, rtol=0.0, atol=torque)
+    told = [state_from_joints(scenario.five_bar(), *s.measured.position, *s.measured.velocity) for s in run.samples]
+    np.testing.assert_allclose(
+        columns(trace, "told_x", "told_y"), [(one.x, one.y) for one in told], rtol=0.0, atol=POSITION
+    )
+    assert [fault.partition(":")[0] for fault in run.faults] == [FAULT_NAMES[outcome.fault]] * (outcome.fault != 0)
+    return run, outcome
+
+
+def test_the_stated_step_and_friction_width_are_those_of_the_cases() -> None:
+    case, _ = prepared(load_scenario("middle"))
+    assert case.step == pytest.approx(STEP) == pytest.approx(MAX_STEP)
+    assert {leg.width for leg in (*case.actual[:2], *case.believed[:2])} == {WIDTH}
+
+
+@pytest.mark.parametrize("plant", [{}, DIFFERENT], ids=["as believed", "different"])
+@pytest.mark.parametrize("controller", SCHEMES)
+def test_the_middle_crossing_is_that_of_the_offline_runner(controller: str, plant: dict[str, float]) -> None:
+    # ctc asks for thousands of Nm on the locus, where a rounding error is multiplied as much
+    scenario = changed("middle", plant, controller=controller, segment_duration=0.5)
+    expect_agreement(scenario, 1e-6 if controller == "ctc" else 1e-9)
+
+
+@pytest.mark.parametrize("controller", ["multi_cartesian", "unified"])
+def test_eight_crossings_in_one_run_are_those_of_the_offline_runner(controller: str) -> None:
+    _, outcome = expect_agreement(changed("multiple", DIFFERENT, controller=controller, segment_duration=0.5))
+    assert outcome.mode_changes == 8
+
+
+@pytest.mark.parametrize("name", ["type1_boundary", "type1_working_mode", "type2_and_type1"])
+def test_motions_through_type_1_are_those_of_the_offline_runner(name: str) -> None:
+    """Planned in the motors' angles in part."""
+    _, outcome = expect_agreement(load_scenario(name))
+    assert outcome.type1_distance < 1e-3
+
+
+@pytest.mark.parametrize("resolution", ["min_norm", "full_inverse"])
+@pytest.mark.parametrize("controller", ["multi_cartesian", "multi_joint"])
+def test_every_resolution_is_that_of_the_offline_runner(controller: str, resolution: str) -> None:
+    expect_agreement(changed("middle", controller=controller, vhc_resolution=resolution, segment_duration=0.5))
+
+
+@pytest.mark.parametrize("name", ["middle_encoders", "multiple_encoders"])
+def test_the_estimator_follows_the_same_counts_to_the_same_torques(name: str) -> None:
+    """20000 counts, steps of 2 mNm, one sample of delay, a robot off its model: no reading and no step differs."""
+    run, outcome = expect_agreement(changed(name, OFF_MODEL, segment_duration=0.5), torque=1e-12)
+    assert outcome.fault == NO_FAULT
+    assert 0.0 < outcome.estimate_error < 2e-3
+    assert len(run.samples) == outcome.samples
+
+
+@pytest.mark.parametrize("delay", [0, 3])
+def test_counted_joints_quantised_and_delayed_torques_are_those_of_the_offline_runner(delay: int) -> None:
+    plant = {"encoder_counts": 40_000, "torque_quantum": 0.002, "delay_samples": delay, "torque_limit": 3.0}
+    expect_agreement(changed("middle", plant, gains={"kp": 400.0, "kd": 40.0, "kp_vhc": 400.0, "kd_vhc": 40.0}), 1e-12)
+
+
+def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
+    safety = {"torque_limit": 0.5, "torque_rate_limit": 60.0}
+    run, outcome = expect_agreement(changed("middle", safety=safety, controller="unified"))
+    assert any(sample.requested != sample.command for sample in run.samples)
+    assert max(outcome.applied1, outcome.applied2) <= 0.5 < max(outcome.requested1, outcome.requested2)
+
+
+@pytest.mark.parametrize(
+    ("fault", "fields"),
+    [
+        ("tracking_lost", {"plant": {"torque_limit": 0.3}, "tracking_error_limit": 0.01}),
+        ("over_speed", {"safety": {"joint_speed_limit": 1.0}}),
+        ("out_of_workspace", {"safety": {"workspace": [-0.1, 0.1, 0.05, 0.2]}}),
+        ("near_type_1", {"safety": {"type1_margin": 0.9}}),
+        ("torque_undefined", {"gains": {"kp": 1e308, "kd": 1e308}, "plant": {"encoder_counts": 4096}}),
+    ],
+)
+def test_faults_come_at_the_same_sample(fault: str, fields: dict[str, Any]) -> None:
+    run, outcome = expect_agreement(changed("middle", **fields))
+    assert FAULT_NAMES[outcome.fault] == fault
+    first = next(sample.number for sample in run.samples[1:] if sample.requested is None) - 1
+    assert outcome.fault_sample == first
+    short = crossing(*prepared(changed("middle", **fields), stop_at_fault=True))
+    assert (short.fault, short.fault_sample, short.samples) == (outcome.fault, first, first + 1)
+
+
+@pytest.mark.parametrize("limit", [{"dwell_limit": 0.01}, {"mirror_deviations": 500.0}], ids=["dwell", "mirror"])
+def test_an_ambiguous_estimate_is_found_at_the_same_sample(limit: dict[str, float]) -> None:
+    run, outcome = expect_agreement(changed("middle_encoders", segment_duration=0.5, ekf=limit))
+    assert FAULT_NAMES[outcome.fault] == "estimate_ambiguous"
+    assert f"at sample {outcome.fault_sample}:" in run.faults[0]
+
+
+def test_the_outcome_is_what_the_summary_of_the_bag_says(tmp_path: Any) -> None:
+    for index, scenario in enumerate(
+        (changed("middle", DIFFERENT), changed("middle_encoders", OFF_MODEL), changed("middle", controller="ctc"))
+    ):
+        summary, _ = summary_of(scenario, tmp_path / str(index))
+        case, plan = prepared(scenario)
+        expect_summary(crossing(case, plan), summary)
+
+
+def expect_summary(outcome: Outcome, summary: Summary) -> None:
+    assert summary.completed and outcome.fault == NO_FAULT
+    assert outcome.samples == summary.samples
+    assert outcome.mode_changes == summary.assembly_mode_changes
+    assert outcome.saturated == summary.torque_saturated_samples
+    assert (outcome.error_x, outcome.error_y) == pytest.approx(summary.tracking_error_max_m, abs=POSITION)
+    assert outcome.error_peak == pytest.approx(summary.tracking_error_peak_m, abs=POSITION)
+    assert outcome.constraint_error == pytest.approx(summary.vhc_error_max_m, abs=POSITION)
+    assert (outcome.requested1, outcome.requested2) == pytest.approx(summary.torque_requested_peak_nm, rel=1e-6)
+    assert (outcome.applied1, outcome.applied2) == pytest.approx(summary.torque_peak_nm, rel=1e-9)
+    assert outcome.sigma_max == summary.sigma_max
+    if summary.estimate_error_max_m is not None:
+        assert outcome.estimate_error == pytest.approx(summary.estimate_error_max_m, abs=POSITION)
+
+
+def test_the_work_is_that_of_torque_and_turned_angle() -> None:
+    _, trace = traced_crossing(*prepared(load_scenario("middle")))
+    outcome = crossing(*prepared(load_scenario("middle")))
+    turned = np.diff(columns(trace, "q11", "q21"), axis=0)
+    assert outcome.work == pytest.approx(float(np.sum(np.abs(turned * columns(trace, "applied1", "applied2")[1:]))))
+    assert outcome.work > 0.1
+
+
+def test_a_run_is_repeated_to_the_last_bit_and_with_or_without_trace() -> None:
+    case, plan = prepared(changed("middle_encoders", OFF_MODEL))
+    once = crossing(case, plan)
+    assert crossing(case, plan) == traced_crossing(case, plan)[0] == once
+
+
+def test_any_other_robot_may_be_there() -> None:
+    """Scales of a scenario and a robot of one's own are the same; a platform of twice the mass is another run."""
+    scenario = load_scenario("middle")
+    robot = scenario.five_bar()
+    scales = (DIFFERENT["mass_scale"], DIFFERENT["inertia_scale"], DIFFERENT["friction_scale"])
+    by_scale = crossing(*prepared(changed("middle", DIFFERENT)))
+    assert crossing(*prepared(scenario, actual=scaled(robot, *scales))) == by_scale
+    heavy = crossing(*prepared(scenario, actual=robot._replace(mass=2.0 * robot.mass)))
+    assert heavy.error_peak > 1.5 * crossing(*prepared(scenario)).error_peak
+
+
+def test_errors_are_those_of_the_robot_that_there_is() -> None:
+    """With a distal link 0.2 mm too long, what the laws are told stays on the reference, and the platform does not."""
+    scenario = changed("middle", controller="unified")
+    robot = scenario.five_bar()
+    longer = robot._replace(leg1=robot.leg1._replace(distal=robot.leg1.distal + 2e-4))
+    case, plan = prepared(scenario, actual=longer)
+    outcome, trace = traced_crossing(case, plan)
+    exact = places(longer, columns(trace, *JOINTS))
+    assert outcome.fault == NO_FAULT
+    assert outcome.error_final == pytest.approx(math.dist(exact[-1], (0.0, 0.15)), abs=1e-12)
+    assert outcome.error_final > 5e-5
+    assert math.dist(columns(trace, "told_x", "told_y")[-1], (0.0, 0.15)) < 2e-5
+
+
+@pytest.mark.parametrize(("vx", "vy"), [(0.0, -0.3), (0.15, -0.2), (0.2, 0.02)])
+def test_the_plain_plant_is_pinocchios_through_type_2_and_type_1(vx: float, vy: float, robot: FiveBar) -> None:
+    """Free motions, uncompiled, 2 s: the last one reaches the edge of the workspace, where a leg is stretched."""
+    start = state_from_platform(robot, 1, -1, 0.0, 0.13, vx, vy)
+    free = scaled(robot, friction=0.0)
+    one, two = start.leg1, start.leg2
+    rates = (one.dq1, one.dtheta - one.dq1, two.dq1, two.dtheta - two.dq1)
+    state = PlantState(chain_at(one.q1, one.q2, *rates[:2]), chain_at(two.q1, two.q2, *rates[2:]))
+    other = Plant(robot, (one.q1, one.q2, two.q1, two.q2), 500, PlantOptions(friction_scale=0.0), velocities=rates)
+    least = math.inf
+    for _ in range(1000):
+        other.advance((0.0, 0.0))
+        after = advanced_plant(free, state, 2, STEP, 0.0, 0.0)
+        state = after.state
+        assert after.gap < 1e-9
+        least = min(least, abs(math.sin(state.leg1.q2)), abs(math.sin(state.leg2.q2)))
+    found = (state.leg1.q1, state.leg1.q2, state.leg2.q1, state.leg2.q2)
+    np.testing.assert_allclose(found, other.joints, rtol=0.0, atol=1e-9)
+    if vx == 0.2:
+        assert least < 0.05
+
+
+def test_a_motion_too_fast_to_simulate_diverges_as_pinocchios_does(dextar: FiveBar) -> None:
+    q = inverse_geometry(dextar, 1, -1, 0.0, 0.13)
+    state = PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))
+    plant = Plant(dextar, tuple(q), 500, PlantOptions(torque_limit=None))
+    made = 0
+    with pytest.raises(PlantDiverged):
+        while made < 1000:
+            plant.advance((1e5, -1e5))
+            made += 1
+    for _ in range(made):
+        after = advanced_plant(dextar, state, 2, STEP, 1e5, -1e5)
+        assert math.isfinite(after.gap)
+        state = after.state
+    assert math.isinf(advanced_plant(dextar, state, 2, STEP, 1e5, -1e5).gap)

@@ -1,0 +1,310 @@
+"""The comparison: its rigs, its runs, its verdicts with numbers beside them, and what it leaves."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.pages.table import table_html
+from fivebar_bringup.report.series import read_series
+from fivebar_bringup.report.summary import summarize
+from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.simulation.offline import simulate, write_bag
+from fivebar_bringup.simulation.run_in_memory import RunInMemory
+from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, Case, Extent
+from fivebar_bringup.studies.compare.compare import compare
+from fivebar_bringup.studies.compare.page import html_page
+from fivebar_bringup.studies.compare.results import Result, run_case
+from fivebar_bringup.studies.compare.rigs import AS_GIVEN, RIGS, default_rigs
+from fivebar_bringup.studies.compare.screening import quickest_durations
+from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
+from fivebar_bringup.studies.compare.verdicts import findings, lost
+from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_description.strict_yaml import InputError
+
+MIDDLE = load_scenario("middle")
+
+
+@pytest.mark.parametrize("rig", [*RIGS, AS_GIVEN])
+@pytest.mark.parametrize("controller", SCHEMES)
+def test_every_controller_has_a_scenario_on_every_rig(rig: str, controller: str) -> None:
+    scenario = Case(MIDDLE, controller, 0.5, rig).scenario()
+    assert (scenario.controller, scenario.waypoints) == (controller, MIDDLE.waypoints)
+    assert scenario.plan().path.duration == pytest.approx(1.0)
+    assert scenario.plant.torque_limit == MIDDLE.plant.torque_limit
+
+
+def test_the_realistic_rig_is_the_one_that_is_promised() -> None:
+    scenario = Case(MIDDLE, "unified", 1.0, "realistic").scenario()
+    plant = scenario.plant
+    assert (plant.encoder_counts, plant.torque_quantum, plant.delay_samples) == (20_000, 0.002, 1)
+    assert (plant.mass_scale, plant.inertia_scale, plant.friction_scale) == (1.1, 0.9, 0.8)
+    assert scenario.estimator == "ekf"
+    assert 900.0 <= scenario.gains.kp <= 1600.0
+    ideal = Case(MIDDLE, "unified", 1.0, "ideal").scenario()
+    assert (ideal.plant, ideal.gains, ideal.unified) == (MIDDLE.plant, MIDDLE.gains, MIDDLE.unified)
+
+
+def test_a_rig_replaces_the_plant_of_the_scenario_but_not_its_limits() -> None:
+    given = changed(plant={"torque_limit": 3.0, "seed": 7, "mass_scale": 1.3})
+    plant = Case(given, "ctc", 1.0, "wrong").scenario().plant
+    assert (plant.torque_limit, plant.seed, plant.mass_scale, plant.friction_scale) == (3.0, 7, 1.1, 0.8)
+    assert Case(given, "ctc", 1.0, AS_GIVEN).scenario().plant == given.plant
+    assert Case(given, "ctc", 1.0, "wrong", TIGHT_LIMIT).scenario().torque_limit == TIGHT_LIMIT
+    modest = changed(plant={"torque_limit": 0.5})
+    assert Case(modest, "ctc", 1.0, "ideal", TIGHT_LIMIT).scenario().torque_limit == 0.5
+
+
+def test_a_scenario_with_a_plant_of_its_own_is_one_more_rig() -> None:
+    assert default_rigs(MIDDLE) == tuple(RIGS)
+    assert default_rigs(load_scenario("middle_encoders")) == tuple(RIGS)
+    assert default_rigs(changed(plant={"mass_scale": 1.3})) == (*RIGS, AS_GIVEN)
+    # the same plant, watched by nobody
+    encoders = load_scenario("middle_encoders")
+    assert default_rigs(changed(plant=encoders.plant.model_dump())) == (*RIGS, AS_GIVEN)
+
+
+def changed(**sections: object) -> Scenario:
+    return Scenario.model_validate({**MIDDLE.model_dump(), **sections})
+
+
+def test_what_is_run_under_the_tight_limit() -> None:
+    extent = Extent((MIDDLE,), ("unified", "ctc"), (0.5, 1.0), ("ideal", "realistic"))
+    assert len(extent.cases()) == 8
+    tight = extent.tight_cases()
+    assert {case.torque_limit for case in tight} == {TIGHT_LIMIT}
+    asked = [(case.rig, case.duration) for case in tight if case.controller == "ctc"]
+    assert asked == [("ideal", 0.5), ("ideal", 1.0), ("ideal", None), ("realistic", None)]
+
+
+def test_the_quickest_pace_is_allowed_and_a_tenth_less_is_not() -> None:
+    case = Case(MIDDLE, "unified", None, "ideal", TIGHT_LIMIT)
+    scenario = case.scenario()
+    assert all(1.0 < duration < 1.5 for duration in scenario.durations())
+    assert run_case(case).objections == ()
+    quicker = [0.9 * duration for duration in scenario.durations()]
+    hurried = Scenario.model_validate({**scenario.model_dump(), "segment_duration": tuple(quicker)})
+    # on the ideal rig nothing else is refused than the torque
+    (objection,) = run_case(Case(hurried, "unified", quicker[0], AS_GIVEN)).objections
+    assert objection.startswith("reference torque")
+
+
+def test_only_straight_motions_have_a_quickest_pace() -> None:
+    with pytest.raises(PlanRefused, match="fifth-order"):
+        quickest_durations(changed(time_law="criterion"))
+
+
+def test_a_motion_that_a_controller_cannot_make_is_a_result() -> None:
+    both = load_scenario("type2_and_type1")
+    result = run_case(Case(both, "multi_cartesian", 1.0, "ideal"))
+    assert not result.made
+    assert not result.completed
+    assert "multi_cartesian cannot meet Type 1" in result.why_not[0]
+    assert result.as_row()["refused_by_screen"] is None
+
+
+@pytest.fixture(scope="module")
+def crossing() -> Result:
+    """The quick crossing on the realistic rig."""
+    return run_case(Case(MIDDLE, "unified", 0.5, "realistic"))
+
+
+def test_a_run_on_the_realistic_rig_has_all_figures(crossing: Result) -> None:
+    assert crossing.completed
+    assert 1e-5 < (crossing.tracking_rms or 0.0) < (crossing.tracking_error or 0.0) < 0.8e-3
+    assert 0.7 < (crossing.applied or 0.0) < 1.5
+    assert (crossing.margin or 0.0) + (crossing.applied or 0.0) == pytest.approx(10.0)
+    assert crossing.margin_share == pytest.approx((crossing.margin or 0.0) / 10.0)
+    assert (crossing.saturated, crossing.at_limit) == (0, 0)
+    assert 0.0 < (crossing.net_work or 0.0) < (crossing.energy or 0.0) < 2.0
+    assert None not in crossing.as_row().values()
+
+
+def test_an_estimated_run_in_memory_is_what_its_bag_holds(tmp_path: Path) -> None:
+    scenario = Case(MIDDLE, "multi_cartesian", 0.3, "realistic").scenario()
+    run = simulate(scenario)
+    write_bag(run, scenario, tmp_path / "bag")
+    summaries = []
+    for recording in (read_bag(tmp_path / "bag"), RunInMemory(run, scenario)):
+        summaries.append(summarize(recording, read_series(recording, scenario), scenario, Timing()))
+    assert summaries[0].estimate_error_max_m is not None
+    assert summaries[0] == summaries[1]
+
+
+def made(controller: str = "unified", rig: str = "ideal", duration: float | None = 1.0, **figures: object) -> Result:
+    """A result that nobody ran, of figures within the bounds."""
+    case = Case(MIDDLE, controller, duration, rig)
+    usual = {"completed": True, "made": True, "tracking_error": 0.3e-3, "applied": 0.9, "limit": 10.0, "saturated": 0}
+    return Result(case, **{**usual, **figures})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("rig", "figures", "met"),
+    [
+        ("ideal", {}, True),
+        ("ideal", {"tracking_error": 0.41e-3}, False),
+        ("ideal", {"applied": 1.01}, False),
+        ("ideal", {"completed": False}, False),
+        ("ideal", {"tracking_error": None}, False),
+        ("realistic", {"tracking_error": 0.79e-3, "applied": 1.49}, True),
+        ("realistic", {"tracking_error": 0.81e-3}, False),
+        ("realistic", {"applied": 1.51}, False),
+    ],
+)
+def test_the_bounds_decide(rig: str, figures: dict[str, object], met: bool) -> None:
+    others = [made("ctc", rig, tracking_error=1.0), made(rig="encoders", applied=5.0)]
+    judged = {
+        finding.title: finding.met for finding in findings([made(rig=rig), made(rig=rig, **figures), *others], [])
+    }
+    assert judged.pop(f"unified on the rig {rig}") is met
+    assert set(judged.values()) == {None}
+
+
+def test_a_verdict_tells_where_the_worst_was() -> None:
+    quick = made(duration=0.5, tracking_error=0.2e-3, applied=0.95)
+    finding = findings([made(), quick], [])[0]
+    assert finding.measured == "2 of 2 completed, 300 µm (middle 1 s), 0.950 Nm (middle 0.5 s)"
+
+
+REFUSED = {"objections": ("reference torque is 0.9 Nm",)}
+
+
+@pytest.mark.parametrize(
+    ("asked", "slowed", "met"),
+    [
+        ({**REFUSED, "completed": False}, {}, True),
+        ({**REFUSED, "tracking_error": 5e-3}, {}, True),
+        ({}, {}, True),
+        ({"completed": False}, {}, False),
+        ({"tracking_error": 5e-3}, {}, False),
+        (REFUSED, {"completed": False}, False),
+        (REFUSED, {"tracking_error": 5e-3}, False),
+    ],
+)
+def test_the_screen_has_to_see_what_the_limit_does_not_save(
+    asked: dict[str, object], slowed: dict[str, object], met: bool
+) -> None:
+    tight = [made(duration=0.5, **asked), made(duration=None, **slowed), made("ctc", duration=0.5, completed=False)]
+    assert findings([], tight)[-1].met is met
+
+
+def test_a_rig_without_bounds_is_only_lost_where_a_run_fails() -> None:
+    assert not lost(made(rig="wrong", tracking_error=5e-3))
+    assert lost(made(rig="wrong", completed=False))
+
+
+def test_the_tables_hold_the_worst_and_each_run() -> None:
+    fast = made(duration=0.5, applied=2.5, requested=12.0, saturated=4, tracking_error=1e-3, **REFUSED)
+    failed = made("ctc", completed=False, why_not=("tracking_lost: <far> away",))
+    results = [fast, made(), failed]
+    overview = overview_table(results)
+    unified, ctc = (dict(zip(overview.columns, row, strict=True)) for row in overview.rows)
+    assert (unified["completed"].text, ctc["completed"].text) == ("2 of 2", "0 of 1")
+    assert (unified["completed"].good, ctc["completed"].good) == (True, False)
+    assert (unified["error"].text, unified["applied"].value, unified["margin"].value) == ("1.00 mm", 2.5, 7.5)
+    assert (unified["saturated"].value, unified["refused by the screen"].text) == (4, "1 of 2")
+    (runs,) = run_tables(results)
+    assert [row[0].value for row in runs.rows] == ["unified", "unified", "ctc"]
+    assert [row[1].text for row in runs.rows] == ["0.5 s", "1 s", "1 s"]
+    assert "7.50 Nm (75%)" in [cell.text for cell in runs.rows[0]]
+    assert "no: tracking_lost: &lt;far&gt; away" in table_html(runs)
+    quickest = made(duration=None, durations=(1.02, 1.25))
+    assert tight_table([quickest]).rows[0][3].text == "quickest: 1.02–1.25 s"
+
+
+def test_a_verdict_that_is_missed_is_called_so() -> None:
+    page = html_page(findings([made(applied=1.2), made(rig="realistic")], []), [], [], "<setting>", "fivebar compare")
+    verdicts = page.partition("<h2>")[0]
+    order = [verdicts.index(word) for word in ("<strong>Not met</strong>", "<strong>Met</strong>", "<strong>Not known")]
+    assert order == sorted(order)
+    assert "1.20 Nm" in verdicts
+    assert "<setting>" not in page
+
+
+def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
+    extent = Extent((MIDDLE,), ("ctc", "unified"), (0.5,), ("ideal",))
+    seen: list[tuple[int, int]] = []
+    compared = compare(extent, tmp_path / "out", 1, progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(done, 6) for done in range(7)]
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "compare.html",
+        "compare.json",
+        "compare.csv",
+        "figures",
+    }
+    content = json.loads((tmp_path / "out" / "compare.json").read_text(encoding="utf-8"))
+    assert content == compared.content
+    with (tmp_path / "out" / "compare.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["motion"] for row in rows] == ["middle"] * 6
+    by_run = {(run["controller"], run["torque_limit_nm"], run["segment_duration_s"]): run for run in content["runs"]}
+    ctc, unified = by_run["ctc", 10.0, 0.5], by_run["unified", 10.0, 0.5]
+    assert unified["completed"] and unified["tracking_error_peak_m"] < 0.4e-3 and unified["torque_peak_nm"] < 1.0
+    # alone on the locus, computed torque control asks for what no drive has
+    assert ctc["torque_requested_peak_nm"] > 100.0 > 10.0 >= ctc["torque_peak_nm"]
+    assert ctc["torque_saturated_samples"] > 0 < ctc["samples_at_limit"]
+    # the box alone saves nothing, and the screen says so beforehand
+    tight = by_run["unified", TIGHT_LIMIT, 0.5]
+    assert tight["refused_by_screen"] and "reference torque" in tight["screen_says"]
+    assert not tight["completed"] or tight["tracking_error_peak_m"] > 0.4e-3
+    # it asks for no more than there is, but gets all of it; the slowed motion leaves a margin
+    assert tight["torque_requested_peak_nm"] == pytest.approx(TIGHT_LIMIT) and tight["samples_at_limit"] > 10
+    slowed = by_run["unified", TIGHT_LIMIT, None]
+    assert slowed["samples_at_limit"] == 0
+    assert slowed["completed"] and not slowed["refused_by_screen"] and slowed["tracking_error_peak_m"] < 0.4e-3
+    assert [finding.met for finding in compared.verdicts] == [True, None, True]
+    page = compared.page.read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 1
+    assert "http://" not in page and "https://" not in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--controllers", "unified,pid"], "--controllers: 'pid': expected some of ctc, multi_joint"),
+        (["--controllers", ""], "--controllers: '': expected some of ctc"),
+        (["--rigs", "ideal,worn"], "--rigs: 'worn': expected some of ideal, wrong, encoders, realistic, as_given"),
+        (["--rigs", ""], "--rigs: '': expected some of ideal"),
+        (["--durations", "1,fast"], "--durations: 'fast': expected seconds above 0"),
+        (["--durations", "0"], "--durations: '0': expected seconds above 0"),
+        (["--durations", "nan"], "--durations: 'nan': expected seconds above 0"),
+        (["--durations", "61"], "--durations: '61': expected seconds above 0 and up to 60"),
+        (["nowhere"], "scenario 'nowhere': expected a path"),
+        (["middle", "middle"], "scenario 'middle': is given more than once"),
+        (["--out", "full"], "full: is not empty"),
+    ],
+)
+def test_bad_input_is_one_line(
+    arguments: list[str], complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "file").touch()
+    result = CliRunner().invoke(app, ["compare", *arguments])
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"fivebar: {complaint}")
+    assert result.stderr.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
+
+
+def test_the_command_prints_the_json_that_it_writes(tmp_path: Path) -> None:
+    options = ["--quick", "--controllers", "unified", "--rigs", "ideal", "--durations", "0.3", "--jobs", "1"]
+    result = CliRunner().invoke(app, ["compare", *options, "--out", str(tmp_path / "out"), "--json"])
+    assert result.exit_code == 0, result.stderr
+    content = json.loads(result.stdout)
+    assert content == json.loads((tmp_path / "out" / "compare.json").read_text(encoding="utf-8"))
+    assert content["command"].startswith("fivebar compare middle --controllers unified --durations 0.3 --rigs ideal")
+
+
+def test_a_full_directory_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="not empty"):
+        compare(Extent((MIDDLE,), ("ctc",), (1.0,), ("ideal",)), tmp_path, 1)

@@ -1,0 +1,79 @@
+"""The command `fivebar goto`: plans, refuses, runs, and goes on from an earlier run."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+
+
+def goto(*arguments: str) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, ["goto", *arguments])
+    return done.exit_code, done.stdout, done.stderr
+
+
+def plan(*arguments: str) -> dict[str, Any]:
+    code, out, _ = goto(*arguments, "--plan-only", "--json")
+    assert code == 0
+    content: dict[str, Any] = json.loads(out)["plan"]
+    return content
+
+
+def test_it_tells_the_plan_before_moving() -> None:
+    found = plan("0", "0.02", "--mode", "-")
+    assert found["start"] == {"x": 0.0, "y": 0.15, "assembly_mode": "+"}
+    assert found["goal"]["assembly_mode"] == "-"
+    (crossing,) = found["crossings"]
+    assert crossing["y"] == pytest.approx(0.0845, abs=1e-4)
+    assert crossing["distal_links"] == "stretched"
+    figures = {figure["name"]: figure for figure in found["figures"]}
+    assert 0.0 < figures["reference torque"]["value"] <= figures["reference torque"]["limit"] == pytest.approx(1.7)
+    code, out, _ = goto("0", "0.02", "--plan-only")
+    assert code == 0
+    assert "crosses the Type 2 locus at (0.0000, 0.0845) m" in out
+    assert "reference torque" in out
+
+
+def test_negative_coordinates_are_no_options() -> None:
+    found = plan("-0.03", "-0.1", "--from", "0.05", "-0.1", "--from-mode", "-1", "1")
+    assert (found["goal"]["x"], found["goal"]["y"]) == (-0.03, -0.1)
+    assert (found["start"]["x"], found["working_mode"]) == (0.05, [-1, 1])
+
+
+def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
+    calm, quick = plan("0", "0.02"), plan("0", "0.02", "--fastest")
+    assert quick["duration_s"] < 0.7 * calm["duration_s"]
+    assert quick["figures"][0]["value"] == pytest.approx(1.7, rel=0.05)
+    slow = plan("0", "0.02", "--fastest", "--torque-limit", "0.6")
+    assert slow["duration_s"] > 2.0 * quick["duration_s"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("0.3", "0.1"), "goal: (0.3000, 0.1000) m is out of reach of leg 1"),
+        (("0", "0.12", "--mode", "-"), "assembly mode - needs working mode (-1, +1)"),
+        (("0", "0.02", "--mode", "up"), "--mode: 'up': expected + or -"),
+        (("0", "0.02", "--working-mode", "-1", "1"), "--working-mode: (-1, +1): the robot rests in working mode (+1,"),
+        (("0", "0.02", "--working-mode", "2", "1"), "--working-mode: [2, 1]: expected two signs"),
+        (("0", "0.02", "--controller", "ctc"), "--controller: 'ctc': expected one of"),
+        (("0", "0.02", "--robot", "nobody"), "robot 'nobody'"),
+        (("0", "0.02", "--torque-limit", "0"), "--torque-limit: 0.0: expected a positive number"),
+        (("0", "0.02", "--torque-limit", "0.4"), "reference torque is 0.4"),
+        (("0", "0.02", "--duration", "9"), "in 9 s time near the Type 2 locus"),
+        (("0", "0.02", "--duration", "2", "--fastest"), "--fastest and --duration"),
+        (("0", "0.02", "--after", "nowhere"), "nowhere: is not a run directory"),
+        (("0", "0.02", "--after", "nowhere", "--from", "0", "0.1"), "--after and --from"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_line(arguments: tuple[str, ...], expected: str) -> None:
+    code, out, err = goto(*arguments)
+    assert code == 2
+    assert out == ""
+    assert expected in err
+    assert err.startswith("fivebar: ")
+    assert err.count("\n") == 1

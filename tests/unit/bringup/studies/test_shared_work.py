@@ -1,0 +1,38 @@
+"""Endless work shared among processes: taken as they get free, given up at once."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+from collections.abc import Iterator
+from contextlib import closing
+from itertools import count, islice
+
+import pytest
+
+from fivebar_bringup.studies.shared_work import stream
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_endless_stream_is_taken_piece_by_piece_and_closed(workers: int) -> None:
+    taken = []
+
+    def tasks() -> Iterator[int]:
+        for number in count():
+            taken.append(number)
+            yield number
+
+    before = set(multiprocessing.active_children())
+    with closing(stream(math.factorial, tasks(), workers)) as coming:
+        found = list(islice(coming, 7))
+    assert len(found) == 7 and set(found) <= {math.factorial(number) for number in taken}
+    # at most as many under way, and as many finished that nobody has asked for
+    assert len(taken) <= 7 + 4 * workers
+    assert set(multiprocessing.active_children()) <= before
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_all_of_a_finite_stream_comes_and_an_error_is_not_lost(workers: int) -> None:
+    assert sorted(stream(math.sqrt, [9.0, 4.0, 1.0], workers)) == [1.0, 2.0, 3.0]
+    with pytest.raises(ValueError, match=r"domain|nonnegative"):
+        list(stream(math.sqrt, [4.0, -1.0], workers))

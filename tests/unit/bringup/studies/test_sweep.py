@@ -1,0 +1,327 @@
+"""The sweep: cases from their numbers, the same bytes however they were made, the rule of success, what is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.simulation.offline import OfflineRun, simulate
+from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, TRACKING_LOST, Outcome
+from fivebar_bringup.studies.sweep import directory as sweep_directory
+from fivebar_bringup.studies.sweep import sweep as sweeping
+from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
+from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
+from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, Row, as_lines, from_lines
+from fivebar_bringup.studies.sweep.running import CONTROLLERS, Batch, run_batch, run_case, use_of
+from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
+from fivebar_bringup.studies.sweep.success import shortcomings
+from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
+from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
+from fivebar_control.trajectory.feasibility import Figure
+from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_description.parameters import load_robot
+from fivebar_description.strict_yaml import InputError
+
+SEED, CASES = 3, 5
+ROBOT = load_robot("dextar")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small sweep, made at one go in this process."""
+    path = tmp_path_factory.mktemp("sweep") / "whole"
+    sweep(path, SEED, CASES)
+    return path
+
+
+@pytest.fixture(scope="module")
+def rows(made: Path) -> list[Row]:
+    return [row for rows in SweepDirectory(made).complete_rows().values() for row in rows]
+
+
+def side(case: Draw, x: float, y: float) -> float:
+    return math.copysign(1.0, det_a(state_from_platform(ROBOT, case.mode1, case.mode2, x, y, 0.0, 0.0)))
+
+
+def test_cases_are_what_is_promised() -> None:
+    cases = [draw(SEED, number) for number in range(400)]
+    for case in cases:
+        assert side(case, case.start_x, case.start_y) == -side(case, case.end_x, case.end_y)
+        assert SHORTEST <= case.duration <= LONGEST
+        assert all(abs(scale - 1.0) <= SPREAD for scale in case[8:11])
+    kinds = {(case.encoder_counts, case.delay_samples) for case in cases}
+    assert kinds == {(counts, delay) for counts in ENCODERS for delay in (0, 1)}
+    assert {(case.mode1, case.mode2) for case in cases} == set(WORKING_MODES)
+    # evenly on a logarithmic scale: half of them below the geometric mean
+    below = np.mean([case.duration < math.sqrt(SHORTEST * LONGEST) for case in cases])
+    assert abs(below - 0.5) < 0.1
+    scales = np.array([case[8:11] for case in cases])
+    assert np.all(np.abs(np.corrcoef(scales.T)[np.triu_indices(3, 1)]) < 0.2)
+
+
+def test_a_case_depends_on_its_seed_and_number_alone() -> None:
+    backwards = [draw(SEED, number) for number in reversed(range(20))]
+    assert backwards[::-1] == [draw(SEED, number) for number in range(20)]
+    assert draw(SEED, 5) != draw(SEED + 1, 5)
+    assert len({case[3:] for case in backwards}) == 20
+
+
+def test_a_case_is_run_with_its_own_robot_and_the_gains_of_its_rig() -> None:
+    cases = [draw(SEED, number) for number in range(40)]
+    exact = next(case for case in cases if case.encoder_counts is None).scenario("unified")
+    encoders = next(case for case in cases if case.encoder_counts == 8192 and case.delay_samples == 1)
+    scenario = encoders.scenario("multi_joint")
+    assert (exact.estimator, exact.plant.torque_quantum, exact.plant.torque_limit) == ("none", 0.0, 2.0)
+    assert (scenario.estimator, scenario.plant.encoder_counts, scenario.plant.torque_limit) == ("ekf", 8192, 2.0)
+    assert (scenario.plant.mass_scale, scenario.plant.delay_samples) == (encoders.mass_scale, 1)
+    assert scenario.gains.kp < exact.gains.kp
+    assert scenario.rate_hz == exact.rate_hz == 500
+
+
+OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(
+    samples=101, mode_changes=1, error_peak=1e-3, error_final=5e-4
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "missed"),
+    [
+        ({}, []),
+        ({"error_peak": 1.9999e-3, "error_final": 0.9999e-3}, []),
+        ({"error_peak": 2e-3}, ["peak error 2.00 mm"]),
+        ({"error_final": 1e-3}, ["final error 1.00 mm"]),
+        ({"error_peak": math.nan}, ["peak error nan mm"]),
+        ({"mode_changes": 3}, ["3 changes of assembly mode, planned 1"]),
+        ({"mode_changes": 0}, ["0 changes of assembly mode, planned 1"]),
+        ({"samples": 100}, ["100 of 101 samples"]),
+        ({"fault": TRACKING_LOST, "samples": 40}, ["fault tracking_lost"]),
+        ({"fault": ESTIMATE_AMBIGUOUS, "error_final": 0.02}, ["fault estimate_ambiguous", "final error 20.00 mm"]),
+    ],
+)
+def test_the_rule_of_success(change: dict[str, Any], missed: list[str]) -> None:
+    assert shortcomings(OUTCOME._replace(**change), 101, 1) == missed
+
+
+def test_the_use_of_a_limit() -> None:
+    assert use_of(Figure("torque", 1.0, 2.0, True, 0.0, 0.0, 0.0)) == 0.5
+    assert use_of(Figure("kappa", 0.1, 0.05, False, 0.0, 0.0, 0.0)) == 0.5
+    assert use_of(Figure("kappa", 0.0, 0.05, False, 0.0, 0.0, 0.0)) == math.inf
+    assert use_of(Figure("torque", math.nan, 2.0, True, 0.0, 0.0, 0.0)) == math.inf
+
+
+def test_every_case_has_a_row_per_controller_or_one_refusal(rows: list[Row]) -> None:
+    numbers = sorted({row.case for row in rows})
+    assert numbers == list(range(len(numbers))) and len(numbers) % BATCH == 0
+    for number in numbers:
+        own = [row for row in rows if row.case == number]
+        assert tuple(row.controller for row in own) in (CONTROLLERS, ("",))
+        assert {row.draw for row in own} == {draw(SEED, number)}
+    feasible = [row.case for row in rows if (row.controller, row.status) == ("unified", FEASIBLE)]
+    assert len(feasible) >= CASES > sum(number < numbers[-1] + 1 - BATCH for number in feasible)
+    assert {row.status for row in rows} == {REFUSED, SCREENED_OUT, FEASIBLE}
+    assert all((row.limit_use <= 1.0) == (row.status == FEASIBLE) for row in rows if row.limit_use is not None)
+    assert all(bool(row.why_not) == (row.success is False) for row in rows)
+    assert "other" not in {planner_reason(row.reason) for row in rows if row.status == REFUSED}
+
+
+def exact_places(run: OfflineRun) -> list[tuple[float, float]]:
+    places = []
+    for sample in run.samples:
+        joints = sample.measured if sample.estimated is None else sample.estimated.truth
+        state = state_from_joints(ROBOT, *joints.position, *joints.velocity)
+        places.append((state.x, state.y))
+    return places
+
+
+@pytest.mark.parametrize("with_encoders", [False, True])
+def test_a_row_holds_what_the_offline_runner_finds(rows: list[Row], with_encoders: bool) -> None:
+    """Another plant, uncompiled laws: errors, torques and changes of assembly mode of a drawn case."""
+    row = next(
+        row
+        for row in sorted(rows, key=lambda row: row.duration)
+        if row.controller == "unified" and row.success and (row.encoder_counts is not None) == with_encoders
+    )
+    scenario = row.draw.scenario("unified")
+    run, plan = simulate(scenario), scenario.plan()
+    errors = [
+        math.hypot(x - plan.path.at(number / 500).x, y - plan.path.at(number / 500).y)
+        for number, (x, y) in enumerate(exact_places(run))
+    ]
+    assert row.samples == len(errors)
+    assert row.error_peak == pytest.approx(max(errors), abs=1e-9)
+    assert row.error_final == pytest.approx(errors[-1], abs=1e-9)
+    asked = [abs(torque) for sample in run.samples if sample.requested for torque in sample.requested]
+    assert row.requested == pytest.approx(max(asked), rel=1e-6)
+
+
+def test_rows_survive_the_file(rows: list[Row]) -> None:
+    assert from_lines(as_lines(rows)) == rows
+    with pytest.raises(ValueError, match="expected"):
+        from_lines("1,unified,feasible\n")
+
+
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They take seconds, and there is one sweep that has them."""
+    monkeypatch.setattr(sweeping, "sweep_figures", lambda rows: [])
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_resumed_halves_give_the_same_bytes(made: Path, rows: list[Row], tmp_path: Path) -> None:
+    """A later batch was there already, and one whose last line is torn; what is left over is dropped."""
+    begun, _ = opened(tmp_path / "halves", SEED, CASES)
+    first = [row for row in rows if row.case < BATCH]
+    last = max(row.case for row in rows) // BATCH
+    ahead = run_batch(Batch(SEED, BATCH * (last + 2), BATCH * (last + 3)))
+    lines = HEAD + as_lines(ahead) + as_lines(first)
+    begun.rows.write_text(lines[: -len(lines.splitlines()[-1]) // 2])
+    assert max(begun.complete_rows()) == ahead[-1].case and first[-1].case not in begun.complete_rows()
+    sweep(begun.path)
+    assert begun.rows.read_bytes() == (made / "sweep.csv").read_bytes()
+    assert (begun.path / "sweep.json").read_bytes() == (made / "sweep.json").read_bytes()
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path) -> None:
+    calls = []
+
+    def interrupt(done: int, total: int) -> None:
+        calls.append((done, total))
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "interrupted"
+    with pytest.raises(KeyboardInterrupt):
+        sweep(path, SEED, CASES, progress=interrupt)
+    kept = SweepDirectory(path).complete_rows()
+    assert 0 < len(kept) < len(SweepDirectory(made).complete_rows())
+    assert not (path / "sweep.html").exists()
+    sweep(path)
+    assert (path / "sweep.csv").read_bytes() == (made / "sweep.csv").read_bytes()
+
+
+def test_the_order_in_which_batches_come_does_not_matter() -> None:
+    def batch(number: int, feasible: bool) -> list[Row]:
+        plain = draw(SEED, number * BATCH)[1:]
+        status = FEASIBLE if feasible else SCREENED_OUT
+        return [Row(number * BATCH, controller, status, "", True, "", *plain) for controller in CONTROLLERS]
+
+    batches = [batch(number, number in (1, 3, 4)) for number in range(6)]
+    found = []
+    for order in ([0, 1, 2, 3, 4, 5], [5, 3, 1, 4, 2, 0]):
+        tally = Tally(2)
+        for number in order:
+            tally.add(batches[number])
+        assert tally.enough
+        found.append(tally.rows)
+    assert found[0] == found[1] == [row for one in batches[:4] for row in one]
+    assert next(Tally(1).missing(SEED)) == Batch(SEED, 0, BATCH)
+
+
+def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match="seed 3, not 4"):
+        opened(made, 4, None)
+    with pytest.raises(InputError, match="cases 5, not 3"):
+        opened(made, SEED, 3)
+    (tmp_path / "something").write_text("else")
+    with pytest.raises(InputError, match="not empty"):
+        opened(tmp_path, SEED, CASES)
+    with SweepDirectory(made).alone(), pytest.raises(InputError, match="another sweep"):
+        sweep(made)
+    monkeypatch.setattr(sweep_directory, "program_digest", lambda: "new")
+    with pytest.raises(InputError, match="not new"):
+        opened(made, None, None)
+
+
+def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:
+    begun, _ = opened(tmp_path / "spoilt", SEED, CASES)
+    begun.rows.write_text("case,something\n1,2\n")
+    with pytest.raises(InputError, match="another line"):
+        begun.complete_rows()
+    begun.rows.write_text(HEAD + "1,2\n")
+    with pytest.raises(InputError, match="expected"):
+        begun.complete_rows()
+    begun.settings.write_text("{}")
+    with pytest.raises(InputError, match="not the file of a sweep"):
+        opened(begun.path, None, None)
+
+
+def test_tables_count_what_the_rows_say() -> None:
+    plain = draw(SEED, 0)[1:]
+    runs = [
+        Row(number, "unified", FEASIBLE, "", number > 0, "" if number else "peak", *plain, error_peak=1e-3 * number)
+        for number in range(1000)
+    ]
+    out = Row(1000, "unified", SCREENED_OUT, "motor speed is 60; reference torque is 3", False, "peak", *plain)
+    overview = {row[0].text: row for row in overview_table([*runs, out]).rows}["unified"]
+    assert [cell.text for cell in overview[1:]] == ["1000", "999", "99.90 %", "1001", "999", "99.80 %"]
+    assert overview[3].good is True
+    errors = next(row for row in error_table(runs).rows if row[0].text == "peak error" and row[1].text == "unified")
+    assert errors[2].value == pytest.approx(0.4995) and errors[-1].value == pytest.approx(0.999)
+    assert {row[2].text: row[3].value for row in refusals_table([out]).rows} == {
+        "motor speed": 1,
+        "reference torque": 1,
+    }
+    missed = overview_table([run._replace(success=run.case > 1) for run in runs]).rows
+    assert {row[0].text: row for row in missed}["unified"][3].good is False
+
+
+def test_a_failure_is_explained_by_what_would_have_saved_it() -> None:
+    """One with exact sensors: neither can they save it, nor can what the controller is told be wrong."""
+    row = next(
+        row
+        for number in range(200)
+        for row in run_case(SEED, number)
+        if row.controller == "unified" and row.success is False and row.encoder_counts is None and not row.fault
+    )
+    explanation = explained(row)
+    assert explanation.worst.error == pytest.approx(row.error_peak)
+    assert explanation.worst.estimate_off == pytest.approx(0.0, abs=1e-12)
+    assert set(explanation.saved_by) <= set(CHANGES) and "exact sensors" not in explanation.saved_by
+    assert row.why_not in explanation.text
+
+
+def test_the_page_asks_nothing_of_the_network(made: Path) -> None:
+    page = (made / "sweep.html").read_text()
+    assert "http://" not in page and "https://" not in page
+    assert "called feasible" in page and f"fivebar sweep --seed {SEED} --cases {CASES}" in page
+    content = json.loads((made / "sweep.json").read_text())
+    assert content["finished"] and content["settings"]["seed"] == SEED
+    assert {path.stem for path in (made / "figures").iterdir()} == {"errors", "factors", "maps"}
+
+
+def test_the_command_prints_a_case_and_writes_what_runs_it_again(rows: list[Row], tmp_path: Path) -> None:
+    row = next(row for row in rows if row.controller == "unified")
+    out = tmp_path / "case"
+    command = ["sweep", "--seed", str(SEED), "--case", str(row.case), "--controller", "unified"]
+    done = CliRunner().invoke(app, [*command, "--out", str(out), "--json"])
+    assert done.exit_code == 0, done.output
+    (found,) = json.loads(done.stdout)
+    assert (found["error_peak"], found["status"]) == (row.error_peak, row.status)
+    assert (out / "unified.png").read_bytes().startswith(b"\x89PNG")
+    assert "case-" in (out / "unified.yaml").read_text()
+    refused = next(row.case for row in rows if row.status == REFUSED)
+    done = CliRunner().invoke(app, ["sweep", "--seed", str(SEED), "--case", str(refused)])
+    assert done.exit_code == 0 and "refused: " in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--quick", "--cases", "5"], "--quick"),
+        (["--controller", "unified"], "--case"),
+        (["--case", "1", "--controller", "nobody"], "expected one of ctc"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: list[str], expected: str) -> None:
+    done = CliRunner().invoke(app, ["sweep", *arguments])
+    assert done.exit_code == 2
+    assert expected in done.stderr and len(done.stderr.splitlines()) == 1

@@ -1,0 +1,256 @@
+"""The filter as a whole: is it as good as it says, where does it lead, and what do the disturbances do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from estimate_replay import OFF_MODEL, encoder_scenario, replay
+from scipy.stats import chi2
+
+from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.estimation.ekf import Belief, EkfSettings, EncoderFilter, Estimate, filter_model, transition
+from fivebar_control.estimation.encoder import CountedAngle
+from fivebar_control.estimation.platform_motion import leg_motion, platform_acceleration
+from fivebar_control.laws.ctc import ctc_torque
+from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.trajectory.path import Path
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.sensors import Encoder
+
+RATE_HZ, COUNTS = 500, 20000
+PERIOD = 1.0 / RATE_HZ
+MODES = (1, -1)
+WAY = Path.through([(0.02, 0.14), (-0.03, 0.11)], [0.3])
+
+
+def filter_of(robot: FiveBar, settings: EkfSettings | None = None) -> EncoderFilter:
+    return EncoderFilter(robot, *MODES, RATE_HZ, settings if settings is not None else EkfSettings())
+
+
+def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float, steps: int = 200) -> Estimate:
+    """One period in many small steps of the midpoint rule."""
+    x, y, vx, vy, d1, d2 = estimate
+    h = PERIOD / steps
+    for _ in range(steps):
+        ax, ay = platform_acceleration(robot, *MODES, x, y, vx, vy, tau1 + d1, tau2 + d2)
+        middle = (x + 0.5 * h * vx, y + 0.5 * h * vy, vx + 0.5 * h * ax, vy + 0.5 * h * ay)
+        ax, ay = platform_acceleration(robot, *MODES, *middle, tau1 + d1, tau2 + d2)
+        x, y, vx, vy = x + h * middle[2], y + h * middle[3], vx + h * ax, vy + h * ay
+    return Estimate(x, y, vx, vy, d1, d2)
+
+
+@pytest.mark.parametrize(
+    ("start", "torque", "tolerance"),
+    [
+        (Estimate(0.01, 0.12, 0.2, -0.3, 0.1, -0.1), (0.5, -0.4), 1e-7),
+        (Estimate(0.0, 0.0845, 0.01, -0.25, 0.0, 0.0), (-0.2, 0.6), 1e-4),
+        # motors that stop and turn round within the period: the friction's steepest part
+        (Estimate(0.01, 0.12, 0.0005, -0.0005, 0.0, 0.0), (0.6, -0.7), 3e-4),
+        (Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0), (0.3, -0.3), 1e-4),
+    ],
+)
+def test_a_period_is_integrated_accurately(
+    dextar: FiveBar, start: Estimate, torque: tuple[float, float], tolerance: float
+) -> None:
+    found, exact = filter_of(dextar).advance(start, *torque), finely_advanced(dextar, start, *torque)
+    # tolerance in m/s, and that over a period in m
+    assert (found.x, found.y) == pytest.approx((exact.x, exact.y), abs=tolerance * PERIOD)
+    assert (found.vx, found.vy) == pytest.approx((exact.vx, exact.vy), abs=tolerance)
+
+
+@pytest.mark.parametrize("place", [(0.02, 0.13), (0.0, 0.0845), (-0.02, 0.04)])
+def test_transition_is_the_derivative_of_a_period(dextar: FiveBar, place: tuple[float, float]) -> None:
+    model = filter_model(dextar, *MODES, RATE_HZ, EkfSettings())
+    start = np.array([*place, 0.25, -0.2, 0.05, -0.05])
+    torque = (0.4, -0.3)
+
+    def after(state: np.ndarray) -> np.ndarray:
+        return np.array(finely_advanced(dextar, Estimate(*state.tolist()), *torque))
+
+    columns = []
+    for index in range(6):
+        shift = np.zeros(6)
+        shift[index] = 1e-6
+        columns.append((after(start + shift) - after(start - shift)) / 2e-6)
+    expected = np.array(columns).T
+    half = np.array(finely_advanced(dextar, Estimate(*start.tolist()), *torque))
+    middle = Estimate(*(0.5 * (start + half)).tolist())
+    found = np.vstack([np.array(transition(model, middle, *torque)), np.eye(6)[4:]])
+    # what a period changes, to two parts in a hundred of its largest entry per block
+    for rows in (slice(0, 2), slice(2, 4)):
+        for columns_of in (slice(0, 2), slice(2, 4), slice(4, 6)):
+            change = expected[rows, columns_of] - np.eye(6)[rows, columns_of]
+            np.testing.assert_allclose(
+                found[rows, columns_of] - np.eye(6)[rows, columns_of], change, atol=0.02 * np.abs(change).max()
+            )
+
+
+def test_transition_stays_bounded_where_friction_is_steepest(dextar: FiveBar) -> None:
+    for rate_hz in (100, 250, 500, 1000):
+        step = EncoderFilter(dextar, *MODES, rate_hz, EkfSettings())
+        still = Estimate(0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
+        model = filter_model(dextar, *MODES, rate_hz, EkfSettings())
+        velocities = np.array(transition(model, still, 0.0, 0.0))[2:, 2:4]
+        assert np.abs(np.linalg.eigvals(velocities)).max() < 1.0
+        assert math.hypot(*step.advance(still._replace(vx=1e-3), 0.0, 0.0)[2:4]) < 2e-3
+
+
+class Robot:
+    """A robot that moves as the filter believes: white acceleration noise, walking disturbances, counted angles."""
+
+    def __init__(self, robot: FiveBar, settings: EkfSettings, seed: int) -> None:
+        self._robot, self._settings = robot, settings
+        self._random = np.random.default_rng(seed)
+        self._step = filter_of(robot, settings)
+        self._encoders = [Encoder(COUNTS, PERIOD) for _ in range(2)]
+        d1, d2 = (settings.disturbance_initial * self._random.normal(size=2)).tolist()
+        x, y = (np.array([0.02, 0.14]) + self._random.uniform(-1e-3, 1e-3, 2)).tolist()
+        self.state = Estimate(x, y, 0.0, 0.0, d1, d2)
+
+    def read(self) -> tuple[float, float]:
+        q = inverse_geometry(self._robot, *MODES, self.state.x, self.state.y)
+        return self._encoders[0].read(q.q11)[0], self._encoders[1].read(q.q21)[0]
+
+    def following_torque(self, sample: int) -> tuple[float, float]:
+        """Return what makes the robot go about its way, away from the locus."""
+        now = state_from_platform(self._robot, *MODES, *self.state[:4])
+        desired = reference_from_platform(self._robot, *MODES, WAY.at(sample * PERIOD))
+        return ctc_torque(self._robot, now, desired, 900.0, 60.0)
+
+    def move(self, tau1: float, tau2: float) -> None:
+        x, y, vx, vy, d1, d2 = self._step.advance(self.state, tau1, tau2)
+        density = self._settings.acceleration_noise
+        kick, drift = density * math.sqrt(PERIOD), density * math.sqrt(PERIOD**3 / 12.0)
+        (ux, uy), (wx, wy) = self._random.normal(size=(2, 2)).tolist()
+        walk = self._settings.disturbance_rate * math.sqrt(PERIOD)
+        e1, e2 = (walk * self._random.normal(size=2)).tolist()
+        # an acceleration that is white within the period moves the place by half a period of the kick, and some more
+        self.state = Estimate(
+            x + 0.5 * PERIOD * kick * ux + drift * wx,
+            y + 0.5 * PERIOD * kick * uy + drift * wy,
+            vx + kick * ux,
+            vy + kick * uy,
+            d1 + e1,
+            d2 + e2,
+        )
+
+
+def normalised_error(belief: Belief, truth: Estimate, states: slice = slice(0, 6)) -> float:
+    """NEES: the error squared in units of the covariance."""
+    error = (np.array(belief.estimate) - np.array(truth))[states]
+    return float(error @ np.linalg.solve(np.array(belief.covariance)[states, states], error))
+
+
+def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar) -> None:
+    """Monte Carlo: the mean NEES over runs is within the chi-square bounds of 6 degrees of freedom."""
+    settings, runs, looks = EkfSettings(), 40, (30, 60, 90, 120)
+    step = filter_of(dextar, settings)
+    errors: dict[int, list[float]] = {look: [] for look in looks}
+    for seed in range(runs):
+        truth = Robot(dextar, settings, seed)
+        one, two = CountedAngle(COUNTS, RATE_HZ), CountedAngle(COUNTS, RATE_HZ)
+        reading = truth.read()
+        first = one.first(reading[0])
+        two.first(reading[1])
+        # from the exact place with the covariance of the reading: the error of the first angles is not Gaussian
+        belief = step.begin(truth.state.x, truth.state.y, first.variance)
+        for sample in range(1, max(looks) + 1):
+            torque = truth.following_torque(sample)
+            truth.move(*torque)
+            belief = step.predict(belief, *torque)
+            speeds = step.motor_speeds(belief.estimate)
+            reading = truth.read()
+            belief = step.correct(belief, one.next(reading[0], speeds[0]), two.next(reading[1], speeds[1]))
+            if sample in errors:
+                errors[sample].append(normalised_error(belief, truth.state))
+    low, high = (float(chi2.ppf(level, 6 * runs * len(looks))) / (runs * len(looks)) for level in (1e-3, 1.0 - 1e-3))
+    mean = float(np.mean([value for values in errors.values() for value in values]))
+    assert low < mean < high
+    for look, values in errors.items():
+        bounds = [float(chi2.ppf(level, 6 * runs)) / runs for level in (1e-4, 1.0 - 1e-4)]
+        assert bounds[0] < float(np.mean(values)) < bounds[1], look
+
+
+@pytest.mark.parametrize("duration", [0.5, 1.0, 2.5])
+def test_it_is_not_surer_than_it_may_be_through_the_locus(duration: float) -> None:
+    """In closed loop with the plant, which has less noise than is assumed: place and velocity, mean NEES below 4."""
+    scenario = encoder_scenario("middle", duration)
+    states = slice(0, 4)
+    values = [
+        normalised_error(one.belief, Estimate(*one.truth[2:], 0.0, 0.0), states)
+        for one in replay(simulate(scenario), scenario)
+    ]
+    assert float(np.mean(values)) < 4.0
+
+
+@pytest.mark.parametrize(
+    ("name", "plant"),
+    [("middle", {}), ("middle", {"friction_scale": 1.2}), ("multiple", OFF_MODEL)],
+    ids=["as believed", "rough", "off"],
+)
+def test_disturbances_stay_bounded_through_the_locus(name: str, plant: dict[str, float]) -> None:
+    """There, one combination of the two cannot be told from the angles: neither it nor its deviation runs away."""
+    scenario = encoder_scenario(name, 1.0, (1600.0, 80.0), plant)
+    largest = deviation = 0.0
+    for one in replay(simulate(scenario), scenario):
+        assert one.fault is None
+        largest = max(largest, abs(one.belief.estimate.d1), abs(one.belief.estimate.d2))
+        deviation = max(deviation, one.belief.covariance[4][4], one.belief.covariance[5][5])
+    # the friction torque that is missing or too much is 0.09 Nm at most
+    assert largest < 0.4
+    assert math.sqrt(deviation) < 0.4
+
+
+def held_by_wrong_torque(robot: FiveBar, disturbed: bool) -> tuple[Belief, Estimate]:
+    """Return belief and truth after a slow swing with 0.15 and -0.1 Nm that the filter is not told of."""
+    base = EkfSettings(acceleration_noise=1e-3)
+    settings = base if disturbed else base._replace(disturbance_rate=0.0, disturbance_initial=1e-9)
+    step = filter_of(robot, settings)
+    truth = Estimate(0.02, 0.14, 0.0, 0.0, 0.15, -0.1)
+    belief = step.begin(truth.x, truth.y, 1e-8)
+    for sample in range(250):
+        swing = math.sin(2.0 * math.pi * sample * PERIOD)
+        torque = (0.9 * swing, 0.9 * swing)
+        truth = step.advance(truth, *torque)
+        belief = step.predict(belief, *torque)
+        q = inverse_geometry(robot, *MODES, truth.x, truth.y)
+        one, two = (CountedAngle(COUNTS, RATE_HZ) for _ in range(2))
+        noise = one.count**2 / 12.0
+        belief = step.correct(
+            belief,
+            one.first(q.q11 - 0.5 * one.count)._replace(variance=noise),
+            two.first(q.q21 - 0.5 * two.count)._replace(variance=noise),
+        )
+    return belief, truth
+
+
+def test_disturbances_remove_the_steady_error_of_a_wrong_model(dextar: FiveBar) -> None:
+    """A constant torque that is not modelled drags the estimate along, unless it is estimated too."""
+    with_them, truth = held_by_wrong_torque(dextar, True)
+    without, _ = held_by_wrong_torque(dextar, False)
+
+    def distance(belief: Belief) -> float:
+        return math.hypot(belief.estimate.x - truth.x, belief.estimate.y - truth.y)
+
+    def slip(belief: Belief) -> float:
+        return math.hypot(belief.estimate.vx - truth.vx, belief.estimate.vy - truth.vy)
+
+    assert (with_them.estimate.d1, with_them.estimate.d2) == pytest.approx((0.15, -0.1), abs=0.02)
+    assert distance(without) > 5.0 * distance(with_them)
+    assert slip(without) > 5.0 * slip(with_them)
+
+
+def test_measurement_row_is_the_derivative_of_the_motor_angles(dextar: FiveBar) -> None:
+    step = 1e-7
+    for x, y in ((0.01, 0.12), (0.0, 0.0845), (-0.02, 0.05)):
+        leg1 = leg_motion(dextar.leg1, MODES[0], x, y, 0.0, 0.0)
+        leg2 = leg_motion(dextar.leg2, MODES[1], x, y, 0.0, 0.0)
+        for dx, dy in ((step, 0.0), (0.0, step)):
+            ahead = inverse_geometry(dextar, *MODES, x + dx, y + dy)
+            behind = inverse_geometry(dextar, *MODES, x - dx, y - dy)
+            assert leg1.n_x * dx + leg1.n_y * dy == pytest.approx(0.5 * (ahead.q11 - behind.q11), rel=1e-5, abs=1e-12)
+            assert leg2.n_x * dx + leg2.n_y * dy == pytest.approx(0.5 * (ahead.q21 - behind.q21), rel=1e-5, abs=1e-12)

@@ -1,0 +1,115 @@
+"""The mirror mode: where it is, how far off it is, and that an estimate which may be the wrong one is not passed on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from estimate_replay import OFF_MODEL, encoder_scenario, replay
+
+from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.estimation.covariance import diagonal
+from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate
+from fivebar_control.estimation.mirror import Mirror, MirrorWatch, deviations, mirrored
+from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.model.geometry import direct_geometry, inverse_geometry
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_description.parameters import FiveBar
+
+MODES = (1, -1)
+SURE = diagonal((1e-8, 1e-8, 1e-6, 1e-6, 1e-4, 1e-4))
+DOWN = [[0.0, 0.15], [0.0, 0.02]]
+ASIDE = [[-0.025, 0.025], [-0.025, 0.125]]
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.01, 0.12), (-0.02, 0.09), (0.0, 0.08), (0.01, 0.05)])
+def test_the_mirrored_platform_has_the_same_motor_angles_and_speeds(dextar: FiveBar, x: float, y: float) -> None:
+    vx, vy, step = 0.2, -0.3, 1e-6
+
+    def other(t: float) -> tuple[float, float]:
+        place = (x + vx * t, y + vy * t)
+        q = inverse_geometry(dextar, *MODES, *place)
+        assembly = 1 if det_a(state_from_platform(dextar, *MODES, *place, 0.0, 0.0)) > 0.0 else -1
+        return direct_geometry(dextar, -assembly, q.q11, q.q21)
+
+    belief = Belief(Estimate(x, y, vx, vy, 0.0, 0.0), SURE)
+    legs = (leg_motion(leg, mode, x, y, vx, vy) for leg, mode in zip(dextar[:2], MODES, strict=True))
+    found = mirrored(dextar, *legs, belief)
+    assert found is not None
+    here, ahead, behind = other(0.0), other(step), other(-step)
+    normal = np.array([found.normal_x, found.normal_y])
+    np.testing.assert_allclose(np.array(here) - (x, y), found.position * normal, atol=1e-12)
+    rate = (np.array(ahead) - np.array(behind)) / (2.0 * step) - (vx, vy)
+    assert float(rate @ normal) == pytest.approx(found.velocity, abs=1e-5)
+
+
+def test_deviations_are_the_distance_in_units_of_the_covariance() -> None:
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        root = random.normal(size=(6, 6))
+        covariance = root @ root.T
+        angle = random.uniform(0.0, math.pi)
+        normal = np.array([math.cos(angle), math.sin(angle)])
+        pick = np.zeros((2, 6))
+        pick[0, :2] = pick[1, 2:4] = normal
+        difference = random.normal(size=2)
+        expected = math.sqrt(difference @ np.linalg.solve(pick @ covariance @ pick.T, difference))
+        rows = tuple(tuple(row) for row in covariance.tolist())
+        found = deviations(Mirror(*normal.tolist(), *difference.tolist()), rows)  # type: ignore[arg-type]
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_at_rest_on_the_locus_both_modes_are_one_and_far_from_it_nothing_is_ambiguous(dextar: FiveBar) -> None:
+    settings = EkfSettings()
+    on_locus = Estimate(0.0, math.sqrt(0.0081 - 0.000961 - 1e-12), 0.0, 0.0, 0.0, 0.0)
+    watch = MirrorWatch(dextar, *MODES, 500, settings)
+    assert "the other assembly mode is 0.0 standard deviations away" in (watch.look(Belief(on_locus, SURE)) or "")
+    # with 0.25 m/s, and a velocity known to 1 mm/s, the two are 500 standard deviations apart
+    assert MirrorWatch(dextar, *MODES, 500, settings).look(Belief(on_locus._replace(vy=-0.25), SURE)) is None
+    away = on_locus._replace(y=0.12)
+    patient = MirrorWatch(dextar, *MODES, 500, settings)
+    assert all(patient.look(Belief(away, SURE)) is None for _ in range(500))
+
+
+def test_whoever_stays_near_the_locus_is_ambiguous_however_sure(dextar: FiveBar) -> None:
+    watch = MirrorWatch(dextar, *MODES, 500, EkfSettings(mirror_deviations=0.0))
+    near = Belief(Estimate(0.0, 0.086, 0.0, 0.0, 0.0, 0.0), SURE)
+    reasons = [watch.look(near) for _ in range(102)]
+    assert reasons[:100] == [None] * 100
+    assert reasons[101] is not None
+    assert "1/cond(A) below 0.05 for 0.204 s, limit 0.2 s" in reasons[101]
+
+
+@pytest.mark.parametrize("plant", [{}, OFF_MODEL], ids=["as believed", "off"])
+@pytest.mark.parametrize(
+    ("duration", "ambiguous"), [(0.5, False), (1.0, False), (2.0, False), (3.0, False), (12.0, True), (15.0, True)]
+)
+@pytest.mark.parametrize("waypoints", [DOWN, ASIDE], ids=["down", "aside"])
+def test_slow_crossings_are_ambiguous_and_ballistic_ones_are_not(
+    waypoints: list[list[float]], duration: float, ambiguous: bool, plant: dict[str, float]
+) -> None:
+    scenario = encoder_scenario("middle", duration, plant=plant, waypoints=waypoints, tracking_error_limit=0.2)
+    run = simulate(scenario)
+    assert [fault.partition(":")[0] for fault in run.faults] == (["estimate_ambiguous"] if ambiguous else [])
+    if ambiguous:
+        number = int(run.faults[0].split()[3].rstrip(":"))
+        # from that sample on there is no torque
+        assert all(sample.command == (0.0, 0.0) for sample in run.samples[number:])
+        assert run.samples[number - 1].command != (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("duration", "friction", "mass", "inertia"),
+    [(5.0, 1.2, 0.9, 1.1), (4.0, 0.5, 1.0, 1.0), (5.0, 1.5, 1.2, 1.0), (8.0, 0.8, 1.1, 0.9), (12.0, 0.8, 1.1, 0.9)],
+)
+def test_a_wrong_estimate_is_never_passed_on_in_silence(
+    duration: float, friction: float, mass: float, inertia: float
+) -> None:
+    """Robots that are not as believed, some of which stop on the locus: no estimate is 2 mm off without the fault."""
+    plant = {"friction_scale": friction, "mass_scale": mass, "inertia_scale": inertia}
+    scenario = encoder_scenario("middle", duration, plant=plant, waypoints=DOWN, tracking_error_limit=0.2)
+    for one in replay(simulate(scenario), scenario):
+        if one.fault is not None:
+            break
+        assert one.error < 2e-3, one.number

@@ -1,0 +1,56 @@
+"""A frozen encoder is noticed within a few samples wherever its motor turns, and never where none is frozen."""
+
+from __future__ import annotations
+
+import pytest
+from estimate_replay import OFF_MODEL, encoder_scenario
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import OfflineRun, simulate
+from fivebar_control.estimation.estimator import StateEstimator
+
+
+def at_100_hz() -> Scenario:
+    return encoder_scenario("middle", 1.0, (400.0, 40.0), rate_hz=100)
+
+
+@pytest.fixture(scope="module")
+def crossing() -> tuple[Scenario, OfflineRun]:
+    scenario = at_100_hz()
+    return scenario, simulate(scenario)
+
+
+def test_no_crossing_has_a_frozen_encoder(crossing: tuple[Scenario, OfflineRun]) -> None:
+    assert crossing[1].faults == []
+    for scenario in (
+        encoder_scenario("middle", 0.5, plant=OFF_MODEL),
+        encoder_scenario("middle", 2.0, plant={"encoder_counts": 262_144}),
+        encoder_scenario("middle", 1.0, (100.0, 20.0), rate_hz=50),
+    ):
+        assert simulate(scenario).faults == []
+
+
+@pytest.mark.parametrize("motor", [0, 1])
+@pytest.mark.parametrize("first", [25, 35, 45, 50, 55, 65, 80])
+def test_a_frozen_reading_is_noticed(crossing: tuple[Scenario, OfflineRun], first: int, motor: int) -> None:
+    """The reference is on the locus at sample 50, where the motors turn round."""
+    scenario, run = crossing
+    estimator = StateEstimator(
+        scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf.as_settings()
+    )
+    frozen = None
+    for sample in run.samples:
+        assert sample.estimated is not None
+        angles, torques = list(sample.estimated.motors[0]), sample.estimated.motors[1]
+        if sample.number == first:
+            frozen = angles[motor]
+        if frozen is not None:
+            angles[motor] = frozen
+        estimator.take(sample.number, angles[0], angles[1], *torques)
+        estimator.commanded(sample.number, *sample.command)
+        if estimator.fault is not None:
+            break
+    assert estimator.fault is not None
+    assert estimator.fault.name == "encoder_frozen"
+    assert f"q{motor + 1}1 has read the same" in estimator.fault.detail
+    assert 2 <= sample.number - first <= 9

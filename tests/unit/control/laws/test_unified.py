@@ -1,0 +1,240 @@
+"""The unified law: its input map, its box-constrained least squares, and what it does on the locus."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
+
+from fivebar_control.laws.laws import UnifiedLaw
+from fivebar_control.laws.reference import Reference, reference_from_motors, reference_from_platform
+from fivebar_control.laws.torque import Torque
+from fivebar_control.laws.unified import (
+    NOTHING_KNOWN,
+    Box,
+    InputMap,
+    UnifiedMemory,
+    UnifiedSettings,
+    box_least_squares,
+    input_map,
+    observed_disturbance,
+    unified_step,
+)
+from fivebar_control.model.dynamics import direct_dynamics
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.state import Platform, State
+from fivebar_control.trajectory.joint_segment import state_from_motors
+from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.parameters import FiveBar, load_robot
+
+LOCUS_Y = math.sqrt(0.0081 - 0.000961)
+PERIOD = 0.002
+figures = st.floats(-20.0, 20.0)
+
+
+def torque_of(robot: FiveBar, state: State, reference: Reference, limit: float = math.inf) -> Torque:
+    """Return the first torque of the law with its default gains."""
+    settings = UnifiedSettings(torque_limit=limit)
+    return unified_step(robot, state, reference, NOTHING_KNOWN, settings, PERIOD)[0]
+
+
+def acceleration_by_pinocchio(robot: FiveBar, state: State, tau1: float, tau2: float) -> tuple[float, float]:
+    """Return xddot of the frictionless robot under motor torques."""
+    loop = ClosedLoop(robot)
+    leg1, leg2 = state.leg1, state.leg2
+    q = np.array([leg1.q1, leg1.q2, leg2.q1, leg2.q2])
+    v = np.array([leg1.dq1, leg1.dtheta - leg1.dq1, leg2.dq1, leg2.dtheta - leg2.dq1])
+    bend = loop.acceleration(q, v, np.array([tau1, 0.0, tau2, 0.0]))
+    ax, ay = loop.platform(q, v, bend)[2].tolist()
+    return ax, ay
+
+
+def expected(mapped: InputMap, push: tuple[float, float]) -> tuple[float, float]:
+    return (
+        mapped.g_x1 * push[0] + mapped.g_x2 * push[1] + mapped.a0_x,
+        mapped.g_y1 * push[0] + mapped.g_y2 * push[1] + mapped.a0_y,
+    )
+
+
+@given(
+    a=st.tuples(figures, figures, figures, figures),
+    b=st.tuples(figures, figures),
+    weight=st.floats(0.1, 10.0),
+    middle=st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)),
+    half=st.floats(0.1, 3.0),
+)
+def test_box_least_squares_equals_a_reference_solver(
+    a: tuple[float, ...],
+    b: tuple[float, ...],
+    weight: float,
+    middle: tuple[float, float],
+    half: float,
+) -> None:
+    matrix = np.array(a).reshape(2, 2)
+    stacked = np.vstack([matrix, math.sqrt(weight) * np.eye(2)])
+    target = np.array([*b, 0.0, 0.0])
+    low, high = np.array(middle) - half, np.array(middle) + half
+    expected = lsq_linear(stacked, target, bounds=(low, high), method="bvls", tol=1e-14)
+    h = matrix.T @ matrix + weight * np.eye(2)
+    r = matrix.T @ np.array(b)
+    found = box_least_squares(h[0, 0], h[0, 1], h[1, 1], r[0], r[1], Box(low[0], high[0], low[1], high[1]))
+
+    def cost(u: np.ndarray) -> float:
+        return float(np.sum((stacked @ u - target) ** 2))
+
+    assert np.all(np.array(found) >= low - 1e-12)
+    assert np.all(np.array(found) <= high + 1e-12)
+    assert cost(np.array(found)) <= cost(expected.x) * (1.0 + 1e-9) + 1e-9
+
+
+@pytest.mark.parametrize("y", [0.12, LOCUS_Y, 0.05])
+def test_the_input_map_is_the_robots_response(y: float) -> None:
+    """Away from the Type 2 locus and on it: xddot = G u + a_0 against Pinocchio's closed loop."""
+    robot = load_robot("dextar")
+    state = state_from_platform(robot, 1, -1, 0.01 if y != LOCUS_Y else 0.0, y, 0.3, -0.4)
+    mapped = input_map(robot, state)
+    assert mapped is not None
+    for u in ((0.0, 0.0), (0.7, -0.3), (-1.1, 0.4)):
+        assert expected(mapped, u) == pytest.approx(acceleration_by_pinocchio(robot, state, *u), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["dextar", "unequal"])
+def test_the_input_map_is_regular_where_a_leg_is_stretched(name: str) -> None:
+    """At Type 1, moving, against Pinocchio: the stretched leg's motor moves nothing, the other one does."""
+    robot = load_robot(name)
+    # leg 1 points from motor 1 to the platform
+    reach = robot.leg1.proximal + robot.leg1.distal
+    x, y = robot.leg1.base_x + 0.6 * reach, 0.8 * reach
+    q21 = state_from_platform(robot, 1, -1, x, y, 0.0, 0.0).leg2.q1
+    state = state_from_motors(robot, 1, math.atan2(0.8, 0.6), q21, 1.3, -0.8)
+    assert abs(state.leg1.sin_q2) < 1e-8
+    mapped = input_map(robot, state)
+    assert mapped is not None
+    for u in ((0.0, 0.0), (0.7, -0.3)):
+        assert expected(mapped, u) == pytest.approx(acceleration_by_pinocchio(robot, state, *u), abs=1e-8)
+    assert math.hypot(mapped.g_x1, mapped.g_y1) < 1e-6 < math.hypot(mapped.g_x2, mapped.g_y2)
+
+
+def test_at_type_1_the_stretched_legs_motor_is_held_to_its_plan() -> None:
+    """The platform does not feel motor 1 there; its own acceleration is the planned one plus the feedback."""
+    robot = load_robot("dextar")
+    q21 = state_from_platform(robot, 1, -1, 0.049, 0.144, 0.0, 0.0).leg2.q1
+    q11 = math.atan2(0.8, 0.6)
+    state = state_from_motors(robot, 1, q11, q21, 1.0, -0.5)
+    # the desired leg is at the same place, 0.1 rad/s faster, and gains 3 rad/s^2
+    desired = state_from_motors(robot, 1, q11, q21, 1.1, -0.5)
+    reference = reference_from_motors(robot, desired, 0.0, 0.0, 3.0, 0.0)
+    torque = torque_of(robot, state, reference)
+    motion = direct_dynamics(robot, state, *torque, reference.f1, reference.f2)
+    assert motion.ddq11 == pytest.approx(3.0 + UnifiedSettings().kd * 0.1, abs=1e-6)
+
+
+def test_on_the_locus_torque_stays_small_and_acts_across_the_path_only() -> None:
+    robot = load_robot("dextar")
+    state = state_from_platform(robot, 1, -1, 0.0, LOCUS_Y, 0.0, -0.2)
+    # asks for 1 m/s^2 in the uncontrollable direction y, and for 0.5 in x
+    reference = reference_from_platform(robot, 1, -1, Platform(0.0, LOCUS_Y, 0.0, -0.2, 0.5, 1.0))
+    torque = torque_of(robot, state, reference)
+    motion = direct_dynamics(robot, state, *torque, reference.f1, reference.f2)
+    assert abs(motion.ay) < 1e-9
+    assert 0.3 < motion.ax < 0.5
+    assert max(abs(torque.tau1), abs(torque.tau2)) < 2.0
+
+
+def test_along_each_direction_of_the_input_map_the_law_gives_its_share() -> None:
+    """Damped least squares: of what is asked along a singular direction, s^2 / (s^2 + w) is given."""
+    robot = load_robot("dextar")
+    state = state_from_platform(robot, 1, -1, 0.004, 0.0853, 0.0, 0.0)
+    mapped = input_map(robot, state)
+    assert mapped is not None
+    left, s, _ = np.linalg.svd(np.array([[mapped.g_x1, mapped.g_x2], [mapped.g_y1, mapped.g_y2]]))
+    assert s[1] < 1.0 < 3.0 < s[0]
+    for direction, value in zip(left.T, s.tolist(), strict=True):
+        asked = 2.0 * direction + [mapped.a0_x, mapped.a0_y]
+        platform = Platform(state.x, state.y, 0.0, 0.0, *asked.tolist())
+        reference = reference_from_platform(robot, 1, -1, platform)
+        torque = torque_of(robot, state, reference)
+        got = expected(mapped, (torque.tau1 - reference.f1, torque.tau2 - reference.f2))
+        given = np.array(got) - [mapped.a0_x, mapped.a0_y]
+        share = value * value / (value * value + UnifiedSettings().weight)
+        assert given == pytest.approx(2.0 * share * direction, abs=1e-9)
+
+
+def test_the_torque_limit_is_kept() -> None:
+    robot = load_robot("dextar")
+    state = state_from_platform(robot, 1, -1, 0.0, 0.14, 0.0, 0.0)
+    reference = reference_from_platform(robot, 1, -1, Platform(0.02, 0.12, 0.5, 0.5, 50.0, -80.0))
+    torque = torque_of(robot, state, reference, 0.6)
+    assert max(abs(torque.tau1), abs(torque.tau2)) == pytest.approx(0.6, abs=1e-12)
+
+
+disturbances = st.floats(-0.4, 0.4)
+
+
+@given(
+    x=st.floats(-0.03, 0.03),
+    y=st.one_of(st.just(LOCUS_Y), st.floats(0.03, 0.14)),
+    true=st.tuples(disturbances, disturbances),
+    believed=st.tuples(disturbances, disturbances),
+    push=st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)),
+    rate=st.floats(0.1, 1e4),
+)
+def test_the_disturbances_error_never_grows(
+    x: float,
+    y: float,
+    true: tuple[float, float],
+    believed: tuple[float, float],
+    push: tuple[float, float],
+    rate: float,
+) -> None:
+    """Wherever the robot is, on the locus too, one sample takes the estimate no further from the truth."""
+    robot = load_robot("dextar")
+    state = state_from_platform(robot, 1, -1, 0.0 if y == LOCUS_Y else x, y, 0.1, -0.2)
+    mapped = input_map(robot, state)
+    assert mapped is not None
+    ax, ay = expected(mapped, (push[0] + true[0], push[1] + true[1]))
+    before_ax, before_ay = expected(mapped, (push[0] + believed[0], push[1] + believed[1]))
+    memory = UnifiedMemory(
+        *believed, False, *push, state.vx - ax * PERIOD, state.vy - ay * PERIOD, before_ax, before_ay
+    )
+    settings = UnifiedSettings(observer_rate=rate)
+    found = observed_disturbance(mapped, state, memory, settings, PERIOD)
+    error_before, error = math.dist(believed, true), math.dist(found, true)
+    assert error <= error_before + 1e-9
+    # with the eigenvalues of (I - gamma S)
+    s = np.linalg.svd(np.array([[mapped.g_x1, mapped.g_x2], [mapped.g_y1, mapped.g_y2]]), compute_uv=False)
+    slowest = 1.0 - (1.0 - math.exp(-rate * PERIOD)) * s[1] ** 2 / (s[1] ** 2 + settings.weight)
+    assert error <= slowest * error_before + 1e-9
+
+
+def test_the_disturbance_is_bounded_on_the_locus_whatever_is_measured() -> None:
+    """A robot that rests on the locus under wildly wrong speeds: the estimate stays within its limit."""
+    robot, settings = load_robot("dextar"), UnifiedSettings(observer_rate=200.0)
+    law = UnifiedLaw(robot, settings, 500)
+    random = np.random.default_rng(3)
+    reference = reference_from_platform(robot, 1, -1, Platform(0.0, LOCUS_Y, 0.0, 0.0, 0.0, 0.0))
+    bound = settings.disturbance_limit
+    least = UnifiedLaw(robot, settings._replace(observer_rate=0.0), 500)
+    for sample in range(2000):
+        state = state_from_platform(robot, 1, -1, 0.0, LOCUS_Y, *random.normal(0.0, 1.0, 2).tolist())
+        torque, without = law(sample, state, reference), least(sample, state, reference)
+        # the torques differ by what is believed
+        assert max(abs(torque.tau1 - without.tau1), abs(torque.tau2 - without.tau2)) <= bound + 1e-9
+
+
+def test_a_gap_between_samples_teaches_nothing() -> None:
+    """The estimate stays over a gap: what happened in it is not known. The next sample teaches again."""
+    robot = load_robot("dextar")
+    reference = reference_from_platform(robot, 1, -1, Platform(0.0, 0.12, 0.0, 0.0, 0.0, 0.0))
+    still = state_from_platform(robot, 1, -1, 0.0, 0.12, 0.0, 0.0)
+    fast = state_from_platform(robot, 1, -1, 0.0, 0.12, 0.0, -0.1)
+    settings = UnifiedSettings(kp=0.0, kd=0.0)
+    after_gap, after_none = UnifiedLaw(robot, settings, 500), UnifiedLaw(robot, settings, 500)
+    after_gap(0, still, reference), after_none(0, still, reference)
+    memoryless = UnifiedLaw(robot, settings)
+    assert after_gap(2, fast, reference) == memoryless(2, fast, reference)
+    assert after_none(1, fast, reference) != memoryless(1, fast, reference)

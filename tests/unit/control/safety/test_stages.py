@@ -1,0 +1,140 @@
+"""The stages before the drives, one by one, against figures worked out by hand or by other functions."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivebar_control.laws.torque import Torque
+from fivebar_control.model.kinematics import state_from_joints, state_from_platform
+from fivebar_control.model.state import State
+from fivebar_control.safety.stages import (
+    Area,
+    SafetySettings,
+    fastest_motor,
+    limited,
+    near_type_1,
+    out_of_workspace,
+    over_speed,
+    rate_limited,
+    tracking_lost,
+    undefined,
+)
+from fivebar_description.parameters import load_robot
+
+ROBOT = load_robot()
+MODES = (1, -1)
+
+torques = st.floats(-1e6, 1e6)
+
+
+def at(x: float, y: float, vx: float = 0.0, vy: float = 0.0, modes: tuple[int, int] = MODES) -> State:
+    return state_from_platform(ROBOT, *modes, x, y, vx, vy)
+
+
+@given(torques, torques, st.floats(1e-3, 1e3))
+def test_the_limit_cuts_each_motor_and_nothing_within_it(tau1: float, tau2: float, limit: float) -> None:
+    cut = limited(Torque(tau1, tau2), limit)
+    for before, after in zip((tau1, tau2), cut, strict=True):
+        assert abs(after) == min(abs(before), limit)
+        assert after * before >= 0.0
+    assert limited(cut, limit) == cut
+
+
+@given(st.lists(torques, min_size=1, max_size=30), st.floats(1e-2, 1e4))
+def test_the_rate_limit_never_steps_further_and_gets_there(wanted: list[float], step: float) -> None:
+    before = Torque(0.0, 0.0)
+    for torque in wanted:
+        after = rate_limited(Torque(torque, -torque), before, step)
+        rounding = 1e-12 * (step + abs(before.tau1))
+        assert abs(after.tau1 - before.tau1) <= step + rounding
+        if abs(torque - before.tau1) <= step:
+            assert abs(after.tau1 - torque) <= rounding
+        else:
+            assert (after.tau1 - before.tau1) * (torque - before.tau1) > 0.0
+        assert after.tau2 == -after.tau1
+        before = after
+
+
+def test_without_limits_the_torque_is_untouched() -> None:
+    assert limited(Torque(1e9, -3.0), math.inf) == (1e9, -3.0)
+    assert rate_limited(Torque(1e9, -3.0), Torque(5.0, 5.0), math.inf) == (1e9, -3.0)
+
+
+@pytest.mark.parametrize("torque", [(math.nan, 0.0), (0.0, math.inf), (-math.inf, math.nan)])
+def test_what_is_not_finite_is_undefined(torque: tuple[float, float]) -> None:
+    fault = undefined(Torque(*torque), 0.25)
+    assert fault is not None
+    assert fault.name == "torque_undefined"
+    assert "sigma = 0.250" in fault.detail
+    assert undefined(Torque(1e300, -1e300), 1.0) is None
+
+
+def test_the_faster_motor_decides_about_speed() -> None:
+    joints = (1.6573402912344397, -0.9225800732005386, 1.4842523623553534, 0.9225800732005386)
+    for speeds in ((3.0, 90.0, -7.0, 0.0), (-7.0, 0.0, 3.0, -90.0)):
+        state = state_from_joints(ROBOT, *joints, *speeds)
+        assert fastest_motor(state) == 7.0
+        assert over_speed(state, 7.0) is None
+        fault = over_speed(state, 6.999)
+        assert fault is not None
+        assert str(fault).startswith("over_speed: motors at ")
+        assert "limit 6.999 rad/s" in fault.detail
+
+
+@pytest.mark.parametrize("speeds", [(math.nan, 0.0, 1.0, 0.0), (1.0, 0.0, math.nan, 0.0)])
+def test_an_unknown_speed_is_too_fast(speeds: tuple[float, ...]) -> None:
+    state = state_from_joints(ROBOT, 1.6, -0.9, 1.5, 0.9, *speeds)
+    assert over_speed(state, 1e9) is not None
+
+
+def test_the_workspace_is_a_rectangle() -> None:
+    area = Area(-0.05, 0.05, 0.02, 0.13)
+    for place in ((0.0, 0.1), (-0.05, 0.02), (0.05, 0.13)):
+        assert out_of_workspace(ROBOT, at(*place), area) is None
+    for place in ((-0.0501, 0.1), (0.0501, 0.1), (0.0, 0.0199), (0.0, 0.1301)):
+        fault = out_of_workspace(ROBOT, at(*place), area)
+        assert fault is not None
+        assert fault.name == "out_of_workspace"
+        assert out_of_workspace(ROBOT, at(*place), None) is None
+
+
+def test_joints_that_contradict_each_other_put_the_platform_out_of_reach() -> None:
+    """Both legs stretched to the left: the mean of their tips is 59 mm beyond the reach of the right leg."""
+    state = state_from_joints(ROBOT, math.pi, 0.0, math.pi, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert state.x == pytest.approx(-0.18)
+    fault = out_of_workspace(ROBOT, state, None)
+    assert fault is not None
+    assert "59.0 mm out of reach" in fault.detail
+
+
+def test_the_type_1_margin_is_that_of_the_working_mode() -> None:
+    state = at(0.0, 0.15)
+    clear = abs(state.leg1.sin_q2)
+    assert near_type_1(state, *MODES, clear - 1e-9) is None
+    fault = near_type_1(state, *MODES, clear + 1e-9)
+    assert fault is not None
+    assert fault.name == "near_type_1"
+    # a leg that has gone through Type 1 since the last sample stands in the other working mode
+    assert near_type_1(state, -1, -1, 0.01) is not None
+    assert near_type_1(state, 1, 1, 0.01) is not None
+    assert near_type_1(state, -1, 1, 0.0) is None
+
+
+def test_a_stretched_leg_is_near_type_1() -> None:
+    stretched = ROBOT.leg1.proximal + ROBOT.leg1.distal
+    near = at(ROBOT.leg1.base_x, stretched - 1e-6)
+    assert abs(near.leg1.sin_q2) < 0.01
+    assert near_type_1(near, *MODES, SafetySettings().type1_margin) is not None
+
+
+def test_tracking_is_lost_beyond_the_limit() -> None:
+    state = at(0.03, 0.14)
+    assert tracking_lost(state, 0.0, 0.10, 0.05 + 1e-12) is None
+    fault = tracking_lost(state, 0.0, 0.10, 0.0499)
+    assert fault is not None
+    assert str(fault) == "tracking_lost: 50.0 mm from the reference, limit 49.9 mm"
+    assert tracking_lost(state, math.nan, 0.10, 1.0) is not None

@@ -1,0 +1,193 @@
+"""The feasibility screen: each figure against another way to find it, and every limit's refusal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.trajectory.feasibility import (
+    DIRECTION,
+    DWELL,
+    REST,
+    SERIAL,
+    SPEED,
+    TORQUE,
+    ZONE_STAY,
+    Feasibility,
+    Figure,
+    screen,
+    stays_near_locus,
+)
+from fivebar_control.trajectory.limits import Limits, limits_of
+from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.reference_torque import Follower, ReferenceTorque
+from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.parameters import FiveBar
+
+RATE_HZ = 500
+BLENDED = Follower("multi_cartesian")
+UNIFIED = Follower("unified")
+MIDDLE = ((0.0, 0.15), (0.0, 0.02))
+
+
+def planned(robot: FiveBar, *waypoints: tuple[float, float], duration: float = 1.0) -> Plan:
+    return plan_motion(robot, (1, -1), waypoints, [duration] * (len(waypoints) - 1), RATE_HZ, ZoneRule())
+
+
+def figure(verdict: Feasibility, name: str) -> Figure:
+    found = verdict.figure(name)
+    assert found is not None
+    return found
+
+
+def dense(robot: FiveBar, plan: Plan, steps: int) -> list[tuple[float, float]]:
+    """Return time and kappa, many times."""
+    found = []
+    for t in np.linspace(0.0, plan.path.duration, steps + 1).tolist():
+        p = plan.path.at(t)
+        found.append((t, inverse_condition(state_from_platform(robot, 1, -1, p.x, p.y, p.vx, p.vy))))
+    return found
+
+
+@pytest.mark.parametrize("follower", [UNIFIED, BLENDED], ids=["unified", "blended"])
+def test_off_the_locus_the_torque_is_what_pinocchio_needs(dextar: FiveBar, follower: Follower) -> None:
+    """Put into Pinocchio's robot it gives the reference's acceleration; its peak is that of all samples."""
+    plan = planned(dextar, (0.0, 0.15), (0.05, 0.12), duration=0.3)
+    needed = ReferenceTorque(dextar, plan, RATE_HZ, follower)
+    loop = ClosedLoop(dextar)
+    peak = 0.0
+    for sample in range(plan.path.samples(RATE_HZ) + 1):
+        p = plan.path.at(sample / RATE_HZ)
+        reference = reference_from_platform(dextar, 1, -1, p)
+        leg1, leg2 = reference.state.leg1, reference.state.leg2
+        torque = needed(sample, reference)
+        q = np.array([leg1.q1, leg1.q2, leg2.q1, leg2.q2])
+        v = np.array([leg1.dq1, leg1.dtheta - leg1.dq1, leg2.dq1, leg2.dtheta - leg2.dq1])
+        applied = np.array([torque.tau1 - reference.f1, 0.0, torque.tau2 - reference.f2, 0.0])
+        got = loop.platform(q, v, loop.acceleration(q, v, applied))[2]
+        assert got == pytest.approx((p.ax, p.ay), abs=1e-8)
+        peak = max(peak, abs(torque.tau1), abs(torque.tau2))
+    verdict = screen(dextar, plan, RATE_HZ, follower, Limits())
+    assert figure(verdict, TORQUE).value == pytest.approx(peak, rel=1e-12)
+
+
+def test_on_the_locus_the_torque_is_finite(dextar: FiveBar) -> None:
+    """Inverse dynamics would ask for hundreds of Nm: not half way, the reference accelerates on the locus."""
+    plan = planned(dextar, (0.0, 0.15), (0.0, 0.05))
+    for follower in (UNIFIED, BLENDED):
+        assert figure(screen(dextar, plan, RATE_HZ, follower, Limits()), TORQUE).value < 1.0
+    assert figure(screen(dextar, plan, RATE_HZ, Follower("ctc"), Limits()), TORQUE).value > 5.0
+
+
+def test_the_stay_near_the_locus_equals_dense_sampling(dextar: FiveBar) -> None:
+    plan = planned(dextar, *MIDDLE, duration=4.0)
+    seen = [t for t, kappa in dense(dextar, plan, 80_000) if kappa < 0.05]
+    ((start, end),) = stays_near_locus(dextar, plan, RATE_HZ)
+    assert (start, end) == pytest.approx((seen[0], seen[-1]), abs=1e-4)
+    # to first order kappa grows from 0 with the rate at the crossing
+    assert end - start == pytest.approx(2.0 * 0.05 / plan.crossings[0].kappa_rate, rel=0.02)
+    assert figure(screen(dextar, plan, RATE_HZ, UNIFIED, Limits()), DWELL).value == pytest.approx(end - start)
+
+
+def test_the_stay_grows_with_the_duration_and_has_a_limit(dextar: FiveBar) -> None:
+    stays = [
+        figure(screen(dextar, planned(dextar, *MIDDLE, duration=T), RATE_HZ, UNIFIED, Limits()), DWELL)
+        for T in (1.0, 2.0, 6.0)
+    ]
+    assert stays[1].value == pytest.approx(2.0 * stays[0].value, rel=1e-4)
+    assert [stay.kept for stay in stays] == [True, True, False]
+
+
+def test_a_near_miss_counts_as_a_stay(dextar: FiveBar) -> None:
+    """Along y = 0.088 m the platform passes 3.5 mm above the locus and does not cross it."""
+    plan = planned(dextar, (-0.03, 0.1), (-0.001, 0.0878), (0.03, 0.1), duration=1.0)
+    assert plan.crossings == ()
+    verdict = screen(dextar, plan, RATE_HZ, UNIFIED, Limits())
+    assert not verdict.feasible
+    assert not figure(verdict, REST).kept
+    assert not figure(verdict, DWELL).kept
+    assert len(stays_near_locus(dextar, plan, RATE_HZ)) == 1
+
+
+def test_the_type_1_margin_is_that_of_the_cosine_rule(dextar: FiveBar) -> None:
+    """From the distance to the base: d^2 = 2 l^2 (1 + cos q2)."""
+    far = (-0.04, -0.145)
+    plan = planned(dextar, (-0.05, -0.11), far)
+    distance_squared = (far[0] - 0.059) ** 2 + far[1] ** 2
+    cosine = distance_squared / (2.0 * 0.09**2) - 1.0
+    found = figure(screen(dextar, plan, RATE_HZ, UNIFIED, Limits(serial_margin=0.3)), SERIAL)
+    assert found.value == pytest.approx(math.sqrt(1.0 - cosine**2), rel=1e-9)
+    assert (found.x, found.y) == pytest.approx(far)
+
+
+def test_the_motor_speed_is_that_of_the_difference_quotient(dextar: FiveBar) -> None:
+    plan = planned(dextar, *MIDDLE, duration=0.8)
+    step = 1e-5
+    largest = 0.0
+    for t in np.linspace(0.0, 0.8, 4001).tolist():
+        before, after = plan.path.at(t - step), plan.path.at(t + step)
+        one = state_from_platform(dextar, 1, -1, before.x, before.y, 0.0, 0.0)
+        other = state_from_platform(dextar, 1, -1, after.x, after.y, 0.0, 0.0)
+        largest = max(
+            largest,
+            abs(other.leg1.q1 - one.leg1.q1) / (2.0 * step),
+            abs(other.leg2.q1 - one.leg2.q1) / (2.0 * step),
+        )
+    found = figure(screen(dextar, plan, RATE_HZ, UNIFIED, Limits()), SPEED)
+    assert found.value == pytest.approx(largest, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("tightened", "name"),
+    [
+        (Limits(torque=0.3), TORQUE),
+        (Limits(motor_speed=0.5), SPEED),
+        (Limits(serial_margin=0.9), SERIAL),
+        (Limits(rest=0.9), REST),
+        (Limits(dwell=0.01), DWELL),
+        (Limits(zone_stay=0.05), ZONE_STAY),
+        (Limits(authority=1.1), DIRECTION),
+    ],
+)
+def test_every_limit_refuses_by_itself_and_says_where(dextar: FiveBar, tightened: Limits, name: str) -> None:
+    plan = planned(dextar, *MIDDLE)
+    assert screen(dextar, plan, RATE_HZ, BLENDED, Limits()).reasons == []
+    (reason,) = screen(dextar, plan, RATE_HZ, BLENDED, tightened).reasons
+    assert reason.startswith(f"{name} is ")
+    assert "m after" in reason
+    assert "expected at" in reason
+
+
+def test_only_blended_controllers_need_a_direction(dextar: FiveBar) -> None:
+    plan = planned(dextar, *MIDDLE)
+    assert screen(dextar, plan, RATE_HZ, UNIFIED, Limits()).figure(DIRECTION) is None
+    assert figure(screen(dextar, plan, RATE_HZ, BLENDED, Limits()), DIRECTION).value == pytest.approx(1.0)
+
+
+def test_a_blended_controller_needs_a_steady_passage(dextar: FiveBar) -> None:
+    """Straight through the locus the zone lasts twice its duration; along the locus first, it lasts longer."""
+    straight = screen(dextar, planned(dextar, *MIDDLE), RATE_HZ, BLENDED, Limits())
+    assert figure(straight, ZONE_STAY).value == pytest.approx(0.08, rel=0.05)
+    along = plan_motion(dextar, (-1, -1), ((0.078, 0.0296), (-0.091, -0.03)), (1.152,), RATE_HZ, ZoneRule())
+    assert along.crossings
+    verdict = screen(dextar, along, RATE_HZ, BLENDED, Limits())
+    assert not figure(verdict, ZONE_STAY).kept
+
+
+def test_an_undefined_torque_is_not_feasible(dextar: FiveBar) -> None:
+    assert not Figure(TORQUE, math.nan, 1.7, True, 0.0, 0.0, 0.0).kept
+    assert not Figure(REST, math.nan, 0.05, False, 0.0, 0.0, 0.0).kept
+
+
+def test_blended_controllers_need_quicker_crossings_with_coarse_encoders() -> None:
+    step = 2.0 * math.pi * RATE_HZ / 20_000
+    assert limits_of(UNIFIED) == Limits()
+    # an estimator gives up after 0.2 s
+    assert limits_of(UNIFIED, speed_step=step) == Limits()._replace(dwell=0.15)
+    assert limits_of(BLENDED, speed_step=step).dwell < limits_of(BLENDED).dwell == 0.2
+    assert limits_of(BLENDED).rest > Limits().rest
