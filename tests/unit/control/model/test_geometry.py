@@ -47,7 +47,8 @@ def test_inverse_geometry_closes_both_legs_with_elbows_on_the_wanted_sides(
     for leg, mode, q1, q2 in ((robot.leg1, mode1, q.q11, q.q12), (robot.leg2, mode2, q.q21, q.q22)):
         tip_x = leg.base_x + leg.proximal * math.cos(q1) + leg.distal * math.cos(q1 + q2)
         tip_y = leg.proximal * math.sin(q1) + leg.distal * math.sin(q1 + q2)
-        assert distance(tip_x, tip_y, x, y) < 1e-15
+        # the angle of the distal link comes from its cosine, which magnifies rounding where the leg is nearly straight
+        assert distance(tip_x, tip_y, x, y) < 2e-16 / abs(math.sin(q2))
         assert elbow_side(leg, q1, x, y) * mode > 0.0
         assert -math.pi < q1 <= math.pi
 
