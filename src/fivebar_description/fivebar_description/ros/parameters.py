@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from fivebar_description.interface import NANOSECONDS
+from fivebar_description.settings import REQUIRED, Declared, absent, declared
 from fivebar_description.strict_yaml import InputError
 
 
@@ -69,6 +70,40 @@ class Spec(NamedTuple):
         if self.choices and value not in self.choices:
             return f"expected one of {', '.join(self.choices)}"
         return self.check(value) if self.check is not None else None
+
+
+def specs_of(settings: type[tuple[Any, ...]]) -> tuple[Spec, ...]:
+    """Return the parameters that hold the settings of a NamedTuple; `settings.from_parameters` makes it of them."""
+    return tuple(_spec(one) for one in declared(settings))
+
+
+def _spec(one: Declared) -> Spec:
+    setting = one.setting
+    if one.default is REQUIRED:
+        raise TypeError(f"{one.name}: a setting of a node needs a default")
+    default = absent(one) if one.default is None else one.default
+    lower = setting.at_least if setting.above is None else setting.above
+    upper = setting.at_most if setting.below is None else setting.below
+
+    def problem(value: Any) -> str | None:
+        if one.optional and value == absent(one):
+            return None
+        if one.kind in (float, int) and setting.outside(value):
+            return f"expected {setting.range_text()}"
+        return setting.problem(value)
+
+    none = "" if not one.optional else f" {absent(one)} for none." if one.kind in (float, int) else " [0.0] for none."
+    return Spec(
+        one.name,
+        list(default) if isinstance(default, tuple) else default,
+        setting.description + none,
+        setting.unit,
+        min(lower, absent(one)) if lower is not None and one.optional else lower,
+        upper,
+        setting.choices,
+        setting.tunable,
+        problem,
+    )
 
 
 def whole_period(rate_hz: int) -> str | None:

@@ -1,0 +1,108 @@
+"""Settings declared once: section, node parameters and numbers for compiled code all follow the declaration."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivebar_description.settings import Section, Setting, as_numbers, declared, from_parameters, to_parameters
+from fivebar_description.strict_yaml import InputError, StrictModel, validate
+
+
+def ordered(bounds: tuple[float, float]) -> str | None:
+    return None if bounds[0] < bounds[1] else "expected the smaller bound first"
+
+
+class Settings(NamedTuple):
+    """Of a component that exists in this test only."""
+
+    gain: Annotated[float, Setting("Gain.", "1/s", at_least=0.0, at_most=100.0, tunable=True)] = 5.0
+    limit: Annotated[float | None, Setting("Limit.", "Nm", above=0.0)] = None
+    law: Annotated[str, Setting("Law.", choices=("first", "second"))] = "first"
+    samples: Annotated[int, Setting("Delay.", "samples", at_least=0, below=10)] = 2
+    enabled: Annotated[bool, Setting("Whether it works.")] = True
+    bounds: Annotated[tuple[float, float] | None, Setting("Where.", "m", check=ordered)] = None
+
+
+class File(StrictModel):
+    """A file with one section."""
+
+    component: Section[Settings] = Settings()
+
+
+def read(**content: Any) -> Settings:
+    return validate({"component": content}, File, "file.yaml").component
+
+
+def test_a_section_fills_in_defaults_and_reads_integers_and_lists() -> None:
+    assert read() == Settings()
+    settings = read(gain=3, bounds=[1, 2], limit=0.5)
+    assert settings == Settings(gain=3.0, bounds=(1.0, 2.0), limit=0.5)
+    assert isinstance(settings.gain, float)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ({"gain": -1.0}, "component.gain: -1.0: input should be greater than or equal to 0"),
+        ({"gain": 100.5}, "component.gain: 100.5: input should be less than or equal to 100"),
+        ({"limit": 0.0}, "component.limit: 0.0: input should be greater than 0"),
+        ({"samples": 10}, "component.samples: 10: input should be less than 10"),
+        ({"law": "third"}, "component.law: 'third': expected one of first, second"),
+        ({"bounds": [2.0, 1.0]}, r"component.bounds: \[2.0, 1.0\]: expected the smaller bound first"),
+        ({"gain": math.nan}, "component.gain: nan: input should be a finite number"),
+        ({"gian": 1.0}, "component.gian: unknown key"),
+        ({"enabled": 1}, "component.enabled: 1: input should be a valid boolean"),
+    ],
+)
+def test_a_section_refuses_what_the_declaration_excludes(content: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=f"file.yaml: {words}"):
+        read(**content)
+
+
+def test_a_section_is_no_list() -> None:
+    with pytest.raises(InputError, match=r"component: .* expected keys with values, found list"):
+        validate({"component": [5.0]}, File, "file.yaml")
+
+
+def test_a_file_is_written_with_names() -> None:
+    written = File(component=Settings(bounds=(1.0, 2.0))).model_dump(mode="json")
+    assert written["component"]["bounds"] == [1.0, 2.0]
+    assert validate(written, File, "again") == File(component=Settings(bounds=(1.0, 2.0)))
+
+
+@given(
+    st.builds(
+        Settings,
+        gain=st.floats(0.0, 100.0),
+        limit=st.none() | st.floats(1e-6, 1e6),
+        law=st.sampled_from(["first", "second"]),
+        samples=st.integers(0, 9),
+        enabled=st.booleans(),
+        bounds=st.none() | st.just((-1.0, 1.0)),
+    )
+)
+def test_parameters_of_a_node_hold_the_same_settings(settings: Settings) -> None:
+    parameters = to_parameters(settings)
+    assert None not in parameters.values()
+    # arrays come back from ROS as tuples
+    came = {name: tuple(value) if isinstance(value, list) else value for name, value in parameters.items()}
+    assert from_parameters(Settings, {**came, "of_another": 1}) == settings
+
+
+def test_compiled_code_gets_numbers_of_fixed_types() -> None:
+    numbers = as_numbers(Settings(gain=3, law="second"))
+    assert numbers == (3.0, math.inf, 1, 2, True, math.inf)
+    assert isinstance(numbers.gain, float)
+
+
+def test_a_field_without_a_setting_is_refused() -> None:
+    class Bare(NamedTuple):
+        gain: float = 1.0
+
+    with pytest.raises(TypeError, match=r"Bare\.gain: expected Annotated"):
+        declared(Bare)
