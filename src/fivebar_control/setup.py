@@ -28,6 +28,7 @@ setup(
             "supervisor = fivebar_control.nodes.supervisor:main",
             "ctc_controller = fivebar_control.nodes.ctc_controller:main",
             "unified_controller = fivebar_control.nodes.unified_controller:main",
+            "law_controller = fivebar_control.nodes.law_controller:main",
             "vhc_controller = fivebar_control.nodes.vhc_controller:main",
             "blender = fivebar_control.nodes.blender:main",
             "state_estimator = fivebar_control.nodes.state_estimator:main",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, cast
 
 import yaml
 from pydantic import Field, field_validator, model_validator
@@ -13,14 +14,21 @@ from pydantic import Field, field_validator, model_validator
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import Drives
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
-from fivebar_control.laws.adaptive_gain import AdaptiveGainSettings
-from fivebar_control.laws.laws import SCHEMES, Scheme
+from fivebar_control.laws.adaptive_gain import AdaptiveGain
+from fivebar_control.laws.ctc import CtcSettings
+from fivebar_control.laws.gains import Gains
+from fivebar_control.laws.law import Law, TunedLaw
+from fivebar_control.laws.multi_model import ReducedCtcSettings
+from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedController, find_controller
 from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
+from fivebar_control.laws.vhc_joint import VhcJointSettings
 from fivebar_control.safety.stages import Area, SafetySettings
-from fivebar_control.trajectory.planner import MIN_AUTHORITY, Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_description.imu import ImuDescription
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
+from fivebar_description.settings import Section, read_settings
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 from fivebar_sim.options import ImuOptions, PlantOptions
@@ -28,7 +36,6 @@ from fivebar_sim.options import ImuOptions, PlantOptions
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Mode = Annotated[tuple[Sign, Sign], Field(strict=False)]
-Gain = NotNegative
 
 
 class Zone(StrictModel):
@@ -41,38 +48,6 @@ class Zone(StrictModel):
     def as_rule(self) -> ZoneRule:
         """Return the rule for the planner."""
         return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == "fixed" else None)
-
-
-class GainsSection(StrictModel):
-    """Section `gains`: kp in 1/s^2, kd in 1/s."""
-
-    kp: Gain = 2500.0
-    kd: Gain = 100.0
-    kp_vhc: Gain = 2500.0
-    kd_vhc: Gain = 100.0
-
-
-class UnifiedSection(StrictModel):
-    """Section `unified`: of the controller unified; its torque limit is the plant's."""
-
-    kp: Gain = UnifiedSettings().kp
-    kd: Gain = UnifiedSettings().kd
-    weight: Positive = UnifiedSettings().weight
-    observer_rate: NotNegative = UnifiedSettings().observer_rate
-    disturbance_limit: NotNegative = UnifiedSettings().disturbance_limit
-
-
-class AdaptiveGainSection(StrictModel):
-    """Section `adaptive_gain`: of the controller multi_joint (4.1.3)."""
-
-    enabled: bool = True
-    alpha: Annotated[float, Field(ge=1.0)] = AdaptiveGainSettings().alpha
-    error_limit: NotNegative = AdaptiveGainSettings().error_limit
-    keep_damping: bool = AdaptiveGainSettings().keep_damping
-
-    def as_settings(self) -> AdaptiveGainSettings | None:
-        """Return the settings for the law, None where the adaptive gain is off."""
-        return AdaptiveGainSettings(self.alpha, self.error_limit, self.keep_damping) if self.enabled else None
 
 
 class PlantSection(StrictModel):
@@ -168,7 +143,7 @@ class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
-    controller: Literal["ctc", "multi_joint", "multi_cartesian", "multi_model_ctc", "unified"] = "multi_cartesian"
+    controller: str = "multi_cartesian"
     robot: str = "dextar"
     working_mode: Mode = (1, -1)
     working_modes: Annotated[tuple[Mode, ...], Field(strict=False)] | None = None
@@ -177,16 +152,30 @@ class Scenario(StrictModel):
     time_law: Literal["quintic", "criterion", "septic"] = "quintic"
     rate_hz: Annotated[int, Field(ge=50, le=10_000)] = 500
     zone: Zone = Zone()
-    vhc_resolution: Literal["min_norm", "full_friction", "full_inverse"] = "full_friction"
-    gains: GainsSection = GainsSection()
-    unified: UnifiedSection = UnifiedSection()
-    adaptive_gain: AdaptiveGainSection = AdaptiveGainSection()
+    vhc_resolution: Annotated[str, RESOLUTION] = "full_friction"
+    gains: Section[Gains] = Gains()
+    unified: Section[UnifiedSettings] = UnifiedSettings()
+    adaptive_gain: Section[AdaptiveGain] = AdaptiveGain()
+    law: dict[str, Any] = Field(default_factory=dict)
     plant: PlantSection = PlantSection()
     imu: ImuSection = ImuSection()
     estimator: Literal["none", "ekf"] = "none"
     ekf: EkfSection = EkfSection()
     safety: SafetySection = SafetySection()
     tracking_error_limit: Positive = 0.05
+
+    @field_validator("controller")
+    @classmethod
+    def _is_known(cls, name: str) -> str:
+        find_controller(name)
+        return name
+
+    @model_validator(mode="after")
+    def _settings_of_its_law(self) -> Scenario:
+        if self.law and not self._takes_section_law():
+            raise ValueError(f"law: controller {self.controller} takes its settings from sections of their own")
+        self.tuned()
+        return self
 
     @field_validator("rate_hz")
     @classmethod
@@ -209,9 +198,10 @@ class Scenario(StrictModel):
                 f"working_modes: begins with {list(self.working_modes[0])}: expected the working_mode"
                 f" {list(self.working_mode)}, in which the robot starts"
             )
-        if self.controller != "unified":
+        if not self.scheme().meets_type_1:
+            able = ", ".join(one.name for one in CONTROLLERS.values() if one.meets_type_1)
             raise ValueError(
-                f"working_modes: controller {self.controller} cannot meet Type 1: expected controller unified"
+                f"working_modes: controller {self.controller} cannot meet Type 1: expected controller {able}"
             )
         if self.estimated:
             raise ValueError(
@@ -274,7 +264,7 @@ class Scenario(StrictModel):
     @property
     def makes_up(self) -> bool:
         """Whether the laws make up for the disturbance torques that the estimator finds."""
-        return self.estimated and self.ekf.feed_forward and self.scheme().away == "ctc"
+        return self.estimated and self.ekf.feed_forward and not self.scheme().observes_disturbance
 
     @property
     def lead_samples(self) -> int:
@@ -290,10 +280,23 @@ class Scenario(StrictModel):
         (x, y), (mode1, mode2) = self.waypoints[0], self.working_mode
         return homing_at(self.five_bar(), mode1, mode2, x, y)
 
-    def unified_settings(self) -> UnifiedSettings:
-        """Return the settings of the law without switching."""
-        limit = self.plant.torque_limit
-        return UnifiedSettings(**self.unified.model_dump(), torque_limit=math.inf if limit is None else limit)
+    def _takes_section_law(self) -> bool:
+        return any(law.name not in SECTIONS for law in self.scheme().laws)
+
+    def tuned(self) -> TunedController:
+        """Return the controller with the settings of its laws; where these have a torque limit, by default the drives'.
+
+        Raises:
+            InputError: the section `law` does not fit the law.
+        """
+        scheme = self.scheme()
+        return TunedController(scheme, *(TunedLaw(law, self._settings_of(law)) for law in scheme.laws))
+
+    def _settings_of(self, law: Law) -> tuple[Any, ...]:
+        settings: Any = SECTIONS[law.name](self) if law.name in SECTIONS else read_settings(self.law, law.settings)
+        if getattr(settings, "torque_limit", 0.0) is None:
+            settings = settings._replace(torque_limit=self.plant.torque_limit)
+        return cast(tuple[Any, ...], settings)
 
     @property
     def torque_limit(self) -> float | None:
@@ -316,16 +319,30 @@ class Scenario(StrictModel):
 
     @property
     def min_authority(self) -> float:
-        """Least |n . v1| of a crossing; the law without switching does not hold the path by its normal."""
-        return 0.0 if self.scheme().away == "unified" else MIN_AUTHORITY
+        """Least |n . v1| of a crossing that the controller can take."""
+        return self.scheme().min_authority
 
-    def scheme(self) -> Scheme:
+    def scheme(self) -> Controller:
         """Return how the controller is put together."""
-        return SCHEMES[self.controller]
+        return find_controller(self.controller)
 
     def to_yaml(self) -> str:
         """Return the scenario as run, with every default written out."""
         return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+
+
+SECTIONS: dict[str, Callable[[Scenario], tuple[Any, ...]]] = {
+    "ctc": lambda scenario: CtcSettings(scenario.gains.kp, scenario.gains.kd),
+    "reduced_ctc": lambda scenario: ReducedCtcSettings(scenario.gains.kp_vhc, scenario.gains.kd_vhc),
+    "vhc_cartesian": lambda scenario: VhcCartesianSettings(
+        scenario.gains.kp_vhc, scenario.gains.kd_vhc, scenario.vhc_resolution
+    ),
+    "vhc_joint": lambda scenario: VhcJointSettings(
+        scenario.gains.kp_vhc, scenario.gains.kd_vhc, scenario.vhc_resolution, *scenario.adaptive_gain
+    ),
+    "unified": lambda scenario: scenario.unified,
+}
+"""Laws whose settings come from sections of their own; the others take the section `law`."""
 
 
 def scenario_directory() -> Path:

@@ -62,9 +62,16 @@ class Topic(NamedTuple):
 
 JOINT_STATES = Topic("joint_states", "sensor_msgs/msg/JointState")
 REFERENCE = Topic("reference", "sensor_msgs/msg/JointState")
-CTC_TORQUE = Topic("ctc/torque", "sensor_msgs/msg/JointState")
-VHC_TORQUE = Topic("vhc/torque", "sensor_msgs/msg/JointState")
-UNIFIED_TORQUE = Topic("unified/torque", "sensor_msgs/msg/JointState")
+
+
+def torque_topic(name: str) -> Topic:
+    """Return where the candidate torque of a law is published."""
+    return Topic(f"{name}/torque", "sensor_msgs/msg/JointState")
+
+
+CTC_TORQUE = torque_topic("ctc")
+VHC_TORQUE = torque_topic("vhc")
+UNIFIED_TORQUE = torque_topic("unified")
 SUPERVISOR_STATE = Topic("supervisor/state", "sensor_msgs/msg/JointState")
 SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_REQUESTED = Topic("torque_requested", "sensor_msgs/msg/JointState")
@@ -114,14 +121,19 @@ GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", LATCHED_QOS)
 """Requests for a motion from people, and what became of them. They are no part of the control cycle: no node waits for
 them, and a run's bag does not have them."""
 
-AWAY_TORQUE = {"ctc": CTC_TORQUE, "unified": UNIFIED_TORQUE}
-"""Where each law away from the locus, or law without switching, publishes its candidate."""
-
-CANDIDATES = (*AWAY_TORQUE.values(), VHC_TORQUE)
-"""Topics of torque candidates; a run has those of its controller."""
+CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
+"""Topics of the torque candidates of this project's laws; a run has those of its controller."""
 
 ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, GROUND_TRUTH)
 """Topics that only a run with an estimator has: `joint_states` is then its estimate."""
+
+
+def topic_named(name: str) -> Topic | None:
+    """Return a topic of the graph by its name, also that of a law from elsewhere; None where there is none."""
+    known = next((topic for topic in TOPICS if topic.name == name), None)
+    if known is None and name.endswith("/torque"):
+        return torque_topic(name.removesuffix("/torque"))
+    return known
 
 
 def sample_stamp_ns(sample: int, rate_hz: int) -> int:

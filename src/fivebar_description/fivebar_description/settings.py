@@ -15,7 +15,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import BeforeValidator, GetCoreSchemaHandler, PlainSerializer, Strict
+from pydantic import BeforeValidator, ConfigDict, GetCoreSchemaHandler, PlainSerializer, Strict, TypeAdapter
 from pydantic_core import CoreSchema, core_schema
 
 S = TypeVar("S", bound=tuple[Any, ...])
@@ -188,6 +188,16 @@ def from_parameters(settings: type[S], values: Mapping[str, Any]) -> S:
         if one.optional and found[one.name] == absent(one):
             found[one.name] = None
     return settings(**found)
+
+
+def read_settings(content: Mapping[str, Any], settings: type[S]) -> S:
+    """Return settings from keys with values.
+
+    Raises:
+        ValueError: a key is unknown, or a value does not fit (pydantic's ValidationError).
+    """
+    reader: TypeAdapter[S] = TypeAdapter(settings, config=ConfigDict(strict=True, allow_inf_nan=False))
+    return reader.validate_python(dict(content))
 
 
 def _mapping(content: Any) -> Any:

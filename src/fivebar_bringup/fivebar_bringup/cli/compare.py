@@ -15,7 +15,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
 from fivebar_bringup.scenario import load_scenario
-from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.laws.registry import CONTROLLERS, find_controller
 from fivebar_description.strict_yaml import InputError
 
 LONGEST = 60.0
@@ -35,7 +35,8 @@ def compare(
         ),
     ] = None,
     controllers: Annotated[
-        str | None, typer.Option("--controllers", help=f"Some of {','.join(SCHEMES)} [default: all]")
+        str | None,
+        typer.Option("--controllers", help=f"Some of {','.join(CONTROLLERS)}, or my_package.my_law:LAW [default: all]"),
     ] = None,
     durations: Annotated[
         str | None, typer.Option("--durations", help="Of every segment, in seconds [default: 0.5,1,2,3]")
@@ -71,7 +72,7 @@ def compare(
         names = scenarios or (["middle"] if quick else ["middle", "multiple"])
         extent = Extent(
             given=tuple(load_scenario(name) for name in names),
-            controllers=tuple(SCHEMES) if controllers is None else _chosen("--controllers", controllers, SCHEMES),
+            controllers=tuple(CONTROLLERS) if controllers is None else _controllers(controllers),
             durations=_durations(durations if durations is not None else "1" if quick else "0.5,1,2,3"),
             rigs=_chosen("--rigs", rigs, RIG_NAMES) if rigs is not None else ("ideal", "realistic") if quick else None,
         )
@@ -92,6 +93,15 @@ def compare(
     for finding in made.verdicts:
         printer.print(f"[{COLOURS[finding.met]}]{WORDS[finding.met]}[/]: {finding.title}: {finding.measured}")
     printer.print(f"look at {made.page}", soft_wrap=True)
+
+
+def _controllers(text: str) -> tuple[str, ...]:
+    """Return the controllers in a list that is separated by commas, each once.
+
+    Raises:
+        InputError: one of them is not known.
+    """
+    return tuple(find_controller(name.strip()).name for name in dict.fromkeys(text.split(",")))
 
 
 def _chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
 from fivebar_bringup.pages.plain_values import finite
-from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.strict_yaml import InputError
 
 QUICK_CASES = 60
@@ -66,7 +66,7 @@ def sweep(
         ),
     ] = None,
     controller: Annotated[
-        str | None, typer.Option("--controller", help=f"With --case: one of {', '.join(SCHEMES)} [default: all]")
+        str | None, typer.Option("--controller", help=f"With --case: one of {', '.join(CONTROLLERS)} [default: all]")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -118,9 +118,9 @@ def _one_case(number: int, seed: int | None, controller: str | None, out: Path |
     from fivebar_bringup.studies.sweep.directory import DEFAULT_SEED
     from fivebar_bringup.studies.sweep.single import rows_of, save_case
 
-    if controller is not None and controller not in SCHEMES:
-        raise InputError(f"--controller: {controller!r}: expected one of {', '.join(SCHEMES)}")
-    controllers = tuple(SCHEMES) if controller is None else (controller,)
+    if controller is not None and controller not in CONTROLLERS:
+        raise InputError(f"--controller: {controller!r}: expected one of {', '.join(CONTROLLERS)}")
+    controllers = tuple(CONTROLLERS) if controller is None else (controller,)
     number_seed = DEFAULT_SEED if seed is None else seed
     rows = rows_of(number_seed, number, controllers)
     written = [] if out is None else save_case(number_seed, number, controllers, out)

@@ -11,7 +11,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from std_msgs.msg import String
 
 from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_description.interface import FAULTS, TOPICS, Topic
+from fivebar_description.interface import FAULTS, TOPICS, Topic, topic_named
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node
@@ -36,11 +36,7 @@ class BagRecorder(GraphNode):
         """Make the node and the bag."""
         super().__init__("bag_recorder")
         values = self.parameters(SPECS)
-        by_name = {topic.name: topic for topic in TOPICS}
-        unknown = [name for name in values["topics"] if name not in by_name]
-        if unknown:
-            raise InputError(f"bag_recorder: topics: {unknown[0]!r}: expected some of {', '.join(by_name)}")
-        topics = [by_name[name] for name in values["topics"]]
+        topics = [_topic(name) for name in values["topics"]]
         directory = Path(values["directory"])
         try:
             self._bag = BagWriter(directory, topics, self.get_namespace())
@@ -97,6 +93,14 @@ class BagRecorder(GraphNode):
             self._faults.publish(String(data=text))
             self.get_logger().error(text)
         self.exit_status = 1
+
+
+def _topic(name: str) -> Topic:
+    topic = topic_named(name)
+    if topic is None:
+        known = ", ".join(topic.name for topic in TOPICS)
+        raise InputError(f"bag_recorder: topics: {name!r}: expected some of {known}, or the LAW/torque of another law")
+    return topic
 
 
 def main() -> None:

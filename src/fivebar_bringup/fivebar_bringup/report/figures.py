@@ -31,13 +31,6 @@ from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.wording import engineering, plain, suitable_unit
 from fivebar_bringup.runs.bag.recording import FloatArray
 
-LAW_AWAY = {"ctc": "computed torque", "unified": "the unified law"}
-LAW_ON_LOCUS = {
-    "multi_joint": "constraint law (joints)",
-    "multi_cartesian": "constraint law",
-    "multi_model_ctc": "reduced model",
-}
-
 
 def torques(run: Findings) -> Figure:
     """Draw both motors' torques, and where the drives gave less than asked, what was asked."""
@@ -152,18 +145,18 @@ def acceleration(run: Findings) -> Figure:
 def _candidates(axes: Axes, run: Findings) -> None:
     """Draw the larger motor's torque of every law on a logarithmic axis."""
     series = run.series
-    law = LAW_AWAY[run.scenario.scheme().away]
-    lines = [(law, _larger(series.torque_away), GREY, 1.2)]
-    if run.scenario.controller in LAW_ON_LOCUS:
-        on_locus = np.where(series.in_zone, _larger(series.torque_vhc), np.nan)
-        lines.append((LAW_ON_LOCUS[run.scenario.controller], on_locus, PURPLE, 2.4))
+    controller = run.scenario.scheme()
+    lines = [(controller.nominal.title, _larger(series.torque_away), GREY, 1.2)]
+    if controller.constraint is not None:
+        constraint = np.where(series.in_zone, _larger(series.torque_vhc), np.nan)
+        lines.append((controller.constraint.title, constraint, PURPLE, 2.4))
     lines.append(("applied", _larger(series.torque_applied), BLUE, 1.6))
     for name, values, color, width in lines:
         axes.plot(series.time, np.where(values > 0.0, values, np.nan), color=color, linewidth=width, label=name)
     largest = max((peak(values) or 0.0 for _, values, _, _ in lines), default=0.0)
     log_axis(axes, 0.01, max(10.0, largest))
     axes.set_ylabel("larger of both torques in Nm")
-    axes.set_title(f"{law} asks for up to {plain(peak(series.torque_away), 'Nm')}")
+    axes.set_title(f"{controller.nominal.title} asks for up to {plain(peak(series.torque_away), 'Nm')}")
 
 
 def _larger(torque: FloatArray) -> FloatArray:

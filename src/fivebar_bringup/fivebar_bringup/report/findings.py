@@ -9,7 +9,7 @@ import numpy as np
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.laws.laws import CONDITION
+from fivebar_control.laws.registry import CONDITION
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 
@@ -31,7 +31,7 @@ class Findings(NamedTuple):
     @property
     def blends(self) -> bool:
         """Whether the controller uses sigma."""
-        return self.scenario.scheme().on_locus is not None
+        return self.scenario.scheme().blended
 
     @property
     def zone_name(self) -> str:

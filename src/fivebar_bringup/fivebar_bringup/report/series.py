@@ -18,7 +18,6 @@ from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
-    AWAY_TORQUE,
     GROUND_TRUTH,
     IMU_DATA,
     JOINT_STATES,
@@ -139,7 +138,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         joint_velocity=velocity,
         torque_applied=join.values(exact, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
         torque_requested=join.values(requested, ACTIVE_JOINTS, "effort"),
-        torque_away=join.values(AWAY_TORQUE[scenario.scheme().away], ACTIVE_JOINTS, "effort"),
+        torque_away=join.values(scenario.scheme().nominal.topic, ACTIVE_JOINTS, "effort"),
         torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
         reference=reference,
         platform=platform,

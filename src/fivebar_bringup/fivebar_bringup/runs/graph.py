@@ -16,10 +16,10 @@ import yaml
 from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import initial_joints
+from fivebar_control.laws.law import TunedLaw
+from fivebar_control.laws.registry import LAWS
 from fivebar_description.interface import (
-    AWAY_TORQUE,
     CANDIDATES,
-    CTC_TORQUE,
     DRIVES_STATE,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
@@ -41,10 +41,10 @@ from fivebar_description.interface import (
     TOPICS,
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
-    UNIFIED_TORQUE,
     VHC_TORQUE,
     Topic,
 )
+from fivebar_description.settings import to_parameters
 
 
 class Mode(StrEnum):
@@ -62,13 +62,21 @@ class Hardware(StrEnum):
 
 
 class NodeSpec(NamedTuple):
-    """One node of the graph; its name is that of its executable."""
+    """One node of the graph; its name is that of its executable.
+
+    Attributes:
+        package, executable: what is started.
+        parameters: values of its parameters.
+        subscribes, publishes: its topics.
+        in_chain: whether it stands between a measurement and its torque.
+    """
 
     package: str
     executable: str
     parameters: dict[str, Any]
     subscribes: tuple[Topic, ...]
     publishes: tuple[Topic, ...]
+    in_chain: bool = False
 
     @property
     def module(self) -> str:
@@ -101,7 +109,6 @@ def crossing_graph(
         InputError: the scenario's motion is refused.
     """
     scheme = scenario.scheme()
-    blended = scheme.on_locus is not None
     motion = _motion_parameters(scenario)
     bridged = rehearsal is not None or drives is not None
     nodes = [
@@ -112,6 +119,7 @@ def crossing_graph(
             {**motion, "after_fault": "continue" if mode is Mode.LOCKSTEP else "hold", **_goal_parameters(scenario)},
             (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL),
             (REFERENCE, GOAL_STATUS),
+            in_chain=True,
         ),
         NodeSpec(
             "fivebar_control",
@@ -119,42 +127,22 @@ def crossing_graph(
             {**motion, "weighting": scheme.weighting},
             (JOINT_STATES,),
             (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
+            in_chain=True,
         ),
-        _away_controller(scenario, motion),
+        *(_controller(scenario, law, motion) for law in scenario.tuned().laws),
     ]
-    if blended:
-        nodes.append(
-            NodeSpec(
-                "fivebar_control",
-                "vhc_controller",
-                {
-                    **motion,
-                    "kp": scenario.gains.kp_vhc,
-                    "kd": scenario.gains.kd_vhc,
-                    "law": scheme.on_locus,
-                    "resolution": scenario.vhc_resolution,
-                    "adaptive_gain": scenario.adaptive_gain.enabled,
-                    "alpha": scenario.adaptive_gain.alpha,
-                    "error_limit": scenario.adaptive_gain.error_limit,
-                    "keep_damping": scenario.adaptive_gain.keep_damping,
-                    "disturbance": _disturbance(scenario),
-                },
-                _law_inputs(scenario),
-                (VHC_TORQUE,),
-            )
-        )
     nodes += [
         _blender(scenario, mode, endless=bridged),
         *([] if bridged else [_imu_listener(scenario)]),
     ]
-    candidates = {topic for node in nodes for topic in node.publishes} & set(CANDIDATES)
-    absent = (*(set(CANDIDATES) - candidates), *(() if scenario.estimated else ESTIMATION_TOPICS))
+    candidates = [law.topic for law in scheme.laws]
+    absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     if bridged:
         # the drives have no accelerometer
         absent = (*absent, IMU_DATA, IMU_ERROR)
     if drives is not None:
         absent = (*absent, GROUND_TRUTH, RUN_STATUS)
-    recorded = [topic for topic in TOPICS if topic not in absent]
+    recorded = [topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent]
     recorder = NodeSpec(
         "fivebar_bringup",
         RECORDER,
@@ -220,22 +208,14 @@ def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[s
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
 
 
-def _away_controller(scenario: Scenario, motion: dict[str, Any]) -> NodeSpec:
-    inputs = _law_inputs(scenario)
-    if scenario.scheme().away == "unified":
-        parameters = {
-            **motion,
-            **scenario.unified.model_dump(),
-            "torque_limit": scenario.plant.torque_limit or 0.0,
-        }
-        return NodeSpec("fivebar_control", "unified_controller", parameters, inputs, (UNIFIED_TORQUE,))
-    parameters = {
-        **motion,
-        "kp": scenario.gains.kp,
-        "kd": scenario.gains.kd,
-        "disturbance": _disturbance(scenario),
-    }
-    return NodeSpec("fivebar_control", "ctc_controller", parameters, inputs, (CTC_TORQUE,))
+def _controller(scenario: Scenario, tuned: TunedLaw, motion: dict[str, Any]) -> NodeSpec:
+    law = tuned.law
+    parameters = {**motion, **to_parameters(tuned.settings), "disturbance": _disturbance(scenario)}
+    if law.executable == "vhc_controller":
+        parameters["law"] = law.name
+    elif law.executable == "law_controller":
+        parameters["law"] = scenario.controller
+    return NodeSpec("fivebar_control", law.executable, parameters, _law_inputs(scenario), (law.topic,), in_chain=True)
 
 
 def _disturbance(scenario: Scenario) -> str:
@@ -265,7 +245,7 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
 def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
     limit = {} if scenario.torque_limit is None else {"goal_torque_limit": scenario.torque_limit}
     return {
-        "takes_goals": scenario.controller == "unified",
+        "takes_goals": scenario.scheme().needs_no_zones,
         "goal_speed_limit": scenario.safety.joint_speed_limit,
         **limit,
     }
@@ -295,21 +275,22 @@ def _estimator(scenario: Scenario) -> NodeSpec:
         # what is on its way to the drives matters only where they are late
         (MOTOR_STATES, *((TORQUE_COMMAND,) if drives.delay_samples else ())),
         (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
+        in_chain=True,
     )
 
 
 def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
     scheme, safety = scenario.scheme(), scenario.safety_settings()
-    away = AWAY_TORQUE[scheme.away]
+    nominal = scheme.nominal.topic
     period_ms, cycles = 1e3 / scenario.rate_hz, scenario.safety.stop_cycles
-    candidates = (away,) if scheme.on_locus is None else (away, VHC_TORQUE, SUPERVISOR_STATE)
+    candidates = (nominal, VHC_TORQUE, SUPERVISOR_STATE) if scheme.blended else (nominal,)
     return NodeSpec(
         "fivebar_control",
         "blender",
         {
             "robot": scenario.robot,
             "rate_hz": scenario.rate_hz,
-            "candidates": scheme.away if scheme.on_locus is None else "blended",
+            "candidates": "blended" if scheme.blended else _law_word(scenario),
             # one cycle less than the drives' side allows, so that the node which knows what is missing says so
             "candidate_deadline_ms": LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else (cycles - 1) * period_ms,
             "state_deadline_ms": 0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
@@ -326,7 +307,14 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
         },
         (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE),
         (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
+        in_chain=True,
     )
+
+
+def _law_word(scenario: Scenario) -> str:
+    """Return what the nodes are told of the only law: its name, or where it comes from."""
+    name = scenario.scheme().nominal.name
+    return name if name in LAWS else scenario.controller
 
 
 def _zero_for_none(limit: float) -> float:

@@ -13,17 +13,6 @@ from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, Mode, Node
 CONTROLLERS = "controllers"
 """Name of the process that holds all nodes between a measurement and its torque, where they share one."""
 
-CHAIN = (
-    "state_estimator",
-    "trajectory_generator",
-    "supervisor",
-    "ctc_controller",
-    "vhc_controller",
-    "unified_controller",
-    "blender",
-)
-"""Nodes between a measurement and its torque."""
-
 DRIVING = (PLANT, BRIDGE, EMULATED_ROBOT)
 """Nodes that set the pace."""
 
@@ -79,14 +68,14 @@ def processes(
     if mode is Mode.LOCKSTEP:
         return tuple(ProcessSpec(node.executable, (node,)) for node in nodes)
     timed = [_timed(node, rate_hz, scheduling or Scheduling()) for node in nodes]
-    chain = tuple(node for node in timed if composed and node.executable in CHAIN)
+    chain = tuple(node for node in timed if composed and node.in_chain)
     single = (ProcessSpec(node.executable, (node,)) for node in timed if node not in chain)
     return (*([ProcessSpec(CONTROLLERS, chain)] if chain else []), *single)
 
 
 def _timed(node: NodeSpec, rate_hz: int, scheduling: Scheduling) -> NodeSpec:
     """Return a node that warns when it does not keep the rate, and asks for what its place in the graph needs."""
-    if node.executable not in (*CHAIN, *DRIVING):
+    if not node.in_chain and node.executable not in DRIVING:
         return node
     timing = {
         "warn_below_hz": SLOW * rate_hz,

@@ -1,13 +1,9 @@
 """Compiles plain scalar functions as they stand, together with everything that they call."""
 
 from __future__ import annotations
-import __future__
 
-import ast
 import hashlib
-import inspect
 import marshal
-import textwrap
 from collections.abc import Callable, Iterator
 from types import CodeType, FunctionType
 from typing import Any
@@ -32,14 +28,16 @@ def compiled(function: Callable[..., Any]) -> Any:
     return _compiled[plain]
 
 
-def compiled_and_kept(function: Callable[..., Any]) -> Any:
+def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any]) -> Any:
     """Return the same, with its machine code kept on disk between processes.
+
+    `bound` are functions that take the place of the ones which the function knows under these names.
 
     numba looks at the age of one source file only; the copy's name holds a digest of all code and constants that go
     into it, so that a change of any function down the line is a new name. The code is kept beside the source, or in
     the user's cache directory where the installation cannot be written.
     """
-    plain = _plain(function)
+    plain = _with_names(_plain(function), {name: _plain(one) for name, one in bound.items()})
     copy = _rebound(plain)
     copy.__qualname__ = f"{plain.__qualname__}_{digest(plain)}"
     return _machine_code(copy, keep=True)
@@ -69,54 +67,17 @@ def _plain(function: Callable[..., Any]) -> FunctionType:
     return function
 
 
-def _rebound(function: FunctionType) -> FunctionType:
-    callees = {name: compiled(value) for name, value in _globals_of(function) if isinstance(value, FunctionType)}
-    copy = FunctionType(_without_replace(function), {**function.__globals__, **callees}, function.__name__)
+def _with_names(function: FunctionType, names: dict[str, FunctionType]) -> FunctionType:
+    """Return a copy of a function that sees other functions under some names of its module."""
+    copy = FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
     copy.__defaults__, copy.__kwdefaults__ = function.__defaults__, function.__kwdefaults__
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return copy
 
 
-def _without_replace(function: FunctionType) -> CodeType:
-    """Return a function's code with `argument._replace(...)` written out, which numba does not know.
-
-    The argument's annotation names its class.
-    """
-    if "_replace" not in _names(function.__code__):
-        return function.__code__
-    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    ast.increment_lineno(tree, function.__code__.co_firstlineno - 1)
-    (definition,) = tree.body
-    assert isinstance(definition, ast.FunctionDef)
-    classes = {one.arg: ast.unparse(one.annotation) for one in definition.args.args if one.annotation is not None}
-    written = ast.fix_missing_locations(_WriteOut(classes, function.__globals__).visit(tree))
-    namespace: dict[str, Any] = {}
-    future = __future__.annotations.compiler_flag
-    exec(compile(written, function.__code__.co_filename, "exec", flags=future, dont_inherit=True), namespace)
-    code: CodeType = namespace[function.__name__].__code__
-    return code
-
-
-class _WriteOut(ast.NodeTransformer):
-    def __init__(self, classes: dict[str, str], names: dict[str, Any]) -> None:
-        self._classes = classes
-        self._names = names
-
-    def visit_Call(self, node: ast.Call) -> ast.expr:
-        self.generic_visit(node)
-        if not (isinstance(node.func, ast.Attribute) and node.func.attr == "_replace"):
-            return node
-        argument = ast.unparse(node.func.value)
-        if argument not in self._classes:
-            raise TypeError(f"{argument}._replace: expected an argument of the function, with its class as annotation")
-        changed = {word.arg: word.value for word in node.keywords}
-        old = {field: ast.parse(f"{argument}.{field}", mode="eval").body for field in self._fields(argument)}
-        words = [ast.keyword(field, changed.get(field, value)) for field, value in old.items()]
-        return ast.copy_location(ast.Call(ast.Name(self._classes[argument], ast.Load()), [], words), node)
-
-    def _fields(self, argument: str) -> tuple[str, ...]:
-        fields: tuple[str, ...] = self._names[self._classes[argument]]._fields
-        return fields
+def _rebound(function: FunctionType) -> FunctionType:
+    callees = {name: compiled(value) for name, value in _globals_of(function) if isinstance(value, FunctionType)}
+    return _with_names(function, callees)
 
 
 def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_bringup.simulation.case import Case, FloatArray
-from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_LOST, NO_FAULT
+from fivebar_bringup.simulation.case import FloatArray, Numbers
+from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_LOST
 from fivebar_control.estimation.ekf import Belief, advanced, corrected, homed_belief, motor_speeds, predicted
 from fivebar_control.estimation.encoder import first_angle, next_angle, next_stay
 from fivebar_control.estimation.mirror import look_at
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
+from fivebar_control.safety.stages import NO_FAULT
 from fivebar_sim.sensors import shaped
 
 
@@ -49,7 +50,7 @@ class Estimated(NamedTuple):
     deviations: float
 
 
-def begun(case: Case, assembly: int, q11: float, q21: float) -> Memory:
+def begun(case: Numbers, assembly: int, q11: float, q21: float) -> Memory:
     """Return the memory after the first readings (rad) of a robot at rest in the assembly mode."""
     model, count = case.estimation.model, count_of(case)
     one, two = first_angle(count, q11), first_angle(count, q21)
@@ -57,7 +58,7 @@ def begun(case: Case, assembly: int, q11: float, q21: float) -> Memory:
     return Memory(homed_belief(model, x, y, one.variance), q11, q21, 1, 1, 0)
 
 
-def followed(case: Case, memory: Memory, q11: float, q21: float, tau1: float, tau2: float) -> Memory:
+def followed(case: Numbers, memory: Memory, q11: float, q21: float, tau1: float, tau2: float) -> Memory:
     """Return the memory after the next readings (rad), under the torques (Nm) applied before them."""
     model, count = case.estimation.model, count_of(case)
     expected = predicted(model, memory.belief, tau1, tau2)
@@ -72,7 +73,7 @@ def followed(case: Case, memory: Memory, q11: float, q21: float, tau1: float, ta
     return Memory(belief, q11, q21, stay1, stay2, memory.near)
 
 
-def told(case: Case, memory: Memory, before: Joints, commands: FloatArray, sample: int) -> Estimated:
+def told(case: Numbers, memory: Memory, before: Joints, commands: FloatArray, sample: int) -> Estimated:
     """Return what is published for a sample.
 
     Args:
@@ -89,7 +90,8 @@ def told(case: Case, memory: Memory, before: Joints, commands: FloatArray, sampl
         tau1 = shaped(commands[row, 0], 0.0, drives.torque_limit)
         tau2 = shaped(commands[row, 1], 0.0, drives.torque_limit)
         estimate = advanced(model, estimate, tau1, tau2)
-    state = state_from_platform(model.robot, case.mode1, case.mode2, estimate.x, estimate.y, estimate.vx, estimate.vy)
+    mode1, mode2 = case.control.mode1, case.control.mode2
+    state = state_from_platform(model.robot, mode1, mode2, estimate.x, estimate.y, estimate.vx, estimate.vy)
     joints = joints_of(state)
     if not math.isfinite(joints.dq11 + joints.dq12 + joints.dq21 + joints.dq22):
         return Estimated(memory, before, ESTIMATE_LOST, math.inf)
@@ -115,7 +117,7 @@ def joints_of(state: State) -> Joints:
     )
 
 
-def count_of(case: Case) -> float:
+def count_of(case: Numbers) -> float:
     """Return the angle of an encoder's count (rad), 0 for exact sensors."""
     counts = case.equipment.encoder_counts
     return 2.0 * math.pi / counts if counts > 0 else 0.0

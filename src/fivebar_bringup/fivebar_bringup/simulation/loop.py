@@ -15,58 +15,68 @@ from fivebar_bringup.simulation.case import (
     VX,
     VY,
     WEIGHT,
-    Case,
     FloatArray,
+    Numbers,
     Sampled,
     X,
     Y,
 )
-from fivebar_bringup.simulation.control import LawMemory, answer
 from fivebar_bringup.simulation.estimation import Joints, begun, count_of, followed, told
-from fivebar_bringup.simulation.guard import allowed, fault_at
-from fivebar_bringup.simulation.outcome import NO_FAULT, PLANT_DIVERGED, Outcome, TraceRow
+from fivebar_bringup.simulation.outcome import PLANT_DIVERGED, Outcome, TraceRow
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at, closed
-from fivebar_control.laws.adaptive_gain import NO_MEMORY
+from fivebar_control.laws.law import Step, no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
-from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.laws.torque import UNDEFINED, ZERO
-from fivebar_control.laws.unified import NOTHING_KNOWN
 from fivebar_control.laws.vhc_cartesian import line_constraint
+from fivebar_control.loop.cycle import CycleMemory, CycleSettings, control_cycle
+from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_control.model.line import Line
-from fivebar_control.model.singularity import inverse_condition, type1_distance
+from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import Leg, Platform, State
+from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.sensors import counted, shaped
 
+nominal_step = constraint_step = no_step
+"""The laws of :func:`run_bound`, to be replaced before it is compiled."""
 
-def run_loop(case: Case, sampled: Sampled, trace: FloatArray) -> Outcome:
+
+def run_bound(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatArray) -> Outcome:
+    """Make a run with the laws bound to this module's names; arguments as for :func:`run_loop`."""
+    return run_loop(nominal_step, constraint_step, first, case, sampled, trace)
+
+
+def run_loop(
+    nominal_step: Step, constraint_step: Step, first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatArray
+) -> Outcome:
     """Make a run.
 
     Args:
+        nominal_step, constraint_step: the laws.
+        first: what they remember before the first sample.
         case: what is run.
         sampled: its plan.
         trace: float64[N + 1, len(TraceRow._fields)] to be filled, or [0, ...] for none.
     """
-    estimating = case.estimation.on
+    control, estimating = case.control, case.estimation.on
     delay = case.equipment.delay_samples
     lead = delay if estimating else 0
     plan = sampled.rows
-    told_truth = not estimating and case.equipment.encoder_counts == 0 and same_lengths(case.believed, case.actual)
+    told_truth = not estimating and case.equipment.encoder_counts == 0 and same_lengths(control.robot, case.actual)
     last = plan.shape[0] - 1 - lead
     period, resolution, limit = 1.0 / case.rate_hz, count_of(case), case.equipment.torque_limit
-    plant = posture(case.actual, case.mode1, case.mode2, plan[0, X], plan[0, Y])
+    plant = posture(case.actual, control.mode1, control.mode2, plan[0, X], plan[0, Y])
     exact = joints_in(plant)
     readings = measured = exact
     commands = np.zeros((delay + 1, 2))
     told_places = np.zeros((lead + 1, 2))
     applied1 = applied2 = 0.0
-    law_memory = LawMemory(NO_MEMORY, NOTHING_KNOWN)
-    command = ZERO
+    kept, command = first, ZERO
     # an estimator starts in the assembly mode of the posture that it is told
-    home = inverse_geometry(case.believed, case.mode1, case.mode2, plan[0, X], plan[0, Y])
-    at_home = state_from_joints(case.believed, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
+    home = inverse_geometry(control.robot, control.mode1, control.mode2, plan[0, X], plan[0, Y])
+    at_home = state_from_joints(control.robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
     assembly = 1 if det_a(at_home) > 0.0 else -1
     memory = begun(case, assembly, home.q11, home.q21)
 
@@ -89,28 +99,21 @@ def run_loop(case: Case, sampled: Sampled, trace: FloatArray) -> Outcome:
             estimated = told(case, memory, measured_before, commands, number)
             memory, measured, trip = estimated.memory, estimated.joints, estimated.fault
             deviations_least = min(deviations_least, estimated.deviations)
-        state = state_of(case.believed, measured)
+        state = state_of(control.robot, measured)
         moment = number + lead
-        reference = reference_at(case, sampled, moment)
+        planned = planned_at(case, sampled, moment)
+        reference = planned.reference
         if estimating and case.estimation.feed_forward:
             disturbance = memory.belief.estimate
             reference = against_disturbance(reference, disturbance.d1, disturbance.d2)
-        kappa = inverse_condition(state)
-        sigma = plan[moment, WEIGHT] if case.laws.weighted_in_time else blending_weight(kappa, plan[moment, EPSILON])
         if fault == NO_FAULT and trip != NO_FAULT:
             fault, fault_sample = trip, number
-        requested, before = UNDEFINED, command
-        command = ZERO
-        if fault == NO_FAULT:
-            replied = answer(
-                case, state, reference, plan[moment, DIRECTION_X], plan[moment, DIRECTION_Y], sigma, law_memory
-            )
-            requested, law_memory = replied.torque, replied.memory
-            fault = fault_at(case, state, plan[moment, X], plan[moment, Y], requested)
-            if fault == NO_FAULT:
-                command = allowed(case.safety, requested, before)
-            else:
-                fault_sample = number
+        latched = fault != NO_FAULT
+        cycle = control_cycle(nominal_step, constraint_step, control, kept, state, reference, planned, latched)
+        kept, command, sigma, kappa = cycle.memory, cycle.command, cycle.sigma, cycle.kappa
+        requested = UNDEFINED if latched else cycle.requested
+        if cycle.fault != NO_FAULT:
+            fault, fault_sample = cycle.fault, number
 
         # what the run comes to, by the actual robot
         truth = state if told_truth else state_of(case.actual, exact)
@@ -130,7 +133,7 @@ def run_loop(case: Case, sampled: Sampled, trace: FloatArray) -> Outcome:
         sigma_max = max(sigma_max, sigma)
         type1_least = min(type1_least, type1_distance(case.actual, truth))
         requested1, requested2 = largest(requested1, requested.tau1), largest(requested2, requested.tau2)
-        if abs(requested.tau1) > case.safety.torque_limit or abs(requested.tau2) > case.safety.torque_limit:
+        if abs(requested.tau1) > control.limits.torque_limit or abs(requested.tau2) > control.limits.torque_limit:
             saturated += 1
         if estimating:
             told_places[number % (lead + 1), 0], told_places[number % (lead + 1), 1] = state.x, state.y
@@ -227,12 +230,26 @@ def same_lengths(one: FiveBar, other: FiveBar) -> bool:
     )
 
 
-def reference_at(case: Case, sampled: Sampled, moment: int) -> Reference:
+def planned_at(case: Numbers, sampled: Sampled, moment: int) -> PlanSample:
+    """Return the plan at the moment of a sample."""
+    row = sampled.rows[moment]
+    return PlanSample(
+        reference=reference_at(case.control, sampled, moment),
+        x=row[X],
+        y=row[Y],
+        direction_x=row[DIRECTION_X],
+        direction_y=row[DIRECTION_Y],
+        epsilon=row[EPSILON],
+        time_weight=row[WEIGHT],
+    )
+
+
+def reference_at(control: CycleSettings, sampled: Sampled, moment: int) -> Reference:
     """Return the desired instant of a sample."""
     if sampled.references.shape[0] == 0:
         row = sampled.rows[moment]
         platform = Platform(row[X], row[Y], row[VX], row[VY], row[AX], row[AY])
-        return reference_from_platform(case.believed, case.mode1, case.mode2, platform)
+        return reference_from_platform(control.robot, control.mode1, control.mode2, platform)
     r = sampled.references[moment]
     leg1 = Leg(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11])
     leg2 = Leg(r[12], r[13], r[14], r[15], r[16], r[17], r[18], r[19], r[20], r[21], r[22], r[23])

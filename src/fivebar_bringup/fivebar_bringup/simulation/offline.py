@@ -9,20 +9,22 @@ from typing import NamedTuple
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.settings import cycle_settings, first_memory, steps_of
 from fivebar_control.estimation.covariance import Row
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.laws.laws import CtcLaw, Gains, Supervisor, SupervisorState, UnifiedLaw, on_locus_law
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
+from fivebar_control.loop.cycle import Cycle, CycleSettings, control_cycle
+from fivebar_control.loop.plan_sample import PlanSample, plan_sample
+from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.model.state import JointAngles, Platform
-from fivebar_control.safety.guard import Guard
+from fivebar_control.model.state import JointAngles, Platform, State
+from fivebar_control.safety.stages import NO_FAULT, fault_of
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
-    AWAY_TORQUE,
     DRIVES_STATE,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
@@ -77,8 +79,8 @@ class Sample(NamedTuple):
         measured: the joint states that the controllers take: the plant's or the estimator's.
         imu, imu_error: reading, and measured minus desired magnitude (m/s^2), None where nobody compares them.
         reference: of the moment that the joint states are about.
-        away: torque of the law away from the locus, or of the only one (Nm).
-        vhc: None where the controller has no such law.
+        nominal: torque of the nominal law (Nm).
+        constraint: that of the constraint law, None where the controller has no such law.
         requested: torque before limits (Nm), None once a fault is latched.
         estimated: None without an estimator.
     """
@@ -89,8 +91,8 @@ class Sample(NamedTuple):
     imu_error: float | None
     reference: Platform
     supervisor: SupervisorState
-    away: Torque
-    vhc: Torque | None
+    nominal: Torque
+    constraint: Torque | None
     requested: Torque | None
     command: Torque
     estimated: Estimated | None = None
@@ -112,37 +114,16 @@ def initial_joints(scenario: Scenario) -> JointAngles:
 
 def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample: None) -> OfflineRun:
     """Run a scenario in this process; `progress` is called with each finished sample's number."""
-    robot, plan, gains = scenario.five_bar(), scenario.plan(), scenario.gains
-    rate_hz = scenario.rate_hz
+    robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
     plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant.as_options(), scenario.imu.as_options())
     imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu.description())
-    scheme = scenario.scheme()
-    supervise = Supervisor(plan, rate_hz, scheme.weighting)
-    away_law = (
-        UnifiedLaw(robot, scenario.unified_settings(), rate_hz)
-        if scheme.away == "unified"
-        else CtcLaw(robot, Gains(gains.kp, gains.kd))
-    )
-    vhc_law = (
-        on_locus_law(
-            scheme.on_locus,
-            robot,
-            plan,
-            rate_hz,
-            Gains(gains.kp_vhc, gains.kd_vhc),
-            scenario.vhc_resolution,
-            scenario.adaptive_gain.as_settings(),
-        )
-        if scheme.on_locus is not None
-        else None
-    )
-    guard = Guard(robot, scenario.working_mode, rate_hz, scenario.safety_settings())
+    nominal_step, constraint_step = steps_of(scenario.scheme())
+    settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
     estimator = (
         StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf.as_settings())
         if scenario.estimated
         else None
     )
-    lead = scenario.lead_samples
     samples: list[Sample] = []
     faults: list[str] = []
     last = plan.path.samples(rate_hz)
@@ -152,48 +133,72 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         if estimator is not None:
             motors = measured.of_motors()
             estimate = estimator.take(number, *motors[0], *motors[1])
-            if estimator.fault is not None and guard.fault is None:
-                guard.trip(estimator.fault)
+            if estimator.fault is not None and not faults:
                 faults.append(str(estimator.fault))
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
             estimated = Estimated(motors, plant.truth(), estimate.deviations, estimate.disturbance)
         state = state_from_joints(robot, *measured.position, *measured.velocity)
-        moment = number + lead
-        platform = plan.path.at(moment / rate_hz)
-        reference = desired_at(robot, plan, moment / rate_hz, platform)
+        planned = plan_sample(robot, plan, (number + lead) / rate_hz)
+        reference = planned.reference
         if estimated is not None and scenario.makes_up:
             reference = against_disturbance(reference, *estimated.disturbance)
-        supervisor = supervise(moment, state)
-        away = away_law(moment, state, reference)
-        vhc = vhc_law(moment, state, reference) if vhc_law is not None else None
+        latched = bool(faults)
+        cycle = control_cycle(nominal_step, constraint_step, settings, memory, state, reference, planned, latched)
+        memory = cycle.memory
+        if cycle.fault != NO_FAULT:
+            faults.append(_fault_text(number, settings, state, planned, cycle))
         # the reference of the first moments comes too late for anybody to compare it
         imu_error = imu_check.error(imu.acceleration, plan.path.at(number / rate_hz)) if number >= lead else None
-        tripped = guard.fault is not None
-        sigma, on_locus = (0.0, away) if vhc is None else (supervisor.sigma, vhc)
-        requested, command = guard.command(number, state, (platform.x, platform.y), sigma, away, on_locus)
-        if guard.fault is not None and not tripped:
-            faults.append(str(guard.fault))
         samples.append(
-            Sample(number, measured, imu, imu_error, platform, supervisor, away, vhc, requested, command, estimated)
+            Sample(
+                number,
+                measured,
+                imu,
+                imu_error,
+                plan.path.at((number + lead) / rate_hz),
+                SupervisorState(cycle.sigma, cycle.kappa),
+                cycle.nominal,
+                cycle.constraint if settings.blended else None,
+                None if latched else cycle.requested,
+                cycle.command,
+                estimated,
+            )
         )
         if estimator is not None:
-            estimator.commanded(number, *command)
+            estimator.commanded(number, *cycle.command)
         progress(number)
         if number < last:
             try:
-                plant.advance(command)
+                plant.advance(cycle.command)
             except PlantDiverged as failure:
                 faults.append(f"plant_diverged: after sample {number}: {failure}")
                 break
     return OfflineRun(samples, faults)
 
 
+def _fault_text(number: int, settings: CycleSettings, state: State, planned: PlanSample, cycle: Cycle) -> str:
+    sigma = cycle.sigma if settings.blended else 0.0
+    fault = fault_of(
+        cycle.fault,
+        settings.limits,
+        settings.robot,
+        settings.mode1,
+        settings.mode2,
+        state,
+        planned.x,
+        planned.y,
+        cycle.requested,
+        sigma,
+    )
+    return f"{fault.name}: at sample {number}: {fault.detail}"
+
+
 def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     """Write a run as the bag that the node graph would have left; log times are the stamps."""
-    away = AWAY_TORQUE[scenario.scheme().away]
-    topics = [JOINT_STATES, IMU_DATA, REFERENCE, away, SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
+    nominal = scenario.scheme().nominal.topic
+    topics = [JOINT_STATES, IMU_DATA, REFERENCE, nominal, SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
     topics += [TORQUE_REQUESTED, IMU_ERROR, FAULTS, SAFETY_STATE, DRIVES_STATE]
-    if run.samples[0].vhc is not None:
+    if run.samples[0].constraint is not None:
         topics.append(VHC_TORQUE)
     if scenario.estimated:
         topics += ESTIMATION_TOPICS
@@ -202,7 +207,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     with BagWriter(directory, topics) as bag:
         for sample in run.samples:
             stamp = sample_stamp_ns(sample.number, rate_hz)
-            for topic, data in _messages(sample, stamp, away):
+            for topic, data in _messages(sample, stamp, nominal):
                 bag.write(topic, stamp, data)
         # the trajectory generator is one sample ahead
         after = run.samples[-1].number + 1
@@ -221,7 +226,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         bag.close({"dropped": "0"})
 
 
-def _messages(sample: Sample, stamp: int, away: Topic) -> list[tuple[Topic, bytes]]:
+def _messages(sample: Sample, stamp: int, nominal: Topic) -> list[tuple[Topic, bytes]]:
     measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
     messages = [
         (
@@ -230,7 +235,7 @@ def _messages(sample: Sample, stamp: int, away: Topic) -> list[tuple[Topic, byte
         ),
         (IMU_DATA, serialize.imu(stamp, IMU_FRAME, sample.imu.angular_velocity, sample.imu.acceleration)),
         (REFERENCE, _reference(desired, stamp)),
-        (away, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.away)),
+        (nominal, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.nominal)),
         (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
         (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
         (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),
@@ -239,8 +244,8 @@ def _messages(sample: Sample, stamp: int, away: Topic) -> list[tuple[Topic, byte
         messages.append((TORQUE_REQUESTED, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.requested)))
     if sample.imu_error is not None:
         messages.append((IMU_ERROR, serialize.float64(sample.imu_error)))
-    if sample.vhc is not None:
-        messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.vhc)))
+    if sample.constraint is not None:
+        messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.constraint)))
     if sample.estimated is not None:
         (angles, torques), truth, deviations, disturbance = sample.estimated
         messages += [

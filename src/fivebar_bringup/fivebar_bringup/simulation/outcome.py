@@ -4,21 +4,28 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-NO_FAULT = 0
-TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 2, 3, 4, 5
-ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED = 6, 7, 8
-FAULT_NAMES = (
-    "",
-    "torque_undefined",
-    "over_speed",
-    "out_of_workspace",
-    "near_type_1",
-    "tracking_lost",
-    "estimate_lost",
-    "estimate_ambiguous",
-    "plant_diverged",
+from fivebar_control.safety.stages import (
+    NEAR_TYPE_1,
+    NO_FAULT,
+    OUT_OF_WORKSPACE,
+    OVER_SPEED,
+    TORQUE_UNDEFINED,
+    TRACKING_LOST,
 )
-"""By the numbers above; the names are those of the node graph."""
+
+ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED = 6, 7, 8
+FAULT_NAMES = {
+    NO_FAULT: "",
+    TORQUE_UNDEFINED: "torque_undefined",
+    OVER_SPEED: "over_speed",
+    OUT_OF_WORKSPACE: "out_of_workspace",
+    NEAR_TYPE_1: "near_type_1",
+    TRACKING_LOST: "tracking_lost",
+    ESTIMATE_LOST: "estimate_lost",
+    ESTIMATE_AMBIGUOUS: "estimate_ambiguous",
+    PLANT_DIVERGED: "plant_diverged",
+}
+"""By these numbers and those of `fivebar_control.safety.stages`; the names are those of the node graph."""
 
 
 class Outcome(NamedTuple):

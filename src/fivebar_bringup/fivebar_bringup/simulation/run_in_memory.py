@@ -12,7 +12,6 @@ from fivebar_bringup.simulation.offline import OfflineRun
 from fivebar_control.laws.torque import UNDEFINED
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
-    AWAY_TORQUE,
     FAULTS,
     GROUND_TRUTH,
     IMU_DATA,
@@ -34,8 +33,6 @@ NAMES = {
     GROUND_TRUTH.name: JOINTS,
     REFERENCE.name: REFERENCE_NAMES,
     SUPERVISOR_STATE.name: SUPERVISOR_NAMES,
-    **{topic.name: ACTIVE_JOINTS for topic in AWAY_TORQUE.values()},
-    VHC_TORQUE.name: ACTIVE_JOINTS,
     TORQUE_REQUESTED.name: ACTIVE_JOINTS,
 }
 
@@ -59,12 +56,12 @@ class RunInMemory(Recording):
             (REFERENCE.name, "position"): references[:, :4],
             (REFERENCE.name, "velocity"): references[:, 2:],
             (SUPERVISOR_STATE.name, "position"): np.array([sample.supervisor for sample in samples]),
-            (AWAY_TORQUE[scenario.scheme().away].name, "effort"): np.array([sample.away for sample in samples]),
+            (scenario.scheme().nominal.topic.name, "effort"): np.array([sample.nominal for sample in samples]),
             (TORQUE_REQUESTED.name, "effort"): np.array([sample.requested or UNDEFINED for sample in samples]),
         }
-        on_locus = [sample.vhc for sample in samples if sample.vhc is not None]
-        if on_locus:
-            self._fields[VHC_TORQUE.name, "effort"] = np.array(on_locus)
+        constraint = [sample.constraint for sample in samples if sample.constraint is not None]
+        if constraint:
+            self._fields[VHC_TORQUE.name, "effort"] = np.array(constraint)
         exact = [sample.estimated.truth for sample in samples if sample.estimated is not None]
         if exact:
             for field in Measurement._fields:
@@ -86,7 +83,7 @@ class RunInMemory(Recording):
 
     def joint_names(self, topic: Topic) -> tuple[str, ...]:
         """Return the names in a topic of JointState."""
-        return NAMES[topic.name]
+        return NAMES.get(topic.name, ACTIVE_JOINTS)
 
     def field(self, topic: Topic, name: str) -> FloatArray:
         """Return one field of all messages as float64."""

@@ -9,15 +9,23 @@ prints "or"). Scaling Kp and Kd by the same alpha changes the damping; by alpha^
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from fivebar_description.settings import Setting
+
+ENABLED = Setting("Whether the gains are raised when a switch disturbs the track.")
+ALPHA = Setting("Factor of the raised gains.", "", at_least=1.0, at_most=100.0)
+ERROR_LIMIT = Setting("Jump of the tracked error that raises the gains.", "m", at_least=0.0, at_most=1.0)
+KEEP_DAMPING = Setting("Scale kp by alpha^2 and kd by alpha, instead of both by alpha.")
 
 
-class AdaptiveGainSettings(NamedTuple):
-    """Factor alpha (at least 1), the limit on the jump of the tracked error (m), and whether the damping is kept."""
+class AdaptiveGain(NamedTuple):
+    """The adaptive gain of `multi_joint`."""
 
-    alpha: float = 1.5
-    error_limit: float = 1e-4
-    keep_damping: bool = True
+    enabled: Annotated[bool, ENABLED] = True
+    alpha: Annotated[float, ALPHA] = 1.5
+    error_limit: Annotated[float, ERROR_LIMIT] = 1e-4
+    keep_damping: Annotated[bool, KEEP_DAMPING] = True
 
 
 class GainMemory(NamedTuple):
@@ -31,7 +39,13 @@ NO_MEMORY = GainMemory(math.nan, math.nan)
 
 
 def gain_memory(before: GainMemory, in_zone: bool, error_x: float, error_y: float) -> GainMemory:
-    """Return what is remembered after a sample; arguments as for :meth:`AdaptiveGain.factors`."""
+    """Return what is remembered after a sample; call it once for every sample.
+
+    Args:
+        before: after the sample before.
+        in_zone: whether the constraint law has a say, sigma > 0.
+        error_x, error_y: the platform's distance from the reference (m).
+    """
     if not in_zone or math.isnan(before.error_x):
         return GainMemory(error_x, error_y)
     return before
@@ -44,22 +58,3 @@ def gain_factors(
     if abs(error_x - before.error_x) <= error_limit and abs(error_y - before.error_y) <= error_limit:
         return 1.0, 1.0
     return (alpha * alpha if keep_damping else alpha), alpha
-
-
-class AdaptiveGain:
-    """Follows the tracked error sample by sample and gives the factors on the gains."""
-
-    def __init__(self, settings: AdaptiveGainSettings) -> None:
-        """Start outside any blending zone."""
-        self._settings = settings
-        self._before = NO_MEMORY
-
-    def factors(self, in_zone: bool, error_x: float, error_y: float) -> tuple[float, float]:
-        """Return the factors on (Kp, Kd) for a sample; call it once for every sample.
-
-        Args:
-            in_zone: whether the law on the locus has a say, sigma > 0.
-            error_x, error_y: the platform's distance from the reference (m).
-        """
-        self._before = gain_memory(self._before, in_zone, error_x, error_y)
-        return gain_factors(self._before, error_x, error_y, *self._settings)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Annotated, NamedTuple
+
+from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.dynamics import inverse_dynamics
@@ -25,3 +29,26 @@ def ctc_torque(robot: FiveBar, state: State, reference: Reference, kp: float, kd
     v1 = linearised_acceleration(state.leg1, reference.state.leg1, reference.ax, reference.ay, kp, kd)
     v2 = linearised_acceleration(state.leg2, reference.state.leg2, reference.ax, reference.ay, kp, kd)
     return Torque(*inverse_dynamics(robot, state, v1, v2, reference.f1, reference.f2))
+
+
+class CtcSettings(NamedTuple):
+    """Gains of the computed torque law."""
+
+    kp: Annotated[float, KP] = 2500.0
+    kd: Annotated[float, KD] = 100.0
+
+
+def ctc_step(robot: FiveBar, instant: Instant, memory: None, settings: CtcSettings) -> tuple[Torque, None]:
+    """Return u1 for a sample."""
+    return ctc_torque(robot, instant.state, instant.reference, settings.kp, settings.kd), memory
+
+
+LAW = Law(
+    name="ctc",
+    title="computed torque",
+    settings=CtcSettings,
+    step=ctc_step,
+    executable="ctc_controller",
+    regular_on_locus=False,
+    min_authority=MIN_AUTHORITY,
+)

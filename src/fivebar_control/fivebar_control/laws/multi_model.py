@@ -2,18 +2,19 @@
 
 Away from the locus it is the computed torque law with the full model; on the locus it uses a model without the
 platform, lambda = 0, which does not degenerate but is right only for a trajectory that meets the dynamic criterion
-there. The transition is a sigmoid in time around each planned crossing.
+there. The transition is a sigmoid in time around each planned crossing (`fivebar_control.loop.supervisor`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.ctc import linearised_acceleration
+from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_description.parameters import FiveBar
 
 
@@ -24,10 +25,26 @@ def reduced_ctc_torque(robot: FiveBar, state: State, reference: Reference, kp: f
     return Torque(robot.leg1.inertia * v1 + reference.f1, robot.leg2.inertia * v2 + reference.f2)
 
 
-def sigmoid_weight(t: float, crossing_times: Sequence[float], duration: float) -> float:
-    """Return the weight of the reduced model at time t (s).
+class ReducedCtcSettings(NamedTuple):
+    """Gains of the computed torque law with the reduced model."""
 
-    1 within half a `duration` (s) of a crossing, 0 from one duration on, and the fifth-order step in between.
-    """
-    distance = min((abs(t - crossing) for crossing in crossing_times), default=duration)
-    return 1.0 - rest_to_rest((distance - 0.5 * duration) / (0.5 * duration))[0]
+    kp: Annotated[float, KP] = 2500.0
+    kd: Annotated[float, KD] = 100.0
+
+
+def reduced_ctc_step(
+    robot: FiveBar, instant: Instant, memory: None, settings: ReducedCtcSettings
+) -> tuple[Torque, None]:
+    """Return tau_B for a sample."""
+    return reduced_ctc_torque(robot, instant.state, instant.reference, settings.kp, settings.kd), memory
+
+
+LAW = Law(
+    name="reduced_ctc",
+    title="reduced model",
+    settings=ReducedCtcSettings,
+    step=reduced_ctc_step,
+    topic_name="vhc",
+    executable="vhc_controller",
+    min_authority=MIN_AUTHORITY,
+)

@@ -49,11 +49,20 @@ def reference_from_platform(robot: FiveBar, mode1: int, mode2: int, platform: Pl
 
 
 def against_disturbance(reference: Reference, d1: float, d2: float) -> Reference:
-    """Return a desired instant whose friction makes up for disturbance torques d (Nm) that act on the motors too.
+    """Return a desired instant whose friction compensates disturbance torques d (Nm) that act on the motors too.
 
     Every law adds the friction f to what it asks of the model; against tau + d it is f - d that has to be added.
     """
-    return reference._replace(f1=reference.f1 - d1, f2=reference.f2 - d2)
+    return Reference(
+        state=reference.state,
+        ax=reference.ax,
+        ay=reference.ay,
+        f1=reference.f1 - d1,
+        f2=reference.f2 - d2,
+        by_motors=reference.by_motors,
+        u1=reference.u1,
+        u2=reference.u2,
+    )
 
 
 def reference_from_motors(robot: FiveBar, state: State, ax: float, ay: float, ddq11: float, ddq21: float) -> Reference:

@@ -7,15 +7,44 @@ meets this equation; they differ in the part of tau that it leaves free.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.singularity import SQRT_HALF, ParallelSvd
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
 
-Resolution = Callable[[FiveBar, State, ParallelSvd, float, float, float, float, float], Torque]
-"""(robot, state, svd, alpha m/s^2, ddq11, ddq21 rad/s^2, f1, f2 Nm) -> torque."""
+MIN_NORM, FULL_FRICTION, FULL_INVERSE = 0, 1, 2
+
+RESOLUTIONS = {"min_norm": MIN_NORM, "full_friction": FULL_FRICTION, "full_inverse": FULL_INVERSE}
+"""The resolutions by name, in the order of their numbers."""
+
+
+def resolved(
+    resolution: int,
+    robot: FiveBar,
+    state: State,
+    svd: ParallelSvd,
+    alpha: float,
+    ddq11: float,
+    ddq21: float,
+    f1: float,
+    f2: float,
+) -> Torque:
+    """Return the torque of one of the resolutions.
+
+    Args:
+        resolution: `MIN_NORM`, `FULL_FRICTION` or `FULL_INVERSE`.
+        robot: the robot that the law believes in.
+        state: measured state.
+        svd: decomposition of A there.
+        alpha: platform acceleration along v1 (m/s^2).
+        ddq11, ddq21: motor accelerations that go with it (rad/s^2).
+        f1, f2: friction (Nm).
+    """
+    if resolution == FULL_FRICTION:
+        return full_friction(robot, state, svd, alpha, ddq11, ddq21, f1, f2)
+    if resolution == MIN_NORM:
+        return min_norm(robot, state, svd, alpha, ddq11, ddq21, f1, f2)
+    return full_inverse(robot, state, svd, alpha, ddq11, ddq21, f1, f2)
 
 
 def min_norm(
@@ -92,10 +121,3 @@ def _along_w(
     w1, w2 = SQRT_HALF / state.leg1.b, SQRT_HALF * svd.fold / state.leg2.b
     scale = (w1 * load1 + w2 * load2 + robot.mass * alpha / svd.s1) / (w1 * w1 + w2 * w2)
     return Torque(apart1 + w1 * scale, apart2 + w2 * scale)
-
-
-RESOLUTIONS: dict[str, Resolution] = {
-    "min_norm": min_norm,
-    "full_friction": full_friction,
-    "full_inverse": full_inverse,
-}

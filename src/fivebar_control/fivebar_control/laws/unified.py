@@ -11,13 +11,16 @@ angles: at Type 1 the platform does not feel the stretched leg's motor, and u_0 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import Setting
 
 
 class InputMap(NamedTuple):
@@ -97,23 +100,38 @@ def box_least_squares(
 
 
 class UnifiedSettings(NamedTuple):
-    """What the law is set to.
+    """What the law without switching is set to."""
 
-    Attributes:
-        kp: proportional gain on the error of the platform (1/s^2), and of the motors at Type 1.
-        kd: derivative gain (1/s).
-        weight: price w of torque, (m/s^2 / Nm)^2, positive.
-        torque_limit: largest torque of either motor (Nm), inf for none.
-        observer_rate: how fast the estimated disturbance follows (1/s), 0 for none.
-        disturbance_limit: largest disturbance (Nm) that is believed of either motor.
-    """
-
-    kp: float = 6400.0
-    kd: float = 160.0
-    weight: float = 3.0
-    torque_limit: float = math.inf
-    observer_rate: float = 40.0
-    disturbance_limit: float = 0.5
+    kp: Annotated[float, KP] = 6400.0
+    kd: Annotated[float, KD] = 160.0
+    weight: Annotated[
+        float,
+        Setting(
+            "Weight w of the torque, which regularises the uncontrollable direction.",
+            "(m/s^2 / Nm)^2",
+            at_least=1e-6,
+            at_most=1e6,
+            tunable=True,
+        ),
+    ] = 3.0
+    observer_rate: Annotated[
+        float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)
+    ] = 40.0
+    disturbance_limit: Annotated[
+        float,
+        Setting(
+            "Largest disturbance torque that the observer assumes of either motor.", "Nm", at_least=0.0, at_most=1e3
+        ),
+    ] = 0.5
+    torque_limit: Annotated[
+        float | None,
+        Setting(
+            "Largest torque that the law may choose for either motor; by default the drives' limit.",
+            "Nm",
+            above=0.0,
+            at_most=1e3,
+        ),
+    ] = None
 
 
 class UnifiedMemory(NamedTuple):
@@ -140,6 +158,21 @@ class UnifiedMemory(NamedTuple):
 
 NOTHING_KNOWN = UnifiedMemory(0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """The memory before the first sample."""
+
+
+def restarted(memory: UnifiedMemory) -> UnifiedMemory:
+    """Return the memory after a gap: what happened over it is not known, the disturbance stays."""
+    return UnifiedMemory(
+        d1=memory.d1,
+        d2=memory.d2,
+        fresh=True,
+        push1=memory.push1,
+        push2=memory.push2,
+        vx=memory.vx,
+        vy=memory.vy,
+        ax=memory.ax,
+        ay=memory.ay,
+    )
 
 
 def observed_disturbance(
@@ -197,9 +230,10 @@ def unified_step(
     """
     mapped = input_map(robot, state)
     if mapped is None:
-        return UNDEFINED, memory._replace(fresh=True)
+        return UNDEFINED, restarted(memory)
     d1, d2 = observed_disturbance(mapped, state, memory, settings, period)
-    kp, kd, weight, limit = settings.kp, settings.kd, settings.weight, settings.torque_limit
+    kp, kd, weight = settings.kp, settings.kd, settings.weight
+    limit = math.inf if settings.torque_limit is None else settings.torque_limit
     desired = reference.state
     wanted_x = reference.ax + kd * (desired.vx - state.vx) + kp * (desired.x - state.x) - mapped.a0_x
     wanted_y = reference.ay + kd * (desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
@@ -244,3 +278,23 @@ def _normal_matrix(mapped: InputMap, weight: float) -> tuple[float, float, float
 def _motor_feedback(desired: Leg, measured: Leg, kp: float, kd: float) -> float:
     """Return the acceleration (rad/s^2) that brings a motor back to its plan, the short way round."""
     return kd * (desired.dq1 - measured.dq1) + kp * wrap(desired.q1 - measured.q1)
+
+
+def unified_law_step(
+    robot: FiveBar, instant: Instant, memory: UnifiedMemory, settings: UnifiedSettings
+) -> tuple[Torque, UnifiedMemory]:
+    """Return the torque for a sample; the settings are numbers, as `as_numbers` makes them."""
+    return unified_step(robot, instant.state, instant.reference, memory, settings, instant.period)
+
+
+LAW = Law(
+    name="unified",
+    title="unified law",
+    settings=UnifiedSettings,
+    step=unified_law_step,
+    memory=NOTHING_KNOWN,
+    after_gap=restarted,
+    executable="unified_controller",
+    meets_type_1=True,
+    observes_disturbance=True,
+)

@@ -6,16 +6,21 @@ geometric, not timed, so the uncontrollable direction is free to run as the free
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.resolution import Resolution
+from fivebar_control.laws.resolution import RESOLUTIONS, resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.kinematics import joint_acceleration
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import Setting
+
+RESOLUTION = Setting("How the two motors share the torque that enforces the constraint.", choices=tuple(RESOLUTIONS))
 
 
 class Constraint(NamedTuple):
@@ -43,11 +48,12 @@ def vhc_cartesian_torque(
     line: Line,
     kp: float,
     kd: float,
-    resolve: Resolution,
+    resolution: int,
 ) -> Torque:
     """Return u3; kp in 1/s^2, kd in 1/s. Undefined (NaN) where the path runs along t_s or a leg is at Type 1.
 
-    xddot = alpha v1 with n . xddot = -(Kp h + Kd hdot) (3.36), qddot = B^-1 (A xddot + c), the torque by `resolve`.
+    xddot = alpha v1 with n . xddot = -(Kp h + Kd hdot) (3.36), qddot = B^-1 (A xddot + c), the torque by one of
+    `RESOLUTIONS`.
     """
     svd = parallel_svd(state)
     constraint = line_constraint(line, state.x, state.y, state.vx, state.vy)
@@ -56,7 +62,8 @@ def vhc_cartesian_torque(
         return UNDEFINED
     alpha = -(kp * constraint.h + kd * constraint.dh) / authority
     ax, ay = alpha * svd.v_x, alpha * svd.v_y
-    return resolve(
+    return resolved(
+        resolution,
         robot,
         state,
         svd,
@@ -66,3 +73,38 @@ def vhc_cartesian_torque(
         reference.f1,
         reference.f2,
     )
+
+
+class VhcCartesianSettings(NamedTuple):
+    """Settings of the constraint law with the Cartesian variable."""
+
+    kp: Annotated[float, KP] = 2500.0
+    kd: Annotated[float, KD] = 100.0
+    resolution: Annotated[str, RESOLUTION] = "full_friction"
+
+
+def vhc_cartesian_step(
+    robot: FiveBar, instant: Instant, memory: None, settings: VhcCartesianSettings
+) -> tuple[Torque, None]:
+    """Return u3 for a sample; the settings are numbers, as `as_numbers` makes them."""
+    torque = vhc_cartesian_torque(
+        robot,
+        instant.state,
+        instant.reference,
+        instant.line,
+        settings.kp,
+        settings.kd,
+        settings.resolution,  # type: ignore[arg-type]
+    )
+    return torque, memory
+
+
+LAW = Law(
+    name="vhc_cartesian",
+    title="constraint law (Cartesian)",
+    settings=VhcCartesianSettings,
+    step=vhc_cartesian_step,
+    topic_name="vhc",
+    executable="vhc_controller",
+    min_authority=MIN_AUTHORITY,
+)

@@ -7,11 +7,25 @@ keep both are exact on the locus with h = 0 and a least-squares compromise other
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from fivebar_control.laws.adaptive_gain import (
+    ALPHA,
+    ENABLED,
+    ERROR_LIMIT,
+    KEEP_DAMPING,
+    NO_MEMORY,
+    AdaptiveGain,
+    GainMemory,
+    gain_factors,
+    gain_memory,
+)
+from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.resolution import Resolution
+from fivebar_control.laws.resolution import resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.laws.vhc_cartesian import RESOLUTION
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import joint_acceleration, state_from_platform
 from fivebar_control.model.line import Line
@@ -65,7 +79,7 @@ def vhc_joint_torque(
     line: Line,
     kp: float,
     kd: float,
-    resolve: Resolution,
+    resolution: int,
 ) -> Torque:
     """Return u2; kp in 1/s^2, kd in 1/s.
 
@@ -90,4 +104,55 @@ def vhc_joint_torque(
     if authority == 0.0:
         return UNDEFINED
     alpha = (e1 * (v1 - drift1) + e2 * (v2 - drift2)) / authority
-    return resolve(robot, state, svd, alpha, n1 * alpha + drift1, n2 * alpha + drift2, reference.f1, reference.f2)
+    ddq11, ddq21 = n1 * alpha + drift1, n2 * alpha + drift2
+    return resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, reference.f1, reference.f2)
+
+
+class VhcJointSettings(NamedTuple):
+    """Settings of the constraint law with joint variables, the adaptive gain (4.1.3) among them."""
+
+    kp: Annotated[float, KP] = 2500.0
+    kd: Annotated[float, KD] = 100.0
+    resolution: Annotated[str, RESOLUTION] = "full_friction"
+    adaptive_gain: Annotated[bool, ENABLED] = True
+    alpha: Annotated[float, ALPHA] = AdaptiveGain().alpha
+    error_limit: Annotated[float, ERROR_LIMIT] = AdaptiveGain().error_limit
+    keep_damping: Annotated[bool, KEEP_DAMPING] = AdaptiveGain().keep_damping
+
+
+def vhc_joint_step(
+    robot: FiveBar, instant: Instant, memory: GainMemory, settings: VhcJointSettings
+) -> tuple[Torque, GainMemory]:
+    """Return u2 for a sample; the settings are numbers, as `as_numbers` makes them."""
+    state, desired = instant.state, instant.reference.state
+    factor_p = factor_d = 1.0
+    if settings.adaptive_gain:
+        error_x, error_y = state.x - desired.x, state.y - desired.y
+        memory = gain_memory(memory, instant.zone_weight > 0.0, error_x, error_y)
+        factor_p, factor_d = gain_factors(
+            memory, error_x, error_y, settings.alpha, settings.error_limit, settings.keep_damping
+        )
+    torque = vhc_joint_torque(
+        robot,
+        instant.mode1,
+        instant.mode2,
+        state,
+        instant.reference,
+        instant.line,
+        settings.kp * factor_p,
+        settings.kd * factor_d,
+        settings.resolution,  # type: ignore[arg-type]
+    )
+    return torque, memory
+
+
+LAW = Law(
+    name="vhc_joint",
+    title="constraint law (joints)",
+    settings=VhcJointSettings,
+    step=vhc_joint_step,
+    memory=NO_MEMORY,
+    topic_name="vhc",
+    executable="vhc_controller",
+    min_authority=MIN_AUTHORITY,
+)

@@ -13,6 +13,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
+from fivebar_control.laws.registry import find_law
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.model_parameters import RATE, ROBOT, WORKING_MODE
@@ -23,9 +24,7 @@ from fivebar_control.safety.watchdog import Freshness
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
-    AWAY_TORQUE,
     CONTROL_QOS,
-    CTC_TORQUE,
     DRIVES_STATE,
     FAULTS,
     JOINT_STATES,
@@ -38,6 +37,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
     VHC_TORQUE,
+    Topic,
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
@@ -46,6 +46,7 @@ from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.strict_yaml import InputError
 
 DEADLINE_LOOKS = 4
 """How often within a deadline the blender looks whether it has passed."""
@@ -55,6 +56,24 @@ LOOKS_AWAKE = 2
 
 BLENDED = "blended"
 
+
+def _no_such_law(name: str) -> str | None:
+    try:
+        candidate_topic(name)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def candidate_topic(candidates: str) -> Topic:
+    """Return where the candidate comes from that a single law publishes, or the nominal law of a blended controller.
+
+    Raises:
+        InputError: there is no such law.
+    """
+    return find_law("ctc" if candidates == BLENDED else candidates).topic
+
+
 SPECS = (
     ROBOT,
     RATE,
@@ -62,8 +81,8 @@ SPECS = (
     Spec(
         "candidates",
         BLENDED,
-        "Blend ctc/torque and vhc/torque by sigma, or take ctc/torque or unified/torque alone.",
-        choices=(BLENDED, *AWAY_TORQUE),
+        "Blend ctc/torque and vhc/torque by sigma, or take the candidate of the named law alone.",
+        check=_no_such_law,
     ),
     Spec(
         "candidate_deadline_ms",
@@ -118,7 +137,7 @@ class Blender(SamplingNode):
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
             Input(REFERENCE, fields_of(REFERENCE_NAMES, "position")),
-            Input(AWAY_TORQUE.get(values["candidates"], CTC_TORQUE), torque),
+            Input(candidate_topic(values["candidates"]), torque),
         ]
         if values["candidates"] == BLENDED:
             inputs += [Input(VHC_TORQUE, torque), Input(SUPERVISOR_STATE, fields_of(SUPERVISOR_NAMES, "position"))]
@@ -169,12 +188,12 @@ class Blender(SamplingNode):
             return
         (position, velocity), (reference,), (alone,), *rest = values
         state = state_from_joints(self._robot, *position, *velocity)
-        away, on_locus, sigma = Torque(*alone), Torque(*alone), 0.0
+        nominal, constraint, sigma = Torque(*alone), Torque(*alone), 0.0
         if rest:
             (vhc,), ((sigma, _),) = rest
-            on_locus = Torque(*vhc)
+            constraint = Torque(*vhc)
         stopped = self._guard.fault is not None
-        requested, torque = self._guard.command(sample, state, reference[:2], sigma, away, on_locus)
+        requested, torque = self._guard.command(sample, state, reference[:2], sigma, nominal, constraint)
         if stopped:
             return
         if requested is not None:

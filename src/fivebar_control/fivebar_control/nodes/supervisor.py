@@ -6,7 +6,8 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
-from fivebar_control.laws.laws import CONDITION, SIGMOID, Supervisor, SupervisorState
+from fivebar_control.laws.registry import CONDITION, SIGMOID
+from fivebar_control.loop.supervisor import Supervisor, SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.motion_parameters import declare_motion
 from fivebar_description.interface import (

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.ros.model_parameters import LEAD, RATE, ROBOT, WORKING_MODE
 from fivebar_control.trajectory.planner import (
-    MIN_AUTHORITY,
     QUINTIC,
     TIME_LAWS,
     Plan,

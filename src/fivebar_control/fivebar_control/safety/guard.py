@@ -9,15 +9,13 @@ from fivebar_control.laws.blend import blend
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.state import State
 from fivebar_control.safety.stages import (
+    NO_FAULT,
     SafetySettings,
     fastest_motor,
-    limited,
-    near_type_1,
-    out_of_workspace,
-    over_speed,
-    rate_limited,
-    tracking_lost,
-    undefined,
+    fault_of,
+    first_fault,
+    limited_torque,
+    limits_of,
 )
 from fivebar_description.parameters import FiveBar
 
@@ -37,7 +35,7 @@ part of the graph is gone."""
 
 
 class Decision(NamedTuple):
-    """The torques (Nm) of a sample: what the laws asked for, None while a fault is latched, and what is commanded."""
+    """The torques (Nm) of a sample: what the laws request, None while a fault is latched, and what is commanded."""
 
     requested: Torque | None
     applied: Torque
@@ -53,7 +51,7 @@ class Guard:
         self._robot = robot
         self._mode1, self._mode2 = working_mode
         self._settings = settings if settings is not None else SafetySettings()
-        self._step = self._settings.torque_rate_limit / rate_hz
+        self._limits = limits_of(self._settings, rate_hz)
         self._before = ZERO
         self._limited_samples = 0
         self._final: Fault | None = None
@@ -92,7 +90,7 @@ class Guard:
         return None
 
     def command(
-        self, sample: int, state: State, desired: tuple[float, float], sigma: float, away: Torque, on_locus: Torque
+        self, sample: int, state: State, desired: tuple[float, float], sigma: float, nominal: Torque, constraint: Torque
     ) -> Decision:
         """Return the torques of a sample: the blend and what is left of it, or zero once a fault is latched.
 
@@ -101,29 +99,25 @@ class Guard:
             state: measured or estimated state.
             desired: where the platform should be (m).
             sigma: blending weight.
-            away: candidate for sigma = 0.
-            on_locus: candidate for sigma = 1.
+            nominal: candidate for sigma = 0.
+            constraint: candidate for sigma = 1.
         """
-        settings = self._settings
-        asked = blend(sigma, away, on_locus)
-        torque = rate_limited(limited(asked, settings.torque_limit), self._before, self._step)
-        # what is not finite is found before the cut torque is looked at, so nothing undefined is ever used
-        found = (
-            undefined(asked, sigma)
-            or over_speed(state, settings.joint_speed_limit)
-            or out_of_workspace(self._robot, state, settings.workspace)
-            or near_type_1(state, self._mode1, self._mode2, settings.type1_margin)
-            or tracking_lost(state, *desired, settings.tracking_error_limit)
-        )
+        limits, robot, mode1, mode2 = self._limits, self._robot, self._mode1, self._mode2
+        requested = blend(sigma, nominal, constraint)
+        number = first_fault(limits, robot, mode1, mode2, state, *desired, requested)
+        found = None
+        if number != NO_FAULT:
+            found = fault_of(number, limits, robot, mode1, mode2, state, *desired, requested, sigma)
         if self.fault is not None:
             self._obstacle = str(found) if found is not None else self._unrest(state)
             return Decision(None, ZERO)
         if found is not None:
             self.trip(Fault(found.name, f"at sample {sample}: {found.detail}"))
-            return Decision(asked, ZERO)
+            return Decision(requested, ZERO)
+        torque = limited_torque(limits, requested, self._before)
         self._before = torque
-        self._limited_samples += torque != asked
-        return Decision(asked, torque)
+        self._limited_samples += torque != requested
+        return Decision(requested, torque)
 
     def _unrest(self, state: State) -> str | None:
         speed, limit = fastest_motor(state), self._settings.rest_speed

@@ -1,11 +1,9 @@
 """The stages through which a torque goes before it becomes a command, each a pure function.
 
-The last node goes through them in this order: finite, fresh (see `freshness`), torque limit, torque rate limit, joint
-speed, workspace, Type 1 margin, tracking. The two limits cut the torque; every other stage returns the fault that stops
-the robot, None where there is none.
-
-What a stage asks is a scalar function of its own, without words, which the compiled engine asks too; an undefined
-value, NaN, passes none of them.
+The last node goes through them in this order: finite, fresh (see `watchdog`), torque limit, torque rate limit, joint
+speed, workspace, Type 1 margin, tracking. The two limits cut the torque; every other stage finds the fault that stops
+the robot. `first_fault` goes through them without words, so that it can be compiled, and `fault_of` says what it found.
+An undefined value, NaN, passes none of them.
 """
 
 from __future__ import annotations
@@ -32,6 +30,33 @@ class Area(NamedTuple):
     y_max: float
 
 
+NO_FAULT = 0
+TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 2, 3, 4, 5
+"""Faults that a stage finds, as numbers, in the order of the stages."""
+
+EVERYWHERE = Area(-math.inf, math.inf, -math.inf, math.inf)
+
+
+class Limits(NamedTuple):
+    """What the stages allow, as numbers; infinite for none.
+
+    Attributes:
+        torque_limit: largest commanded torque (Nm).
+        torque_step: largest change of it from sample to sample (Nm).
+        joint_speed: largest motor speed (rad/s).
+        workspace: where the platform may be (m).
+        type1_margin: least |sin q_i2|, 0 for no such limit.
+        tracking_error: largest distance from the reference (m).
+    """
+
+    torque_limit: float
+    torque_step: float
+    joint_speed: float
+    workspace: Area
+    type1_margin: float
+    tracking_error: float
+
+
 class SafetySettings(NamedTuple):
     """What the last node before the drives allows.
 
@@ -52,6 +77,49 @@ class SafetySettings(NamedTuple):
     type1_margin: float = 0.01
     tracking_error_limit: float = 0.05
     rest_speed: float = 0.1
+
+
+def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
+    """Return what the stages allow at a sampling rate (Hz)."""
+    return Limits(
+        torque_limit=float(settings.torque_limit),
+        torque_step=float(settings.torque_rate_limit) / rate_hz,
+        joint_speed=float(settings.joint_speed_limit),
+        workspace=Area(*map(float, EVERYWHERE if settings.workspace is None else settings.workspace)),
+        type1_margin=float(settings.type1_margin),
+        tracking_error=float(settings.tracking_error_limit),
+    )
+
+
+def first_fault(
+    limits: Limits, robot: FiveBar, mode1: int, mode2: int, state: State, x: float, y: float, requested: Torque
+) -> int:
+    """Return the number of the first fault that a sample shows, `NO_FAULT` for none.
+
+    Args:
+        limits: what the stages allow.
+        robot: the robot that the controllers believe in.
+        mode1, mode2: its working mode.
+        state: measured or estimated state.
+        x, y: where the platform should be (m).
+        requested: the blended torque (Nm).
+    """
+    if not is_finite(requested):
+        return TORQUE_UNDEFINED
+    if not is_slow(state, limits.joint_speed):
+        return OVER_SPEED
+    if not (is_inside(state, limits.workspace) and is_in_reach(robot, state)):
+        return OUT_OF_WORKSPACE
+    if not is_clear_of_type_1(state, mode1, mode2, limits.type1_margin):
+        return NEAR_TYPE_1
+    if not is_on_track(state, x, y, limits.tracking_error):
+        return TRACKING_LOST
+    return NO_FAULT
+
+
+def limited_torque(limits: Limits, requested: Torque, before: Torque) -> Torque:
+    """Return what the torque limit and the rate limit leave of a torque (Nm), `before` being the last command."""
+    return rate_limited(limited(requested, limits.torque_limit), before, limits.torque_step)
 
 
 def is_finite(torque: Torque) -> bool:
@@ -99,13 +167,6 @@ def is_on_track(state: State, x: float, y: float, limit: float) -> bool:
     return distance_from(state, x, y) <= limit
 
 
-def undefined(torque: Torque, sigma: float) -> Fault | None:
-    """Return `torque_undefined` for a torque that is not finite; sigma is told with it."""
-    if is_finite(torque):
-        return None
-    return Fault("torque_undefined", f"candidate torque ({torque.tau1}, {torque.tau2}) Nm, sigma = {sigma:.3f}")
-
-
 def limited(torque: Torque, limit: float) -> Torque:
     """Return the torque within +-limit (Nm), motor by motor."""
     return Torque(_within(torque.tau1, 0.0, limit), _within(torque.tau2, 0.0, limit))
@@ -116,39 +177,38 @@ def rate_limited(torque: Torque, before: Torque, step: float) -> Torque:
     return Torque(_within(torque.tau1, before.tau1, step), _within(torque.tau2, before.tau2, step))
 
 
-def over_speed(state: State, limit: float) -> Fault | None:
-    """Return `over_speed` where a motor joint turns faster than the limit (rad/s)."""
-    if is_slow(state, limit):
-        return None
-    speed1, speed2 = state.leg1.dq1, state.leg2.dq1
-    return Fault("over_speed", f"motors at {speed1:.2f} and {speed2:.2f} rad/s, limit {limit:g} rad/s")
-
-
-def out_of_workspace(robot: FiveBar, state: State, workspace: Area | None) -> Fault | None:
-    """Return `out_of_workspace` where the platform is outside the given area, or beyond what both legs reach."""
-    if workspace is not None and not is_inside(state, workspace):
-        reason = f"workspace {list(workspace)} m"
-    elif not is_in_reach(robot, state):
-        beyond = -type1_distance(robot, state)
-        reason = f"{beyond * 1e3:.1f} mm out of reach: the joints contradict each other"
-    else:
-        return None
-    return Fault("out_of_workspace", f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
-
-
-def near_type_1(state: State, mode1: int, mode2: int, margin: float) -> Fault | None:
-    """Return `near_type_1` where a leg is nearly stretched or folded, or has changed to the other working mode."""
-    if is_clear_of_type_1(state, mode1, mode2, margin):
-        return None
-    clear1, clear2 = type1_clearance(state.leg1, mode1), type1_clearance(state.leg2, mode2)
-    return Fault("near_type_1", f"sin q_i2 is {clear1:.4f} and {clear2:.4f} from Type 1, margin {margin:g}")
-
-
-def tracking_lost(state: State, x: float, y: float, limit: float) -> Fault | None:
-    """Return `tracking_lost` where the platform is further than the limit (m) from the desired place (m)."""
-    if is_on_track(state, x, y, limit):
-        return None
-    error = distance_from(state, x, y)
+def fault_of(
+    number: int,
+    limits: Limits,
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    state: State,
+    x: float,
+    y: float,
+    requested: Torque,
+    sigma: float,
+) -> Fault:
+    """Return the fault that :func:`first_fault` found, in words; arguments as there, and the blending weight sigma."""
+    if number == TORQUE_UNDEFINED:
+        detail = f"candidate torque ({requested.tau1}, {requested.tau2}) Nm, sigma = {sigma:.3f}"
+        return Fault("torque_undefined", detail)
+    if number == OVER_SPEED:
+        speed1, speed2 = state.leg1.dq1, state.leg2.dq1
+        limit = limits.joint_speed
+        return Fault("over_speed", f"motors at {speed1:.2f} and {speed2:.2f} rad/s, limit {limit:g} rad/s")
+    if number == OUT_OF_WORKSPACE:
+        if limits.workspace != EVERYWHERE and not is_inside(state, limits.workspace):
+            reason = f"workspace {list(limits.workspace)} m"
+        else:
+            beyond = -type1_distance(robot, state)
+            reason = f"{beyond * 1e3:.1f} mm out of reach: the joints contradict each other"
+        return Fault("out_of_workspace", f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
+    if number == NEAR_TYPE_1:
+        clear1, clear2 = type1_clearance(state.leg1, mode1), type1_clearance(state.leg2, mode2)
+        margin = limits.type1_margin
+        return Fault("near_type_1", f"sin q_i2 is {clear1:.4f} and {clear2:.4f} from Type 1, margin {margin:g}")
+    error, limit = distance_from(state, x, y), limits.tracking_error
     return Fault("tracking_lost", f"{error * 1e3:.1f} mm from the reference, limit {limit * 1e3:.1f} mm")
 
 

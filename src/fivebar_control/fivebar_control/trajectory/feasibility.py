@@ -6,11 +6,12 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.limits import Limits
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.reference_torque import NEAR_LOCUS, Follower, ReferenceTorque
+from fivebar_control.trajectory.reference_torque import NEAR_LOCUS, ReferenceTorque
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 
@@ -113,14 +114,14 @@ class Stay(NamedTuple):
     end: float
 
 
-def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: Follower, limits: Limits) -> Feasibility:
+def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: Limits) -> Feasibility:
     """Judge a plan: torque, joint speeds, distance to Type 1, stays near Type 2, rests and directions.
 
     Torque and speed are those of the reference at the samples of `rate_hz`, the only ones that a controller sees.
     """
     watch = _Watch(robot, plan, rate_hz, follower)
     zone_edge = max((2.0 * crossing.epsilon for crossing in plan.crossings), default=0.0)
-    room = REST_ROOM if follower.blended else 1.0
+    room = REST_ROOM if follower.controller.blended else 1.0
     figures = [
         watch.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
         watch.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
@@ -130,7 +131,7 @@ def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: Follower, limits:
     stays = watch.stays(NEAR_LOCUS)
     if stays:
         figures.append(watch.longest(DWELL, stays, limits.dwell))
-    if follower.blended and plan.crossings:
+    if follower.controller.blended and plan.crossings:
         zones = [watch.stay_at(crossing.time, 2.0 * crossing.epsilon) for crossing in plan.crossings]
         figures.append(watch.longest(ZONE_STAY, zones, limits.zone_stay))
         least = min(plan.crossings, key=lambda crossing: crossing.authority)
@@ -141,13 +142,13 @@ def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: Follower, limits:
 
 def stays_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Stay]:
     """Return when a motion is near the Type 2 locus: at its crossings, and where it comes close without crossing."""
-    return _Watch(robot, plan, rate_hz, Follower()).stays(NEAR_LOCUS)
+    return _Watch(robot, plan, rate_hz, default_tuning(CONTROLLERS["unified"])).stays(NEAR_LOCUS)
 
 
 class _Watch:
     """Looks at the reference, at each sample once."""
 
-    def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, follower: Follower) -> None:
+    def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController) -> None:
         self._robot, self._plan, self._rate_hz = robot, plan, rate_hz
         self._needed = ReferenceTorque(robot, plan, rate_hz, follower)
         self._last = plan.path.samples(rate_hz)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_control.laws.law import MIN_AUTHORITY
+from fivebar_control.laws.registry import TunedController
 from fivebar_control.safety.stages import SafetySettings
-from fivebar_control.trajectory.planner import MIN_AUTHORITY
-from fivebar_control.trajectory.reference_torque import NEAR_LOCUS, Follower
+from fivebar_control.trajectory.reference_torque import NEAR_LOCUS
 
 COARSE_SPEED_STEP = 0.04
 """Speed (rad/s) that encoders should tell apart for a blended controller to stay near the locus for 0.2 s."""
@@ -46,7 +47,7 @@ class Limits(NamedTuple):
 
 
 def limits_of(
-    follower: Follower,
+    follower: TunedController,
     torque: float = Limits().torque,
     motor_speed: float = Limits().motor_speed,
     speed_step: float = 0.0,
@@ -66,7 +67,7 @@ def limits_of(
     limits = Limits(torque=torque, motor_speed=motor_speed)
     if speed_step > 0.0:
         limits = limits._replace(dwell=ESTIMATED_DWELL)
-    if not follower.blended:
+    if not follower.controller.blended:
         return limits
     if speed_step > COARSE_SPEED_STEP:
         limits = limits._replace(dwell=0.06, authority=0.5)

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from fivebar_control.laws.registry import TunedController
 from fivebar_control.trajectory.feasibility import Feasibility, screen, stays_near_locus
 from fivebar_control.trajectory.limits import Limits
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
-from fivebar_control.trajectory.reference_torque import Follower
 from fivebar_control.trajectory.sight import Point
 from fivebar_description.parameters import FiveBar
 
@@ -36,7 +36,7 @@ class Task(NamedTuple):
     robot: FiveBar
     working_mode: tuple[int, int]
     rate_hz: int
-    follower: Follower
+    follower: TunedController
     limits: Limits
 
     def plan(self, waypoints: Sequence[Point], durations: Sequence[float]) -> Plan:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
+from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import (
@@ -33,9 +34,6 @@ from fivebar_control.trajectory.type1 import (
 )
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, LegParameters
-
-MIN_AUTHORITY = 0.3
-"""Least |n . v1| at a crossing: below it the direction across the path is nearly the uncontrollable t_s."""
 
 MIN_ZONE_SAMPLES = 10
 """A ballistic blending zone holds at least this many samples with sigma = 1."""

@@ -14,11 +14,11 @@ import sys
 from contextlib import suppress
 from typing import Any, NamedTuple
 
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.trajectory.limits import limits_of
 from fivebar_control.trajectory.motion_queue import Order
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_control.trajectory.reference_torque import Follower
 from fivebar_control.trajectory.transfer import Speed, plan_transfer
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError
@@ -107,7 +107,7 @@ def _available(descriptor: int) -> bytes:
 
 def plan_order(conditions: Conditions, order: Order) -> Planned:
     """Plan an order for the law without switching, the only one that follows requests."""
-    follower = Follower("unified")
+    follower = default_tuning(CONTROLLERS["unified"])
     try:
         transfer = plan_transfer(
             load_robot(conditions.robot),

@@ -1,86 +1,77 @@
 """The torque that a reference needs of the motors: what a motion costs, known beforehand.
 
 Off the Type 2 locus this is the inverse dynamics (1.30, 1.31). On it the inverse dynamics of a motion that knows
-nothing of the locus is infinite, but no controller here asks for it: a blended controller hands over to its law on the
-locus, and the law without switching lets go of the direction in which nothing can be asked. There the figure is the
-controller's own: what it asks while the robot is exactly on its reference, before limits.
+nothing of the locus is infinite, but no controller that crosses requests it: a blended controller hands over to its
+constraint law, and a law that is regular there regularises the uncontrollable direction. There the torque is the
+controller's own: what it requests while the robot is exactly on its reference, before limits.
 
-The law without switching lets go a little everywhere, by its price on torque. Away from the locus that only postpones
-the torque, so what counts there is the inverse dynamics, not what it would ask without an error.
+A regular law leaves out a little everywhere, by its weight on torque. Off the locus that only postpones the torque, so
+what counts there is the inverse dynamics, not what the law would request without an error.
 """
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
+from typing import Any
 
 from fivebar_control.laws.blend import blend
-from fivebar_control.laws.laws import SCHEMES, CtcLaw, Gains, Law, Supervisor, UnifiedLaw, on_locus_law
+from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
-from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.loop.law_runner import LawRunner
+from fivebar_control.loop.supervisor import Supervisor
+from fivebar_control.model.dynamics import inverse_dynamics
+from fivebar_control.model.kinematics import joint_acceleration
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
-
-NO_GAINS = Gains(0.0, 0.0)
-"""Without errors gains have nothing to multiply."""
 
 NEAR_LOCUS = 0.05
 """Below this kappa = 1/cond(A) the platform counts as near the Type 2 locus."""
 
 
-class Follower(NamedTuple):
-    """Who is to follow a motion.
-
-    Attributes:
-        controller: one of `SCHEMES`.
-        resolution: of the torque on the locus, for the blended controllers.
-        weight: price of torque beyond friction, for the unified one ((m/s^2 / Nm)^2).
-    """
-
-    controller: str = "unified"
-    resolution: str = "full_friction"
-    weight: float = UnifiedSettings().weight
-
-    @property
-    def blended(self) -> bool:
-        """Whether another law takes over on the locus."""
-        return SCHEMES[self.controller].on_locus is not None
-
-
 class ReferenceTorque:
     """The torque that a controller needs on a plan, sample by sample."""
 
-    def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, follower: Follower) -> None:
-        """Put the controller together.
-
-        Raises:
-            InputError: there is no such resolution.
-        """
-        scheme = SCHEMES[follower.controller]
-        self._full: Law = CtcLaw(robot, NO_GAINS)
-        self._unified = (
-            UnifiedLaw(robot, UnifiedSettings(0.0, 0.0, follower.weight, math.inf))
-            if scheme.away == "unified"
-            else None
-        )
-        self._on_locus = (
-            on_locus_law(scheme.on_locus, robot, plan, rate_hz, NO_GAINS, follower.resolution, None)
-            if scheme.on_locus is not None
-            else None
-        )
-        self._supervise = Supervisor(plan, rate_hz, scheme.weighting)
+    def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController) -> None:
+        """Bind the controller to a robot, a plan and a sampling rate (Hz)."""
+        self._robot = robot
+        self._plan = plan
+        self._rate_hz = rate_hz
+        self._nominal = follower.nominal
+        self._regular = follower.controller.needs_no_zones
+        self._constraint = follower.constraint
+        self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
 
     def __call__(self, sample: int, reference: Reference) -> Torque:
         """Return the torque (Nm) for a sample of the reference; NaN where the controller has none."""
         if reference.by_motors:
             return Torque(reference.u1 + reference.f1, reference.u2 + reference.f2)
         state = reference.state
-        if self._unified is not None and inverse_condition(state) < NEAR_LOCUS:
-            return self._unified(sample, state, reference)
-        full = self._full(sample, state, reference)
-        if self._on_locus is None:
+        if self._regular and inverse_condition(state) < NEAR_LOCUS:
+            return self._answer(self._nominal, sample, state, reference)
+        full = full_torque(self._robot, reference)
+        if self._constraint is None:
             return full
         sigma = self._supervise(sample, state).sigma
-        return blend(sigma, full, self._on_locus(sample, state, reference)) if sigma > 0.0 else full
+        return blend(sigma, full, self._answer(self._constraint, sample, state, reference)) if sigma > 0.0 else full
+
+    def _answer(self, law: TunedLaw, sample: int, state: State, reference: Reference) -> Torque:
+        """Return the torque of a law that remembers nothing and that no limit cuts."""
+        return LawRunner(unlimited(law), self._robot, self._plan, self._rate_hz)(sample, state, reference)
+
+
+def full_torque(robot: FiveBar, reference: Reference) -> Torque:
+    """Return the inverse dynamics of a reference (Nm)."""
+    leg1, leg2 = reference.state.leg1, reference.state.leg2
+    ddq11, ddq21 = (joint_acceleration(leg, reference.ax, reference.ay) for leg in (leg1, leg2))
+    return Torque(*inverse_dynamics(robot, reference.state, ddq11, ddq21, reference.f1, reference.f2))
+
+
+def unlimited(tuned: TunedLaw) -> TunedLaw:
+    """Return a law without the torque limit that its settings may have."""
+    settings: Any = tuned.settings
+    if "torque_limit" not in settings._fields:
+        return tuned
+    return TunedLaw(tuned.law, settings._replace(torque_limit=None))

@@ -13,6 +13,7 @@ from enum import StrEnum
 from itertools import pairwise
 from typing import NamedTuple
 
+from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.trajectory.feasibility import Feasibility
@@ -25,13 +26,12 @@ from fivebar_control.trajectory.postures import (
     place_at,
     rest_problem,
 )
-from fivebar_control.trajectory.reference_torque import Follower
 from fivebar_control.trajectory.refusal import place
 from fivebar_control.trajectory.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.trajectory.sight import Point, look_along
 from fivebar_description.parameters import FiveBar
 
-DEFAULT_FOLLOWER, DEFAULT_LIMITS = Follower(), Limits()
+DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), Limits()
 """The law without switching, within the limits as they come."""
 
 SAME_PLACE = 1e-6
@@ -97,7 +97,7 @@ def plan_transfer(
     goal: Point,
     assembly: int | None,
     rate_hz: int,
-    follower: Follower = DEFAULT_FOLLOWER,
+    follower: TunedController = DEFAULT_FOLLOWER,
     limits: Limits = DEFAULT_LIMITS,
     duration: float | Speed = Speed.COMFORTABLE,
 ) -> Transfer:

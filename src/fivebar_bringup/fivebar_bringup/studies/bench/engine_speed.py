@@ -60,8 +60,8 @@ def engine_speed(scenario: Scenario, estimated: str = "middle_encoders") -> Engi
     """
     robot = scenario.five_bar()
     plain, realistic = _prepared(scenario), _prepared(load_scenario(estimated))
-    if abs(plain[0].step - STEP) > 1e-12:
-        raise ValueError(f"{scenario.name} is integrated in steps of {plain[0].step} s, MuJoCo in {STEP} s")
+    if abs(plain[0].numbers.step - STEP) > 1e-12:
+        raise ValueError(f"{scenario.name} is integrated in steps of {plain[0].numbers.step} s, MuJoCo in {STEP} s")
     mode1, mode2 = scenario.working_mode
     other = MujocoFiveBar(robot, state_from_platform(robot, mode1, mode2, *FREE_START))
     began = time.perf_counter()
@@ -100,5 +100,5 @@ def _simulated(case: Case, plan: Sampled) -> float:
 def _gap(case: Case, plan: Sampled) -> float:
     """Return the largest gap between the tips at the samples of a run, by Pinocchio."""
     _, trace = traced_crossing(case, plan)
-    loop = ClosedLoop(case.actual)
+    loop = ClosedLoop(case.numbers.actual)
     return max(math.hypot(*loop.tip_gap(np.ascontiguousarray(row[:4])).gap) for row in trace)

@@ -9,8 +9,9 @@ from typing import NamedTuple
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import Sample, simulate
 from fivebar_control.laws.blend import blend
-from fivebar_control.laws.laws import CtcLaw, Gains, Supervisor, on_locus_law
 from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.loop.law_runner import LawRunner
+from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.kinematics import state_from_joints
 
 
@@ -41,24 +42,15 @@ def plain_speed(scenario: Scenario, repeats: int = 3) -> PlainSpeed:
 
 def _all_laws(scenario: Scenario) -> Callable[[Sample], object]:
     """Return what all nodes of the graph together compute for a sample."""
-    robot, plan, gains, scheme = scenario.five_bar(), scenario.plan(), scenario.gains, scenario.scheme()
-    supervise = Supervisor(plan, scenario.rate_hz, scheme.weighting)
-    ctc = CtcLaw(robot, Gains(gains.kp, gains.kd))
-    vhc = on_locus_law(
-        scheme.on_locus or "",
-        robot,
-        plan,
-        scenario.rate_hz,
-        Gains(gains.kp_vhc, gains.kd_vhc),
-        scenario.vhc_resolution,
-        scenario.adaptive_gain.as_settings(),
-    )
+    robot, plan, tuned = scenario.five_bar(), scenario.plan(), scenario.tuned()
+    supervise = Supervisor(plan, scenario.rate_hz, tuned.controller.weighting)
+    nominal, constraint = (LawRunner(law, robot, plan, scenario.rate_hz) for law in tuned.laws)
 
     def answer(sample: Sample) -> object:
         state = state_from_joints(robot, *sample.measured.position, *sample.measured.velocity)
         desired = plan.path.at(sample.number / scenario.rate_hz)
         reference = reference_from_platform(robot, plan.mode1, plan.mode2, desired)
         sigma = supervise(sample.number, state).sigma
-        return blend(sigma, ctc(sample.number, state, reference), vhc(sample.number, state, reference))
+        return blend(sigma, nominal(sample.number, state, reference), constraint(sample.number, state, reference))
 
     return answer

@@ -33,6 +33,9 @@ LOOKS = {
 }
 """Colour and marker of each controller, the same in all panels."""
 
+ANOTHER_LOOK = ("black", "P")
+"""Of a controller from elsewhere."""
+
 CAPTION = (
     "Above: largest distance from the reference. Middle: largest torque asked for. Crosses: the run was not completed."
     " Dashed: what unified is expected to keep on this rig. Below: green where the run was completed."
@@ -88,7 +91,7 @@ def _scaled(error: float | None) -> float | None:
 
 def _lines(axes: Axes, runs: Sequence[Result], controllers: Sequence[str], values: Sequence[float | None]) -> None:
     for controller in controllers:
-        colour, marker = LOOKS[controller]
+        colour, marker = LOOKS.get(controller, ANOTHER_LOOK)
         points = sorted(
             (run.case.duration or 0.0, value, run.completed)
             for run, value in zip(runs, values, strict=True)

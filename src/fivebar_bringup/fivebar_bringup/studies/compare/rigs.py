@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from fivebar_bringup.scenario import GainsSection, PlantSection, Scenario
+from fivebar_bringup.scenario import PlantSection, Scenario
+from fivebar_control.laws.gains import Gains
 
 WRONG = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 0.8}
 ENCODERS = {"encoder_counts": 20_000, "torque_quantum": 0.002, "delay_samples": 1}
@@ -93,7 +94,7 @@ def default_rigs(scenario: Scenario) -> tuple[str, ...]:
     return RIG_NAMES
 
 
-def gains_used(scenario: Scenario, name: str) -> tuple[GainsSection, tuple[float, float]]:
+def gains_used(scenario: Scenario, name: str) -> tuple[Gains, tuple[float, float]]:
     """Return the gains on a rig: those of the blended controllers and of ctc, and kp (1/s^2), kd (1/s) of unified."""
     content = on_rig(scenario, name)
-    return GainsSection(**content["gains"]), (content["unified"]["kp"], content["unified"]["kd"])
+    return Gains(**content["gains"]), (content["unified"]["kp"], content["unified"]["kd"])

@@ -10,12 +10,11 @@ from fivebar_control.trajectory.feasibility import screen
 from fivebar_control.trajectory.limits import Limits, limits_of
 from fivebar_control.trajectory.pacing import NoPace, Task, pace_of, slowest_pace
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused
-from fivebar_control.trajectory.reference_torque import Follower
 
 
 def objections(scenario: Scenario, plan: Plan) -> tuple[str, ...]:
     """Return why the screen refuses a motion under the scenario's torque limit; empty where it does not."""
-    return tuple(screen(scenario.five_bar(), plan, scenario.rate_hz, _follower(scenario), _limits(scenario)).reasons)
+    return tuple(screen(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), _limits(scenario)).reasons)
 
 
 def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
@@ -29,7 +28,7 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     if scenario.time_law != QUINTIC or scenario.working_modes is not None:
         raise PlanRefused("the quickest pace is only known for fifth-order segments in one working mode")
     robot, mode = scenario.five_bar(), scenario.working_mode
-    task = Task(robot, mode, scenario.rate_hz, _follower(scenario), _limits(scenario))
+    task = Task(robot, mode, scenario.rate_hz, scenario.tuned(), _limits(scenario))
     durations = []
     for number, (start, end) in enumerate(pairwise(scenario.waypoints), start=1):
         slowest = slowest_pace(task, start, end)
@@ -39,14 +38,10 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     return tuple(durations)
 
 
-def _follower(scenario: Scenario) -> Follower:
-    return Follower(scenario.controller, scenario.vhc_resolution, scenario.unified.weight)
-
-
 def _limits(scenario: Scenario) -> Limits:
     counts = scenario.plant.encoder_counts
     return limits_of(
-        _follower(scenario),
+        scenario.tuned(),
         torque=math.inf if scenario.torque_limit is None else scenario.torque_limit,
         speed_step=0.0 if counts is None else math.tau * scenario.rate_hz / counts,
     )

@@ -38,7 +38,7 @@ def rigs_table(extent: Extent) -> Table:
                     Cell(given.name, given.name),
                     Cell(rig, rig),
                     Cell(rig_words(rig), rig_words(rig)),
-                    Cell(words, gains.model_dump()),
+                    Cell(words, gains._asdict()),
                     Cell(f"{kp:g}, {kd:g}", {"kp": kp, "kd": kd}),
                 )
             )

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 from fivebar_bringup.scenario import PlantSection, Scenario
 from fivebar_bringup.studies.goto.start import Start
-from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.laws import registry
 from fivebar_control.trajectory.limits import limits_of
 from fivebar_control.trajectory.postures import mode_name
-from fivebar_control.trajectory.reference_torque import Follower
 from fivebar_control.trajectory.transfer import Speed, Transfer, plan_transfer
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -18,7 +17,7 @@ from fivebar_description.strict_yaml import InputError, validate
 ASSEMBLY_MODES = {"+": 1, "-": -1}
 """The assembly modes by name: the sign of det A."""
 
-CONTROLLERS = tuple(name for name, scheme in SCHEMES.items() if scheme.on_locus is not None or scheme.away != "ctc")
+CONTROLLERS = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.crosses)
 """Controllers that can cross the Type 2 locus."""
 
 
@@ -58,7 +57,7 @@ def plan_request(request: Request) -> Transfer:
         InputError: a value is impossible, or there is no feasible motion; says why.
     """
     _refuse_malformed(request)
-    follower = Follower(request.controller)
+    follower = registry.default_tuning(registry.find_controller(request.controller))
     counts = _plant(request).encoder_counts
     step = 0.0 if counts is None else 2.0 * math.pi * request.rate_hz / counts
     start = request.start

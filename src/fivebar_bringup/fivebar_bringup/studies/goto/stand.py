@@ -22,7 +22,7 @@ def stand(
     Raises:
         InputError: the controller follows no requests, or the output directory cannot be used.
     """
-    if scenario.controller != "unified":
+    if not scenario.scheme().needs_no_zones:
         raise InputError(f"controller: {scenario.controller}: follows no requests: expected unified")
     run = new_run_directory(out, scenario)
     nodes = [_longer(node, round(seconds * scenario.rate_hz)) for node in crossing_graph(scenario, mode, run.bag)]

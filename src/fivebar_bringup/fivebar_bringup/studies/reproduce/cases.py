@@ -92,7 +92,7 @@ class Case(NamedTuple):
         """Return what to run."""
         return PlannedScenario(
             name=f"{self.motion}-{self.controller}",
-            controller=self.controller,  # type: ignore[arg-type]
+            controller=self.controller,
             waypoints=waypoints(self.motion),
             segment_duration=self.duration,
             time_law=self.time_law,  # type: ignore[arg-type]

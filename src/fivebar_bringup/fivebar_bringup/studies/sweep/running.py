@@ -8,19 +8,19 @@ from typing import NamedTuple
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, Draw, draw
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, Row
 from fivebar_bringup.studies.sweep.success import shortcomings
 from fivebar_control.estimation.homing import check_declared
-from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.laws import registry
+from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.feasibility import DWELL, REST, TORQUE, Feasibility, Figure, screen
 from fivebar_control.trajectory.limits import limits_of
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.reference_torque import Follower
 from fivebar_description.strict_yaml import InputError
 
-CONTROLLERS = tuple(SCHEMES)
+CONTROLLERS = tuple(registry.CONTROLLERS)
 
 
 class Batch(NamedTuple):
@@ -63,7 +63,7 @@ def planned(case: Draw) -> Plan:
 def screened(case: Draw, controller: str, plan: Plan) -> Feasibility:
     """Return what the screen says before the run of a controller."""
     scenario = case.scenario(controller)
-    follower = Follower(controller, scenario.vhc_resolution, scenario.unified.weight)
+    follower = scenario.tuned()
     counts = case.encoder_counts
     step = 0.0 if counts is None else 2.0 * math.pi * RATE_HZ / counts
     return screen(scenario.five_bar(), plan, RATE_HZ, follower, limits_of(follower, TORQUE_LIMIT, speed_step=step))

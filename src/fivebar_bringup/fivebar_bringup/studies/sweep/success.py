@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_control.safety.stages import NO_FAULT
 
 PEAK_LIMIT = 2e-3
 """A success stays within this distance (m) of its reference throughout."""

@@ -1,0 +1,121 @@
+"""What a control law is: its settings, its memory and a pure step, under a name.
+
+A law is one module with a settings class, the memory before the first sample, a function `step` and an entry `LAW`.
+`registry` lists the laws of this package; a law from elsewhere is named in a scenario by its module,
+`controller: my_package.my_law:LAW`. Nodes, the offline runner, the compiled engine and the planner's screen all run the
+same step, so it has to be a plain module-level function of numbers that numba can compile.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.model.line import Line
+from fivebar_control.model.state import State
+from fivebar_description.interface import Topic, torque_topic
+from fivebar_description.parameters import FiveBar
+from fivebar_description.strict_yaml import InputError
+
+MIN_AUTHORITY = 0.3
+"""Least |n . v1| at a crossing for a law that holds the path by its normal n: below it the direction across the path is
+nearly the uncontrollable t_s."""
+
+
+class Instant(NamedTuple):
+    """What a law answers.
+
+    Attributes:
+        state: measured or estimated state.
+        reference: desired instant.
+        line: straight line through the reference along the current path segment; NaN where the segment is not straight.
+        mode1, mode2: working mode of the motion.
+        zone_weight: blending weight by cond(A) (4.1.2), positive inside a blending zone.
+        period: between two samples (s).
+    """
+
+    state: State
+    reference: Reference
+    line: Line
+    mode1: int
+    mode2: int
+    zone_weight: float
+    period: float
+
+
+Step = Callable[[FiveBar, Instant, Any, Any], tuple[Torque, Any]]
+"""(robot, instant, memory, settings as numbers) -> torque (Nm), memory for the next sample.
+
+A law without memory takes and returns None.
+"""
+
+
+def unchanged(memory: Any) -> Any:
+    """Return a memory as it is: over a gap in the samples nothing is forgotten."""
+    return memory
+
+
+class Law(NamedTuple):
+    """A control law.
+
+    Attributes:
+        name: a word in lower case; its candidate torque is published on `NAME/torque`.
+        title: what figures and pages call it.
+        settings: class of its settings (see `fivebar_description.settings`); every field has a default.
+        step: the law itself.
+        memory: before the first sample.
+        after_gap: what becomes of the memory where samples are missing.
+        topic_name: of the candidate torque where it is not `NAME/torque`.
+        executable: the node that publishes the candidate.
+        regular_on_locus: whether it is defined on the Type 2 locus, so that it can cross on its own.
+        meets_type_1: whether it is defined where a leg is stretched or folded.
+        observes_disturbance: whether it estimates disturbance torques itself; for all others an estimator may.
+        min_authority: least |n . v1| of a crossing that it can take.
+    """
+
+    name: str
+    title: str
+    settings: type[tuple[Any, ...]]
+    step: Step
+    memory: Any = None
+    after_gap: Callable[[Any], Any] = unchanged
+    topic_name: str = ""
+    executable: str = "law_controller"
+    regular_on_locus: bool = True
+    meets_type_1: bool = False
+    observes_disturbance: bool = False
+    min_authority: float = 0.0
+
+    @property
+    def topic(self) -> Topic:
+        """Where its candidate torque is published."""
+        return torque_topic(self.topic_name or self.name)
+
+
+def check_law(law: Law, source: str) -> None:
+    """Refuse a law that cannot run.
+
+    Raises:
+        InputError: its name is no word for a topic, or its settings have no defaults.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", law.name):
+        raise InputError(f"{source}: name {law.name!r}: expected a word of lower-case letters, digits and underscores")
+    try:
+        law.settings()
+    except TypeError as error:
+        raise InputError(f"{source}: settings {law.settings.__name__}: every field needs a default: {error}") from error
+
+
+def no_step(robot: FiveBar, instant: Instant, memory: None, settings: None) -> tuple[Torque, None]:
+    """Stand in for the constraint law of a controller that has none."""
+    return UNDEFINED, memory
+
+
+class TunedLaw(NamedTuple):
+    """A law with its settings."""
+
+    law: Law
+    settings: tuple[Any, ...]

@@ -1,0 +1,152 @@
+"""The controllers that a run can choose, by name: every place that offers, runs or draws one reads this table."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from functools import cache
+from typing import NamedTuple
+
+from fivebar_control.laws import ctc, multi_model, unified, vhc_cartesian, vhc_joint
+from fivebar_control.laws.law import Law, TunedLaw, check_law
+from fivebar_description.strict_yaml import InputError
+
+CONDITION, SIGMOID = "condition", "sigmoid"
+"""What weighs two laws: 1/cond(A) (4.1.2), or a sigmoid in time around each planned crossing (figure 1.10)."""
+
+
+class Controller(NamedTuple):
+    """How a controller is put together from laws.
+
+    Attributes:
+        name: what scenarios call it.
+        nominal: its law off the locus, or the only one.
+        constraint: its law on the locus, None for no blending.
+        weighting: what weighs the two, `CONDITION` or `SIGMOID`.
+    """
+
+    name: str
+    nominal: Law
+    constraint: Law | None = None
+    weighting: str = CONDITION
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """Its laws, the nominal one first."""
+        return (self.nominal,) if self.constraint is None else (self.nominal, self.constraint)
+
+    @property
+    def blended(self) -> bool:
+        """Whether a second law takes over on the locus."""
+        return self.constraint is not None
+
+    @property
+    def crosses(self) -> bool:
+        """Whether it is meant to cross the Type 2 locus."""
+        return self.blended or self.nominal.regular_on_locus
+
+    @property
+    def needs_no_zones(self) -> bool:
+        """Whether one regular law does everything, so that motions can be planned while it runs."""
+        return not self.blended and self.nominal.regular_on_locus
+
+    @property
+    def meets_type_1(self) -> bool:
+        """Whether every law is defined where a leg is stretched or folded."""
+        return all(law.meets_type_1 for law in self.laws)
+
+    @property
+    def observes_disturbance(self) -> bool:
+        """Whether it estimates disturbance torques itself."""
+        return self.nominal.observes_disturbance
+
+    @property
+    def min_authority(self) -> float:
+        """Least |n . v1| of a crossing that all its laws can take."""
+        return max(law.min_authority for law in self.laws)
+
+
+class TunedController(NamedTuple):
+    """A controller with the settings of its laws."""
+
+    controller: Controller
+    nominal: TunedLaw
+    constraint: TunedLaw | None = None
+
+    @property
+    def laws(self) -> tuple[TunedLaw, ...]:
+        """Its laws, the nominal one first."""
+        return (self.nominal,) if self.constraint is None else (self.nominal, self.constraint)
+
+
+CONTROLLERS = {
+    controller.name: controller
+    for controller in (
+        Controller("ctc", ctc.LAW),
+        Controller("multi_joint", ctc.LAW, vhc_joint.LAW),
+        Controller("multi_cartesian", ctc.LAW, vhc_cartesian.LAW),
+        Controller("multi_model_ctc", ctc.LAW, multi_model.LAW, SIGMOID),
+        Controller("unified", unified.LAW),
+    )
+}
+"""The controllers of this package."""
+
+LAWS = {law.name: law for controller in CONTROLLERS.values() for law in controller.laws}
+"""The laws of this package."""
+
+CONSTRAINT_LAWS = tuple(one.constraint.name for one in CONTROLLERS.values() if one.constraint is not None)
+"""Names of the laws on the locus."""
+
+PLUGIN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)")
+"""How a law from elsewhere is named: its module, and the entry in it."""
+
+
+def find_controller(name: str) -> Controller:
+    """Return a controller by its name, or the one that a law from elsewhere makes on its own.
+
+    Raises:
+        InputError: there is none of that name, or the law cannot be loaded.
+    """
+    if name in CONTROLLERS:
+        return CONTROLLERS[name]
+    if PLUGIN.fullmatch(name):
+        return Controller(name, _plugin(name))
+    raise InputError(_unknown("controller", name, CONTROLLERS))
+
+
+def find_law(name: str) -> Law:
+    """Return a law by its name, or one from elsewhere by `MODULE:NAME`.
+
+    Raises:
+        InputError: there is none of that name, or it cannot be loaded.
+    """
+    if name in LAWS:
+        return LAWS[name]
+    if PLUGIN.fullmatch(name):
+        return _plugin(name)
+    raise InputError(_unknown("law", name, LAWS))
+
+
+def default_tuning(controller: Controller) -> TunedController:
+    """Return a controller with the default settings of its laws."""
+    tuned = [TunedLaw(law, law.settings()) for law in controller.laws]
+    return TunedController(controller, *tuned)
+
+
+def _unknown(kind: str, name: str, known: dict[str, Controller] | dict[str, Law]) -> str:
+    return f"{kind}: {name!r}: expected one of {', '.join(known)}, or my_package.my_law:LAW"
+
+
+@cache
+def _plugin(name: str) -> Law:
+    module, _, entry = name.partition(":")
+    try:
+        law = getattr(importlib.import_module(module), entry)
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"controller: {name!r}: cannot be loaded: {error}") from error
+    if not isinstance(law, Law):
+        raise InputError(f"controller: {name!r}: expected a fivebar_control.laws.law.Law, found {type(law).__name__}")
+    check_law(law, f"controller: {name!r}")
+    if law.name in LAWS and law != LAWS[law.name]:
+        raise InputError(f"controller: {name!r}: the name {law.name!r} is taken, expected another one")
+    return law

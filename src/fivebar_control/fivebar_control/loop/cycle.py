@@ -1,0 +1,115 @@
+"""One control cycle: from the state that the controllers see to the torque command.
+
+Supervise, let the laws answer, blend, guard. The offline runner calls it as it stands and the engine compiles it; the
+nodes of the graph call the same parts, each its own: the supervisor `blending_weight`, the controllers the laws' steps
+(`law_runner`), the blender `fivebar_control.safety.guard`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from fivebar_control.laws.blend import blend
+from fivebar_control.laws.law import Instant, Step
+from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.torque import ZERO, Torque
+from fivebar_control.loop.plan_sample import PlanSample
+from fivebar_control.model.line import Line
+from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.state import State
+from fivebar_control.safety.stages import NO_FAULT, Limits, first_fault, limited_torque
+from fivebar_description.parameters import FiveBar
+
+
+class CycleSettings(NamedTuple):
+    """What does not change from sample to sample.
+
+    Attributes:
+        robot: the robot that the controllers believe in.
+        mode1, mode2: working mode of the motion.
+        period: between two samples (s).
+        nominal, constraint: settings of the laws as numbers (`as_numbers`); None for no constraint law.
+        blended: whether there is a constraint law.
+        weighted_in_time: sigma from the plan's time weight instead of from cond(A).
+        limits: of the guard.
+    """
+
+    robot: FiveBar
+    mode1: int
+    mode2: int
+    period: float
+    nominal: Any
+    constraint: Any
+    blended: bool
+    weighted_in_time: bool
+    limits: Limits
+
+
+class CycleMemory(NamedTuple):
+    """What is kept from sample to sample: the memories of both laws, and the command before (Nm)."""
+
+    nominal: Any
+    constraint: Any
+    command: Torque
+
+
+class Cycle(NamedTuple):
+    """What a sample comes to.
+
+    Attributes:
+        sigma, kappa: the supervisor's state.
+        nominal, constraint: candidate torques (Nm), NaN where undefined.
+        requested: their blend, before limits (Nm).
+        command: torque command (Nm).
+        fault: number of the fault that this sample shows, `NO_FAULT` for none.
+        memory: for the next sample.
+    """
+
+    sigma: float
+    kappa: float
+    nominal: Torque
+    constraint: Torque
+    requested: Torque
+    command: Torque
+    fault: int
+    memory: CycleMemory
+
+
+def control_cycle(
+    nominal_step: Step,
+    constraint_step: Step,
+    settings: CycleSettings,
+    memory: CycleMemory,
+    state: State,
+    reference: Reference,
+    plan: PlanSample,
+    latched: bool,
+) -> Cycle:
+    """Return what a sample comes to.
+
+    Args:
+        nominal_step, constraint_step: the laws; `no_step` where there is no constraint law.
+        settings: see there.
+        memory: of the sample before.
+        state: measured or estimated state.
+        reference: desired instant, that of the plan or with a disturbance compensated.
+        plan: the plan at this sample.
+        latched: whether a fault is latched, which commands zero torque.
+    """
+    kappa = inverse_condition(state)
+    zone_weight = blending_weight(kappa, plan.epsilon)
+    sigma = plan.time_weight if settings.weighted_in_time else zone_weight
+    line = Line(reference.state.x, reference.state.y, plan.direction_x, plan.direction_y)
+    instant = Instant(state, reference, line, settings.mode1, settings.mode2, zone_weight, settings.period)
+    robot = settings.robot
+    nominal, nominal_memory = nominal_step(robot, instant, memory.nominal, settings.nominal)
+    constraint, constraint_memory = constraint_step(robot, instant, memory.constraint, settings.constraint)
+    requested = blend(sigma, nominal, constraint) if settings.blended else nominal
+    command, fault = ZERO, NO_FAULT
+    if not latched:
+        fault = first_fault(settings.limits, robot, settings.mode1, settings.mode2, state, plan.x, plan.y, requested)
+        if fault == NO_FAULT:
+            command = limited_torque(settings.limits, requested, memory.command)
+    kept = CycleMemory(nominal_memory, constraint_memory, command)
+    return Cycle(sigma, kappa, nominal, constraint, requested, command, fault, kept)

@@ -1,0 +1,51 @@
+"""A law over the samples of a run: bound to its robot, plan and settings, with its memory."""
+
+from __future__ import annotations
+
+from fivebar_control.laws.law import Instant, TunedLaw
+from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.torque import Torque
+from fivebar_control.model.line import Line
+from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.state import State
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import as_numbers
+
+
+class LawRunner:
+    """Answers sample after sample with a law's torque."""
+
+    def __init__(self, law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int) -> None:
+        """Bind a law to the robot that it believes in, a plan and a sampling rate (Hz)."""
+        self._law = law.law
+        self._settings = as_numbers(law.settings)
+        self._robot = robot
+        self._plan = plan
+        self._rate_hz = rate_hz
+        self._memory = law.law.memory
+        self._last: int | None = None
+
+    def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
+        """Return the torque (Nm) for a sample, NaN where the law is undefined; call it once for every sample.
+
+        The constraint's line runs through the reference: on the plan that is the path segment itself, and after a
+        fault, where the reference rests at the robot, nothing pulls the robot back to the path.
+        """
+        if self._last is not None and sample != self._last + 1:
+            self._memory = self._law.after_gap(self._memory)
+        self._last = sample
+        plan, t = self._plan, sample / self._rate_hz
+        segment = plan.path.line_at(t)
+        instant = Instant(
+            state,
+            reference,
+            Line(reference.state.x, reference.state.y, segment.direction_x, segment.direction_y),
+            plan.mode1,
+            plan.mode2,
+            blending_weight(inverse_condition(state), plan.epsilon_at(t)),
+            1.0 / self._rate_hz,
+        )
+        torque, self._memory = self._law.step(self._robot, instant, self._memory, self._settings)
+        return torque

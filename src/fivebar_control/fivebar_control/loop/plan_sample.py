@@ -1,0 +1,46 @@
+"""A plan at the moment of a sample: what the laws are asked to follow there."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_control.laws.reference import Reference
+from fivebar_control.loop.supervisor import time_weight
+from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.parameters import FiveBar
+
+
+class PlanSample(NamedTuple):
+    """The planned instant of a sample.
+
+    Attributes:
+        reference: the desired instant.
+        x, y: where the platform should be (m).
+        direction_x, direction_y: unit vector along the straight segment, NaN where it is not straight.
+        epsilon: width of the blending zone in kappa.
+        time_weight: blending weight in time, of the multi-model method.
+    """
+
+    reference: Reference
+    x: float
+    y: float
+    direction_x: float
+    direction_y: float
+    epsilon: float
+    time_weight: float
+
+
+def plan_sample(robot: FiveBar, plan: Plan, t: float) -> PlanSample:
+    """Return the plan of a robot at time t (s)."""
+    platform = plan.path.at(t)
+    line = plan.path.line_at(t)
+    return PlanSample(
+        reference=desired_at(robot, plan, t, platform),
+        x=platform.x,
+        y=platform.y,
+        direction_x=line.direction_x,
+        direction_y=line.direction_y,
+        epsilon=plan.epsilon_at(t),
+        time_weight=time_weight(plan, t),
+    )
