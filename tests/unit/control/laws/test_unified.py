@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -25,11 +26,13 @@ from fivebar_control.laws.unified import (
     unified_step,
 )
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.joint_segment import state_from_motors
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar, LegParameters, load_robot
+
+States = Callable[[int, int], list[State]]
 
 LOCUS_Y = math.sqrt(0.0081 - 0.000961)
 PERIOD = 0.002
@@ -119,18 +122,33 @@ def test_the_input_map_is_regular_where_a_leg_is_stretched(name: str) -> None:
     assert math.hypot(mapped.g_x1, mapped.g_y1) < 1e-6 < math.hypot(mapped.g_x2, mapped.g_y2)
 
 
-def test_at_type_1_the_stretched_legs_motor_is_held_to_its_plan() -> None:
-    """The platform does not feel motor 1 there; its own acceleration is the planned one plus the feedback."""
-    robot = load_robot("dextar")
-    q21 = state_from_platform(robot, 1, -1, 0.049, 0.144, 0.0, 0.0).leg2.q1
+@pytest.mark.parametrize("leg", [1, 2])
+@pytest.mark.parametrize("turns", [0, 1, -2])
+def test_at_type_1_the_stretched_legs_motor_is_held_to_its_plan(leg: int, turns: int) -> None:
+    """The platform does not feel that motor there; its own acceleration is the planned one plus the feedback.
+
+    The plan is 2 mrad behind the motor, however many turns the motor is counted off, and 0.1 rad/s faster.
+    """
+    robot, settings = load_robot("dextar"), UnifiedSettings()
+    whole = 2.0 * math.pi * turns
+    # leg 1 points from motor 1 to (0.049, 0.144), leg 2 from motor 2 to the mirror image
     q11 = math.atan2(0.8, 0.6)
-    state = state_from_motors(robot, 1, q11, q21, 1.0, -0.5)
-    # the desired leg is at the same place, 0.1 rad/s faster, and gains 3 rad/s^2
-    desired = state_from_motors(robot, 1, q11, q21, 1.1, -0.5)
-    reference = reference_from_motors(robot, desired, 0.0, 0.0, 3.0, 0.0)
+    q21 = state_from_platform(robot, 1, -1, 0.049, 0.144, 0.0, 0.0).leg2.q1
+    if leg == 1:
+        state = state_from_motors(robot, 1, q11, q21, 1.0, -0.5)
+        desired = state_from_motors(robot, 1, q11 - 0.002 + whole, q21, 1.1, -0.5)
+        reference = reference_from_motors(robot, desired, 0.0, 0.0, 3.0, 0.0)
+    else:
+        state = state_from_motors(robot, 1, math.pi - q21, math.pi - q11, 0.5, -1.0)
+        desired = state_from_motors(robot, 1, math.pi - q21, math.pi - q11 - 0.002 + whole, 0.5, -0.9)
+        reference = reference_from_motors(robot, desired, 0.0, 0.0, 0.0, 3.0)
     torque = torque_of(robot, state, reference)
     motion = direct_dynamics(robot, state, *torque, reference.f1, reference.f2)
-    assert motion.ddq11 == pytest.approx(3.0 + UnifiedSettings().kd * 0.1, abs=1e-6)
+    found = motion.ddq11 if leg == 1 else motion.ddq21
+    # at the plan's place, 2 mrad off, the platform takes a little of the motor's torque
+    planned = reference.u1 / robot.leg1.inertia if leg == 1 else reference.u2 / robot.leg2.inertia
+    assert planned == pytest.approx(3.0, abs=0.01)
+    assert found == pytest.approx(planned + settings.kd * 0.1 - settings.kp * 0.002, abs=1e-5)
 
 
 def test_on_the_locus_torque_stays_small_and_acts_across_the_path_only() -> None:
@@ -191,24 +209,167 @@ def test_the_disturbances_error_never_grows(
     push: tuple[float, float],
     rate: float,
 ) -> None:
-    """Wherever the robot is, on the locus too, one sample takes the estimate no further from the truth."""
+    """Wherever the robot is, on the locus too, one sample takes the estimate no further from the truth.
+
+    The platform moves on between the two samples, and with it the input map: by so much the error may miss its bound.
+    """
     robot = load_robot("dextar")
-    state = state_from_platform(robot, 1, -1, 0.0 if y == LOCUS_Y else x, y, 0.1, -0.2)
-    mapped = input_map(robot, state)
+    x, vx, vy = 0.0 if y == LOCUS_Y else x, 0.3, -0.4
+    state = state_from_platform(robot, 1, -1, x, y, vx, vy)
+    state_before = state_from_platform(robot, 1, -1, x - vx * PERIOD, y - vy * PERIOD, vx, vy)
+    mapped, mapped_before = input_map(robot, state), input_map(robot, state_before)
     assert mapped is not None
-    ax, ay = expected(mapped, (push[0] + true[0], push[1] + true[1]))
-    before_ax, before_ay = expected(mapped, (push[0] + believed[0], push[1] + believed[1]))
+    assert mapped_before is not None
+    given, thought = (push[0] + true[0], push[1] + true[1]), (push[0] + believed[0], push[1] + believed[1])
+    ax, ay = (0.5 * (a + b) for a, b in zip(expected(mapped_before, given), expected(mapped, given), strict=True))
     memory = UnifiedMemory(
-        *believed, False, *push, state.vx - ax * PERIOD, state.vy - ay * PERIOD, before_ax, before_ay
+        *believed, False, *push, vx - ax * PERIOD, vy - ay * PERIOD, *expected(mapped_before, thought)
     )
     settings = UnifiedSettings(observer_rate=rate)
     found = observed_disturbance(mapped, state, memory, settings, PERIOD)
     error_before, error = math.dist(believed, true), math.dist(found, true)
-    assert error <= error_before + 1e-9
+    g, g_before = input_matrix(mapped), input_matrix(mapped_before)
+    gain = 1.0 - math.exp(-rate * PERIOD)
+    # no singular value of (G^T G + w)^-1 G^T is above 1 / (2 sqrt(w))
+    change = gain * 0.5 * float(np.linalg.norm(g - g_before, 2)) / (2.0 * math.sqrt(settings.weight))
     # with the eigenvalues of (I - gamma S)
-    s = np.linalg.svd(np.array([[mapped.g_x1, mapped.g_x2], [mapped.g_y1, mapped.g_y2]]), compute_uv=False)
-    slowest = 1.0 - (1.0 - math.exp(-rate * PERIOD)) * s[1] ** 2 / (s[1] ** 2 + settings.weight)
-    assert error <= slowest * error_before + 1e-9
+    s = np.linalg.svd(g, compute_uv=False)
+    slowest = 1.0 - gain * s[1] ** 2 / (s[1] ** 2 + settings.weight)
+    assert error <= (slowest + change) * error_before + 1e-9
+
+
+def input_matrix(mapped: InputMap) -> np.ndarray:
+    return np.array([[mapped.g_x1, mapped.g_x2], [mapped.g_y1, mapped.g_y2]])
+
+
+def modes(state: State) -> tuple[int, int]:
+    return (-1 if state.leg1.sin_q2 > 0.0 else 1), (-1 if state.leg2.sin_q2 > 0.0 else 1)
+
+
+def reference_near(robot: FiveBar, state: State) -> Reference:
+    """Return an instant a millimetre off a state, with another velocity and an acceleration of its own."""
+    platform = Platform(state.x + 6e-4, state.y - 8e-4, state.vx - 0.05, state.vy + 0.03, 2.0, -3.0)
+    return reference_from_platform(robot, *modes(state), platform)
+
+
+@pytest.mark.parametrize("disturbance", [(0.0, 0.0), (0.3, 0.1), (-0.2, 0.4)])
+def test_a_moving_platform_gets_the_wanted_acceleration_under_a_known_disturbance(
+    disturbance: tuple[float, float], robot: FiveBar, regular_states: States
+) -> None:
+    """Where torque costs next to nothing: xddot_d + Kd e' + Kp e, in both directions, whatever the velocity is."""
+    settings = UnifiedSettings(weight=1e-9)
+    memory = NOTHING_KNOWN._replace(d1=disturbance[0], d2=disturbance[1])
+    for state in regular_states(20, 90):
+        reference = reference_near(robot, state)
+        torque = unified_step(robot, state, reference, memory, settings, PERIOD)[0]
+        acting = torque.tau1 + disturbance[0], torque.tau2 + disturbance[1]
+        motion = direct_dynamics(robot, state, *acting, reference.f1, reference.f2)
+        desired = reference.state
+        wanted = (
+            2.0 + settings.kd * (desired.vx - state.vx) + settings.kp * (desired.x - state.x),
+            -3.0 + settings.kd * (desired.vy - state.vy) + settings.kp * (desired.y - state.y),
+        )
+        assert (motion.ax, motion.ay) == pytest.approx(wanted, rel=1e-5, abs=1e-5)
+
+
+@pytest.mark.parametrize("disturbance", [(0.3, 0.1), (-0.2, 0.4)])
+def test_the_torque_limit_counts_what_is_given_against_the_disturbance(
+    disturbance: tuple[float, float], robot: FiveBar, regular_states: States
+) -> None:
+    """The limit is the drives': friction and disturbance are made up for within it. What is left is used in full."""
+    limit = 0.5
+    memory = NOTHING_KNOWN._replace(d1=disturbance[0], d2=disturbance[1])
+    for state in regular_states(20, 91):
+        reference = reference_near(robot, state)
+        free, cut = (
+            unified_step(robot, state, reference, memory, UnifiedSettings(torque_limit=at_most), PERIOD)[0]
+            for at_most in (math.inf, limit)
+        )
+        assert max(map(abs, cut)) <= limit + 1e-12
+        if max(map(abs, free)) <= limit:
+            assert cut == free
+        else:
+            assert max(map(abs, cut)) == pytest.approx(limit, abs=1e-12)
+
+
+def one_period_on(
+    robot: FiveBar, state: State, torque: Torque, disturbance: tuple[float, float], reference: Reference
+) -> State:
+    """Return the state after a period under held torques, by the trapezoidal rule.
+
+    The friction is that of the reference, the one that the law makes up for.
+    """
+
+    def acceleration(state: State) -> tuple[float, float]:
+        acting = torque.tau1 + disturbance[0], torque.tau2 + disturbance[1]
+        motion = direct_dynamics(robot, state, *acting, reference.f1, reference.f2)
+        return motion.ax, motion.ay
+
+    (ax, ay), x, y = acceleration(state), state.x + PERIOD * state.vx, state.y + PERIOD * state.vy
+    later = state
+    # c depends on the velocity that is looked for
+    for _ in range(30):
+        bx, by = (ax, ay) if later is state else acceleration(later)
+        vx, vy = state.vx + 0.5 * PERIOD * (ax + bx), state.vy + 0.5 * PERIOD * (ay + by)
+        later = state_from_platform(robot, *modes(state), x, y, vx, vy)
+    return later
+
+
+def test_what_the_model_expected_teaches_nothing(robot: FiveBar, regular_states: States) -> None:
+    """The velocity changes by the mean of the accelerations at both ends of the period: the estimate was right."""
+    disturbance = (0.2, -0.3)
+    memory = NOTHING_KNOWN._replace(d1=disturbance[0], d2=disturbance[1])
+    settings = UnifiedSettings(observer_rate=400.0)
+    for state in regular_states(20, 92):
+        reference = reference_near(robot, state)
+        torque, kept = unified_step(robot, state, reference, memory, settings, PERIOD)
+        later = one_period_on(robot, state, torque, disturbance, reference)
+        found = unified_step(robot, later, reference, kept, settings, PERIOD)[1]
+        assert (found.d1, found.d2) == pytest.approx(disturbance, abs=1e-9)
+
+
+@pytest.mark.parametrize("disturbance", [(0.3, 0.1), (-0.2, 0.4)])
+def test_a_constant_disturbance_is_found_on_the_way(disturbance: tuple[float, float], dextar: FiveBar) -> None:
+    """The platform goes at 0.25 m/s, so both samples of a pair have input maps and drifts of their own."""
+    law_memory, settings = NOTHING_KNOWN, UnifiedSettings(weight=0.01, observer_rate=200.0)
+    state = state_from_platform(dextar, 1, -1, -0.02, 0.14, 0.15, -0.2)
+    errors = []
+    for sample in range(1, 76):
+        t = sample * PERIOD
+        platform = Platform(-0.02 + 0.15 * t, 0.14 - 0.2 * t, 0.15, -0.2, 0.0, 0.0)
+        reference = reference_from_platform(dextar, 1, -1, platform)
+        torque, law_memory = unified_step(dextar, state, reference, law_memory, settings, PERIOD)
+        state = one_period_on(dextar, state, torque, disturbance, reference)
+        errors.append(math.dist((law_memory.d1, law_memory.d2), disturbance))
+    assert errors[0] == math.hypot(*disturbance)
+    # 50 samples at 200 /s: exp(-20), and S takes a little
+    assert errors[50] < 1e-4
+    assert max(errors[50:]) < 1e-4
+
+
+def type_3_robot(dextar: FiveBar) -> FiveBar:
+    """A five-bar whose legs can both be stretched along x at once: there Types 1 and 2 meet in both legs."""
+
+    def leg(base_x: float, proximal: float, distal: float) -> LegParameters:
+        return dextar.leg1._replace(base_x=base_x, proximal=proximal, distal=distal)
+
+    return FiveBar(leg(-0.05, 0.1, 0.1), leg(0.05, 0.06, 0.04), 0.5)
+
+
+def test_after_an_undefined_torque_nothing_is_learned_but_what_was_known_stays(dextar: FiveBar) -> None:
+    """What acted while there was no torque is not known. The disturbance found before that still is."""
+    robot, settings = type_3_robot(dextar), UnifiedSettings(kp=0.0, kd=0.0)
+    singular = state_from_joints(robot, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    regular = state_from_platform(robot, 1, -1, 0.02, 0.06, 0.2, 0.1)
+    reference = reference_from_platform(robot, 1, -1, Platform(0.02, 0.06, 0.0, 0.0, 0.0, 0.0))
+    known = NOTHING_KNOWN._replace(d1=0.2, d2=-0.1, fresh=False)
+    torque, kept = unified_step(robot, singular, reference, known, settings, PERIOD)
+    assert all(math.isnan(value) for value in torque)
+    without, fresh = unified_step(robot, regular, reference, known._replace(fresh=True), settings, PERIOD)
+    assert unified_step(robot, regular, reference, kept, settings, PERIOD) == (without, fresh)
+    assert (fresh.d1, fresh.d2, fresh.fresh) == (0.2, -0.1, False)
+    # with the memory of another sample it would have learned
+    assert unified_step(robot, regular, reference, known, settings, PERIOD)[0] != without
 
 
 def test_the_disturbance_is_bounded_on_the_locus_whatever_is_measured() -> None:
