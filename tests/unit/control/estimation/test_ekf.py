@@ -205,6 +205,31 @@ def test_disturbances_stay_bounded_through_the_locus(name: str, plant: dict[str,
     assert math.sqrt(deviation) < 0.4
 
 
+@pytest.mark.parametrize("place", [(0.03, 0.12), (-0.02, 0.05), (0.0, 0.15)])
+def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
+    dextar: FiveBar, place: tuple[float, float]
+) -> None:
+    """(N^T N)^-1 times the variance of the angles, N differenced; the rest is what the settings say."""
+    step, settings = 1e-6, EkfSettings(disturbance_initial=0.3)
+    rows = []
+    for shift in ((step, 0.0), (0.0, step)):
+        ahead, behind = (
+            inverse_geometry(dextar, *MODES, place[0] + sign * shift[0], place[1] + sign * shift[1])
+            for sign in (1.0, -1.0)
+        )
+        rows.append([(ahead.q11 - behind.q11) / (2.0 * step), (ahead.q21 - behind.q21) / (2.0 * step)])
+    n = np.array(rows).T
+    belief = filter_of(dextar, settings).begin(*place, 1e-6)
+    assert belief.estimate == (*place, 0.0, 0.0, 0.0, 0.0)
+    covariance = np.array(belief.covariance)
+    np.testing.assert_allclose(covariance[:2, :2], 1e-6 * np.linalg.inv(n.T @ n), rtol=1e-5, atol=1e-14)
+    still = covariance[2, 2]
+    assert 0.0 < still < 1e-3
+    np.testing.assert_array_equal(covariance[2:, 2:], np.diag([still, still, 0.09, 0.09]))
+    np.testing.assert_array_equal(covariance[:2, 2:], np.zeros((2, 4)))
+    np.testing.assert_array_equal(covariance[2:, :2], np.zeros((4, 2)))
+
+
 def held_by_wrong_torque(robot: FiveBar, disturbed: bool) -> tuple[Belief, Estimate]:
     """Return belief and truth after a slow swing with 0.15 and -0.1 Nm that the filter is not told of."""
     base = EkfSettings(acceleration_noise=1e-3)

@@ -10,8 +10,8 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.covariance import diagonal
-from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate
-from fivebar_control.estimation.mirror import Mirror, MirrorWatch, deviations, mirrored
+from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, filter_model
+from fivebar_control.estimation.mirror import Mirror, MirrorWatch, deviations, look_at, mirrored
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -79,6 +79,25 @@ def test_whoever_stays_near_the_locus_is_ambiguous_however_sure(dextar: FiveBar)
     assert reasons[:100] == [None] * 100
     assert reasons[101] is not None
     assert "1/cond(A) below 0.05 for 0.204 s, limit 0.2 s" in reasons[101]
+
+
+def test_whoever_leaves_the_locus_in_between_does_not_stay_there(dextar: FiveBar) -> None:
+    """The time counts from the last arrival: twice 0.19 s with a sample away between them are no stay of 0.2 s."""
+    watch = MirrorWatch(dextar, *MODES, 500, EkfSettings(mirror_deviations=0.0))
+    near = Belief(Estimate(0.0, 0.086, 0.0, 0.0, 0.0, 0.0), SURE)
+    away = Belief(Estimate(0.0, 0.1, 0.0, 0.0, 0.0, 0.0), SURE)
+    for _ in range(3):
+        assert [watch.look(near) for _ in range(95)] == [None] * 95
+        assert watch.look(away) is None
+
+
+def test_an_estimate_at_the_limit_of_deviations_is_not_ambiguous(dextar: FiveBar) -> None:
+    belief = Belief(Estimate(0.0, 0.0846, 0.0, -0.01, 0.0, 0.0), SURE)
+    away = look_at(filter_model(dextar, *MODES, 500, EkfSettings()), 0.2, 0, belief).deviations
+    assert 1.0 < away < 100.0
+    for limit, ambiguous in ((away, False), (math.nextafter(away, math.inf), True)):
+        settings = EkfSettings(mirror_deviations=limit)
+        assert (MirrorWatch(dextar, *MODES, 500, settings).look(belief) is not None) == ambiguous
 
 
 @pytest.mark.parametrize("plant", [{}, OFF_MODEL], ids=["as believed", "off"])

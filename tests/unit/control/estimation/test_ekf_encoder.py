@@ -52,6 +52,21 @@ def test_a_reading_that_stays_is_trusted_less_and_less_up_to_a_limit() -> None:
     assert encoder.next(COUNT, 0.0).variance == pytest.approx(2.0 * first.variance)
 
 
+@pytest.mark.parametrize(
+    ("counts_per_sample", "travel"),
+    [(0.0, 0.2), (0.1, 0.2), (0.5, 0.5), (-0.5, 0.5), (0.9, 0.9), (1.0, 1.0), (7.0, 1.0)],
+)
+def test_an_edge_was_passed_within_the_travel_of_a_period(counts_per_sample: float, travel: float) -> None:
+    """The angle is within that travel beyond the edge, a fifth of a count at least and a whole one at most."""
+    speed = counts_per_sample * COUNT * RATE_HZ
+    for reading, middle in ((COUNT, 1.0 + 0.5 * travel), (-COUNT, -0.5 * travel)):
+        encoder = CountedAngle(COUNTS, RATE_HZ)
+        encoder.first(0.0)
+        angle = encoder.next(reading, speed)
+        assert angle.value == pytest.approx(middle * COUNT, rel=1e-12)
+        assert angle.variance == pytest.approx((travel * COUNT) ** 2 / 12.0, rel=1e-12)
+
+
 def test_exact_encoders_are_believed() -> None:
     encoder = CountedAngle(None, RATE_HZ)
     assert encoder.first(0.3) == (0.3, EXACT_ANGLE**2)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 
 import pytest
+from scipy.optimize import brentq
 
 from fivebar_control.estimation.ekf import EkfSettings, Estimate
 from fivebar_control.estimation.estimator import LONGEST_GAP, Drives, StateEstimator
-from fivebar_control.estimation.homing import Homing, HomingContradicted, homing_at
+from fivebar_control.estimation.homing import MIN_HOMING_KAPPA, Homing, HomingContradicted, homing_at
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -50,6 +54,38 @@ def test_encoders_that_contradict_the_posture_are_believed(dextar: FiveBar, moto
     angles[motor] += off
     with pytest.raises(HomingContradicted, match=rf"^homing_contradicted: {('q11', 'q21')[motor]} reads"):
         estimator(dextar).take(0, angles[0], angles[1], 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("part", "refused"), [(0.999, True), (1.001, False)])
+def test_a_posture_is_taken_from_the_least_kappa_on(dextar: FiveBar, part: float, refused: bool) -> None:
+    def kappa(y: float) -> float:
+        return inverse_condition(state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0))
+
+    y = brentq(lambda y: kappa(y) - part * MIN_HOMING_KAPPA, 0.085, 0.13)
+    with pytest.raises(HomingContradicted, match="cannot be told") if refused else nullcontext():
+        estimator(dextar, homing_at(dextar, 1, -1, 0.0, y))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("motor", [0, 1])
+def test_a_robot_within_the_tolerance_is_not_refused_for_what_its_encoder_rounds(
+    dextar: FiveBar, motor: int, side: float
+) -> None:
+    """Wherever the count's edges are: 100 counts per revolution, three times the tolerance. Two of them are too far."""
+    counts, drives = 100, Drives(encoder_counts=100)
+    count = 2.0 * math.pi / counts
+    tolerance = EkfSettings().homing_tolerance
+    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    declared = (q.q11, q.q21)
+    for part in range(20):
+        # a homing posture that is anywhere within a count, declared exactly
+        shift = part / 20 * count
+        readings = [math.floor((angle + shift) / count) * count - shift for angle in declared]
+        readings[motor] = math.floor((declared[motor] + side * tolerance + shift) / count) * count - shift
+        assert estimator(dextar, drives=drives).take(0, *readings, 0.0, 0.0).effort == (0.0, 0.0, 0.0, 0.0)
+        readings[motor] += side * 2.0 * count
+        with pytest.raises(HomingContradicted, match=("q11", "q21")[motor]):
+            estimator(dextar, drives=drives).take(0, *readings, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("turns", [0, 1, -3])
@@ -126,6 +162,16 @@ def test_after_a_long_gap_the_estimate_is_lost(dextar: FiveBar) -> None:
     assert started.fault is None
     started.take(1_000_000, q.q11, q.q21, 0.0, 0.0)
     assert str(started.fault) == f"estimate_lost: no motor readings from sample {LONGEST_GAP + 1} to 999999"
+
+
+def test_the_first_fault_is_kept(dextar: FiveBar) -> None:
+    """What follows from a loss is not its cause."""
+    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    started = estimator(dextar)
+    started.take(0, q.q11, q.q21, 0.0, 0.0)
+    for sample in (30, 60):
+        started.take(sample, q.q11, q.q21, 0.0, 0.0)
+        assert str(started.fault) == "estimate_lost: no motor readings from sample 1 to 29"
 
 
 def test_an_estimate_that_leaves_the_reach_is_lost_and_the_last_one_stays(dextar: FiveBar) -> None:

@@ -7,7 +7,11 @@ from estimate_replay import OFF_MODEL, encoder_scenario
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
+from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.frozen import ANGLE, COUNTS, LONGEST, FrozenWatch
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.parameters import FiveBar
 
 
 def at_100_hz() -> Scenario:
@@ -54,3 +58,18 @@ def test_a_frozen_reading_is_noticed(crossing: tuple[Scenario, OfflineRun], firs
     assert estimator.fault.name == "encoder_frozen"
     assert f"q{motor + 1}1 has read the same" in estimator.fault.detail
     assert 2 <= sample.number - first <= 9
+
+
+@pytest.mark.parametrize("motor", [0, 1])
+@pytest.mark.parametrize(("part", "noticed"), [(0.99, False), (1.01, True)])
+def test_a_robot_at_rest_may_be_a_little_off_for_ever(dextar: FiveBar, motor: int, part: float, noticed: bool) -> None:
+    """What ten readings in a row add up to decides, nine of them repetitions; after them nothing is added."""
+    count = 2.0 * 3.141592653589793 / 20_000
+    watch, place = FrozenWatch(dextar, 1, -1, count), (0.01, 0.13)
+    q = inverse_geometry(dextar, 1, -1, *place)
+    readings = [q.q11, q.q21]
+    readings[motor] += part * (COUNTS * count + ANGLE) / (LONGEST - 1)
+    at_rest = Estimate(*place, 0.0, 0.0, 0.0, 0.0)
+    answers = [watch.look((readings[0], readings[1]), at_rest, False) for _ in range(100)]
+    found = [number for number, answer in enumerate(answers, start=1) if answer is not None]
+    assert found[:1] == ([LONGEST] if noticed else [])

@@ -52,6 +52,15 @@ def test_half_an_answer_is_none(link: DriveLink) -> None:
     assert link.missed == 2
 
 
+@pytest.mark.parametrize("answer", [Status(0, ENABLED, 9), Effort(0, 0, 0)])
+def test_what_answered_the_sync_before_is_no_half_of_an_answer(link: DriveLink, answer: Status | Effort) -> None:
+    assert cycle(link) is not None
+    link.expect()
+    link.take(answer, 10.0)
+    assert not link.complete
+    assert link.close_cycle() is None
+
+
 def test_velocity_from_positions_counts_missed_cycles(drive: Drive) -> None:
     link = DriveLink("q11", drive.model_copy(update={"velocity_in_pdo": False}), PERIOD_US, LIMIT)
     step = 2.0 * math.pi / drive.counts_per_revolution
@@ -136,18 +145,19 @@ def test_an_error_reset_is_no_fault(link: DriveLink) -> None:
     assert link.fault(10.0) is None
 
 
-def test_a_frozen_encoder_under_torque(link: DriveLink) -> None:
-    """1 Nm for more than 200 ms, which are 100 periods of 2 ms; 1 Nm is 500 per mille."""
-    cycle(link, 7, 500)
+@pytest.mark.parametrize("torque", [500, -500])
+def test_a_frozen_encoder_under_torque(link: DriveLink, torque: int) -> None:
+    """1 Nm to either side for more than 200 ms, which are 100 periods of 2 ms; 1 Nm is 500 per mille."""
+    cycle(link, 7, torque)
     for _ in range(99):
-        cycle(link, 7, 500)
+        cycle(link, 7, torque)
     assert link.fault(10.0) is None
     for _ in range(2):
-        cycle(link, 7, 500)
+        cycle(link, 7, torque)
     fault = link.fault(10.0)
     assert fault is not None
     assert fault.name == "encoder_frozen"
-    cycle(link, 8, 500)
+    cycle(link, 8, torque)
     assert link.fault(10.0) is None
 
 

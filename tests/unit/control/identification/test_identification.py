@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fivebar_control.identification.equations import PARAMETERS, Record
+from fivebar_control.identification.cutoff import Cutoffs
+from fivebar_control.identification.equations import PARAMETERS, Record, filtered_equations
 from fivebar_control.identification.identification import NotIdentifiable, identify, parameter_values
 from fivebar_control.identification.regressor import MotorMotion, platform_load
 from fivebar_description.parameters import FiveBar, load_robot, scaled
@@ -76,6 +77,17 @@ def test_the_parameters_come_back(robot: FiveBar) -> None:
     assert found.fit.values == pytest.approx(true, rel=1e-3, abs=1e-4)
     assert found.fit.condition < 10.0
     assert max(found.misfit) < 1e-3
+
+
+def test_readings_that_are_rounded_down_are_taken_half_a_count_further(robot: FiveBar) -> None:
+    """On average they are the exact angles less half a count: the equations are the same as for those."""
+    count, exact = 2.0 * math.pi / 500, record()
+    cutoffs = Cutoffs(resolution=0.0, noise=1e-6, acceleration=1.0, derivative_hz=20.0, parallel_hz=5.0)
+    wanted = filtered_equations(robot, exact, cutoffs)
+    rounded = exact._replace(angles=exact.angles - 0.5 * count)
+    found = filtered_equations(robot, rounded, cutoffs._replace(resolution=count))
+    assert np.isfinite(wanted.regressor).any()
+    np.testing.assert_allclose(found.regressor, wanted.regressor, rtol=1e-9, atol=1e-9)
 
 
 def test_a_gap_is_left_out(robot: FiveBar) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from scipy.optimize import brentq
 
 from fivebar_control.laws.adaptive_gain import AdaptiveGainSettings
 from fivebar_control.laws.ctc import ctc_torque
@@ -144,6 +145,26 @@ def test_joint_law_raises_its_gains_only_inside_a_zone_and_after_a_jump(
     plain = joint_law(dextar, plan, None)
     plain(99, tracked, on_track)
     assert plain(100, state, reference) == torque(down, 1.0, 1.0)
+
+
+def test_joint_law_takes_the_zone_to_begin_where_it_gets_its_first_say(dextar: FiveBar, plan: Plan) -> None:
+    """Just inside the edge, where sigma is still next to nothing, the jump of the error counts already."""
+    epsilon = plan.epsilon_at(100 / RATE_HZ)
+
+    def kappa(y: float) -> float:
+        return inverse_condition(state_from_platform(dextar, 1, -1, 0.001, y, 0.0, 0.0))
+
+    edge = brentq(lambda y: kappa(y) - 2.0 * epsilon, 0.086, 0.13)
+    tracked = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, -0.3)
+    on_track = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.13, 0.0, -0.3, 0.0, 0.0))
+    for y, in_zone in ((edge - 1e-5, True), (edge + 1e-5, False)):
+        state = state_from_platform(dextar, 1, -1, 0.001, y, 0.0, -0.3)
+        reference = reference_from_platform(dextar, 1, -1, Platform(0.0, y, 0.0, -0.3, 0.0, 0.0))
+        sigma = Supervisor(plan, RATE_HZ, "condition")(100, state).sigma
+        assert 0.0 < sigma < 0.01 if in_zone else sigma == 0.0
+        adaptive, plain = (joint_law(dextar, plan, gain) for gain in (AdaptiveGainSettings(error_limit=1e-4), None))
+        adaptive(99, tracked, on_track)
+        assert (adaptive(100, state, reference) != plain(100, state, reference)) == in_zone
 
 
 def test_every_law_on_the_locus_is_found_by_its_name(

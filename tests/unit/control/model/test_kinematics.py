@@ -13,6 +13,7 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import (
     det_a,
     distal_acceleration,
+    distal_acceleration_by_motor,
     joint_acceleration,
     platform_acceleration,
     state_from_joints,
@@ -179,6 +180,40 @@ def test_distal_accelerations_agree_with_pinocchio(
         scale = float(np.abs(a).max())
         assert distal_acceleration(robot.leg1, state.leg1, ax, ay) == pytest.approx(a[0] + a[1], abs=1e-11 * scale)
         assert distal_acceleration(robot.leg2, state.leg2, ax, ay) == pytest.approx(a[2] + a[3], abs=1e-11 * scale)
+
+
+@pytest.mark.parametrize("where", ["regular", "locus"])
+def test_distal_accelerations_follow_from_motors_and_platform_too(
+    where: str, robot: FiveBar, loop: ClosedLoop, regular_states: States, locus_states: States, joint_vectors: Vectors
+) -> None:
+    random = np.random.default_rng(17)
+    for state in (regular_states if where == "regular" else locus_states)(50, 17):
+        q, v = joint_vectors(state)
+        a = loop.acceleration(q, v, np.array([random.uniform(-2, 2), 0.0, random.uniform(-2, 2), 0.0]))
+        ax, ay = loop.platform(q, v, a)[2].tolist()
+        scale = float(np.abs(a).max())
+        for leg, at, motor, bend in ((robot.leg1, state.leg1, a[0], a[1]), (robot.leg2, state.leg2, a[2], a[3])):
+            found = distal_acceleration_by_motor(leg, at, float(motor), ax, ay)
+            assert found == pytest.approx(motor + bend, abs=1e-11 * scale)
+
+
+def test_distal_acceleration_by_motor_is_regular_at_type_1(robot: FiveBar) -> None:
+    """Leg 1 stretched, turning at both joints: against the second difference of its distal angle.
+
+    The tip of a leg with q1 = q0 + w t + a t^2 / 2 and theta likewise is differenced for the platform's acceleration.
+    """
+    leg, (q, w, a), (theta, dtheta, ddtheta), h = robot.leg1, (0.9, 1.3, -2.0), (0.9, -0.7, 5.0), 1e-4
+
+    def tip(t: float) -> Vector:
+        q1, inclined = q + w * t + 0.5 * a * t * t, theta + dtheta * t + 0.5 * ddtheta * t * t
+        return leg.proximal * np.array([math.cos(q1), math.sin(q1)]) + leg.distal * np.array(
+            [math.cos(inclined), math.sin(inclined)]
+        )
+
+    ax, ay = ((tip(h) - 2.0 * tip(0.0) + tip(-h)) / h**2).tolist()
+    state = state_from_joints(robot, q, 0.0, 2.0, -1.0, w, dtheta - w, 0.3, 0.1)
+    assert state.leg1.sin_q2 == 0.0
+    assert distal_acceleration_by_motor(leg, state.leg1, a, ax, ay) == pytest.approx(ddtheta, abs=1e-5)
 
 
 def test_distal_acceleration_is_undefined_at_type_1(dextar: FiveBar) -> None:

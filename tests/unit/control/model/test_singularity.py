@@ -172,6 +172,24 @@ def test_every_class_is_told(dextar: FiveBar) -> None:
     assert classify(robot, both).kind is SingularityType.TYPE_3
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 0.01, 0.3])
+def test_what_is_within_the_tolerance_is_singular(dextar: FiveBar, tolerance: float) -> None:
+    """Type 1 by |sin q_i2|, Type 2 by kappa, either by itself, the bound included."""
+    q = math.asin(tolerance)
+    for inside, kind in ((0.99, SingularityType.TYPE_1), (1.01, SingularityType.REGULAR)):
+        nearly_stretched = state_from_joints(dextar, 1.0, inside * q, 2.0, 1.1, 0.0, 0.0, 0.0, 0.0)
+        assert inverse_condition(nearly_stretched) > tolerance
+        assert classify(dextar, nearly_stretched, tolerance).kind is kind
+    # kappa is tan(delta / 2) of the angle between the distal links
+    delta = 2.0 * math.atan(tolerance)
+    for inside, kind in ((0.99, SingularityType.TYPE_2), (1.01, SingularityType.REGULAR)):
+        nearly_aligned = state_from_joints(dextar, 1.0, 1.5, 1.4, 1.1 + inside * delta, 0.0, 0.0, 0.0, 0.0)
+        assert type1_margin(nearly_aligned) > tolerance
+        assert classify(dextar, nearly_aligned, tolerance).kind is kind
+    on_bound = state_from_joints(dextar, 1.0, 0.4, 2.0, 1.1, 0.0, 0.0, 0.0, 0.0)
+    assert classify(dextar, on_bound, type1_margin(on_bound)).kind is SingularityType.TYPE_1
+
+
 def test_class_distances_and_tolerance(dextar: FiveBar) -> None:
     near = state_from_platform(dextar, 1, -1, 0.0, math.sqrt(0.0081 - 0.000961) + 1e-4, 0.0, 0.0)
     strict, loose = classify(dextar, near), classify(dextar, near, tolerance=0.01)

@@ -80,6 +80,14 @@ def test_the_rate_starts_from_zero_and_again_after_a_fault() -> None:
     assert applied(guard, 5, wanted) == (1.0, -0.4)
 
 
+def test_the_rate_starts_from_zero_in_a_new_run_too() -> None:
+    """The drives were off in between, whatever was commanded last."""
+    guard = make(torque_rate_limit=500.0)
+    assert [applied(guard, k, Torque(3.0, -3.0)) for k in range(2)] == [(1.0, -1.0), (2.0, -2.0)]
+    guard.begin_run()
+    assert applied(guard, 0, Torque(3.0, -3.0)) == (1.0, -1.0)
+
+
 def test_each_stage_stops_the_robot() -> None:
     far = (PLACE[0] + 0.051, PLACE[1])
     speed = moving(vy=0.5)

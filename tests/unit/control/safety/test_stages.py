@@ -111,6 +111,17 @@ def test_joints_that_contradict_each_other_put_the_platform_out_of_reach() -> No
     assert "59.0 mm out of reach" in fault.detail
 
 
+@pytest.mark.parametrize(("beyond", "misread"), [(-2e-3, False), (-5e-4, False), (5e-4, False), (1.5e-3, True)])
+def test_encoders_may_put_the_platform_a_millimetre_out_of_reach(beyond: float, misread: bool) -> None:
+    """Leg 1 stretched, to rounding or a count too far: that is no fault yet, more of it is."""
+    reach = ROBOT.leg1.proximal + ROBOT.leg1.distal + beyond
+    state = at(0.0, 0.12)._replace(x=ROBOT.leg1.base_x + 0.6 * reach, y=0.8 * reach)
+    fault = out_of_workspace(ROBOT, state, None)
+    assert (fault is not None) == misread
+    if fault is not None:
+        assert f"{beyond * 1e3:.1f} mm out of reach" in fault.detail
+
+
 def test_the_type_1_margin_is_that_of_the_working_mode() -> None:
     state = at(0.0, 0.15)
     clear = abs(state.leg1.sin_q2)

@@ -163,6 +163,54 @@ def test_every_limit_refuses_by_itself_and_says_where(dextar: FiveBar, tightened
     assert "expected at" in reason
 
 
+def test_the_rests_of_a_blended_controller_keep_twice_the_edge_of_its_widest_zone(dextar: FiveBar) -> None:
+    """The law without switching rests outside the zone that its plan would have, which is enough."""
+    waypoints = ((0.0, 0.15), (0.0, 0.035), (0.01, 0.035), (0.01, 0.15))
+    plan = plan_motion(dextar, (1, -1), waypoints, (0.5, 0.5, 2.0), RATE_HZ, ZoneRule())
+    wide, narrow = (2.0 * crossing.epsilon for crossing in plan.crossings)
+    assert wide > 2.0 * narrow
+    for follower, room in ((BLENDED, 2.0), (UNIFIED, 1.0)):
+        limits = (figure(screen(dextar, plan, RATE_HZ, follower, Limits(rest=rest)), REST).limit for rest in (0.0, 0.9))
+        assert tuple(limits) == pytest.approx((room * wide, 0.9), rel=1e-12)
+
+
+@pytest.mark.parametrize(("torque", "share", "most"), [(2.0, 0.85, 1.7), (4.0, 0.5, 2.0)])
+def test_the_reference_may_take_its_share_of_the_torque(
+    dextar: FiveBar, torque: float, share: float, most: float
+) -> None:
+    verdict = screen(dextar, planned(dextar, *MIDDLE), RATE_HZ, UNIFIED, Limits(torque=torque, torque_share=share))
+    assert figure(verdict, TORQUE).limit == pytest.approx(most, rel=1e-12)
+
+
+def test_a_crossing_between_two_samples_is_a_stay(dextar: FiveBar) -> None:
+    """At 25 Hz no sample sees the locus: it is passed in half a period."""
+    plan = plan_motion(dextar, (1, -1), MIDDLE, [0.52], 25, ZoneRule(epsilon=0.05))
+    (crossing,) = plan.crossings
+    for sample in range(plan.path.samples(25) + 1):
+        p = plan.path.at(sample / 25)
+        assert inverse_condition(state_from_platform(dextar, 1, -1, p.x, p.y, p.vx, p.vy)) > 0.05
+    (stay,) = stays_near_locus(dextar, plan, 25)
+    assert stay.start < crossing.time < stay.end
+    assert stay.end - stay.start == pytest.approx(2.0 * 0.05 / crossing.kappa_rate, rel=0.02)
+
+
+@pytest.mark.parametrize("leg", [1, 2])
+def test_a_speed_that_is_unknown_of_either_motor_is_not_feasible(dextar: FiveBar, leg: int) -> None:
+    """A plan for another robot, one leg of which does not reach: the speed of the other must not stand for both."""
+    plan = planned(dextar, (0.0, 0.15), (0.05, 0.12))
+    one, two = (
+        parameters._replace(distal=0.06) if number == leg else parameters
+        for number, parameters in enumerate((dextar.leg1, dextar.leg2), start=1)
+    )
+    robot = dextar._replace(leg1=one, leg2=two)
+    state = state_from_platform(robot, 1, -1, 0.0, 0.15, 0.0, 0.0)
+    assert math.isnan(state.leg1.dq1) == (leg == 1)
+    assert math.isnan(state.leg2.dq1) == (leg == 2)
+    found = figure(screen(robot, plan, RATE_HZ, UNIFIED, Limits()), SPEED)
+    assert math.isnan(found.value)
+    assert not found.kept
+
+
 def test_only_blended_controllers_need_a_direction(dextar: FiveBar) -> None:
     plan = planned(dextar, *MIDDLE)
     assert screen(dextar, plan, RATE_HZ, UNIFIED, Limits()).figure(DIRECTION) is None

@@ -44,6 +44,21 @@ def test_a_change_of_working_mode_is_planned_in_the_motors_angles(dextar: FiveBa
     assert [found.modes_at(t) for t in (0.0, 0.99, 1.5, 3.0)] == [OUT, IN, IN, IN]
 
 
+def test_the_motion_seen_in_a_mirror_is_the_motion_of_the_other_assembly_mode(dextar: FiveBar) -> None:
+    """Mirrored in the axis of the motors all angles change their sign, and so does the assembly mode."""
+    above = plan(dextar, (A, OUT), (BOUNDARY, OUT), (BEYOND, IN), durations=(1.0, 2.0))
+    below = plan(
+        dextar,
+        ((A[0], -A[1]), (-1, 1)), ((BOUNDARY[0], -BOUNDARY[1]), (-1, 1)), ((BEYOND[0], -BEYOND[1]), (1, 1)),
+        durations=(1.0, 2.0),
+    )  # fmt: skip
+    for t in (0.0, 0.3, 0.9, 1.6, 2.2, 3.0):
+        one, other = above.path.at(t), below.path.at(t)
+        assert (other.x, -other.y, other.vx, -other.vy) == pytest.approx(one[:4], abs=1e-9)
+    for segments, assembly in ((above.path.segments, 1), (below.path.segments, -1)):
+        assert [segment.assembly for segment in segments if isinstance(segment, JointSegment)] == [assembly] * 2
+
+
 def test_a_rest_on_the_boundary_changes_nothing_unless_the_next_segment_does(dextar: FiveBar) -> None:
     back = plan(dextar, (A, OUT), (BOUNDARY, OUT), (A, OUT))
     assert back.working_mode_changes == 0
