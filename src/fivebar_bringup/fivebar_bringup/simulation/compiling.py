@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import glob
 import hashlib
-import marshal
+import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
 
 import numba
+
+DIGEST = re.compile(r"[0-9a-f]{16}")
 
 _compiled: dict[FunctionType, Any] = {}
 
@@ -35,16 +39,34 @@ def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any])
 
     numba looks at the age of one source file only; the copy's name holds a digest of all code and constants that go
     into it, so that a change of any function down the line is a new name. The code is kept beside the source, or in
-    the user's cache directory where the installation cannot be written.
+    the user's cache directory where the installation cannot be written; that of older digests is removed.
     """
     plain = _with_names(_plain(function), {name: _plain(one) for name, one in bound.items()})
+    name = "_".join([plain.__qualname__, *(one.__name__ for one in bound.values())])
     copy = _rebound(plain)
-    copy.__qualname__ = f"{plain.__qualname__}_{digest(plain)}"
-    return _machine_code(copy, keep=True)
+    copy.__qualname__ = f"{name}_{digest(plain)}"
+    kept = _machine_code(copy, keep=True)
+    _remove_outdated(Path(kept.stats.cache_path), Path(plain.__code__.co_filename).stem, name, copy)
+    return kept
+
+
+def _remove_outdated(folder: Path, module: str, name: str, kept: FunctionType) -> None:
+    """Remove the machine code of a function under other digests than that of the kept one.
+
+    A process that was about to load it compiles anew.
+    """
+    for path in folder.glob(f"{glob.escape(f'{module}.{name}')}_*.nb[ci]"):
+        digest_of_file = path.name.removeprefix(f"{module}.{name}_").partition("-")[0]
+        if DIGEST.fullmatch(digest_of_file) and not kept.__qualname__.endswith(f"_{digest_of_file}"):
+            path.unlink(missing_ok=True)
 
 
 def digest(function: Callable[..., Any]) -> str:
-    """Return a digest of a plain function's code and constants and of those of all functions that it calls."""
+    """Return a digest of a plain function's code and constants and of those of all functions that it calls.
+
+    It is the same in every process: neither the order of a set nor the way in which the interpreter holds equal
+    constants enters it, which both vary from one compilation of a source to the next; nor do file and lines.
+    """
     total = hashlib.sha256()
     for part in _ingredients(_plain(function), set()):
         total.update(part)
@@ -95,12 +117,31 @@ def _ingredients(function: FunctionType, seen: set[FunctionType]) -> Iterator[by
     if function in seen:
         return
     seen.add(function)
-    yield marshal.dumps(function.__code__)
-    yield repr(function.__defaults__).encode()
+    defaults = _canonical((function.__defaults__, function.__kwdefaults__))
+    yield f"{_canonical(function.__code__)} {defaults}\n".encode()
     for name, value in _globals_of(function):
         if isinstance(value, FunctionType):
             yield from _ingredients(value, seen)
-        elif isinstance(value, type):
-            yield f"{name} {getattr(value, '_fields', '')}".encode()
         else:
-            yield f"{name} {value!r}".encode()
+            yield f"{name} {_canonical(value)}\n".encode()
+
+
+def _canonical(value: Any) -> str:
+    """Return a text that equal constants, classes and code share, whatever process has made them."""
+    kind = type(value).__qualname__
+    match value:
+        case CodeType():
+            inputs = value.co_argcount, value.co_posonlyargcount, value.co_kwonlyargcount, value.co_flags
+            names = value.co_names, value.co_varnames, value.co_cellvars, value.co_freevars
+            return f"code{(value.co_code, value.co_exceptiontable, *inputs, *names)} {_canonical(value.co_consts)}"
+        case type():
+            fields = getattr(value, "_fields", ()), getattr(value, "_field_defaults", {})
+            return f"class {value.__qualname__} {_canonical(fields)}"
+        case tuple() | list():
+            return f"{kind}[{', '.join(map(_canonical, value))}]"
+        case set() | frozenset():
+            return f"{kind}[{', '.join(sorted(map(_canonical, value)))}]"
+        case dict():
+            return f"{kind}[{', '.join(f'{_canonical(key)}: {_canonical(one)}' for key, one in value.items())}]"
+        case _:
+            return f"{kind} {value!r}"

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
+import marshal
 import math
+import os
+import subprocess
+import sys
+from collections import namedtuple
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 import pytest
@@ -14,6 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_bringup.simulation.compiling import compiled, compiled_and_kept, digest
+from fivebar_bringup.simulation.loop import run_loop
 from fivebar_control.estimation.ekf import EkfSettings, corrected, filter_model, homed_belief, predicted
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.laws.ctc import ctc_torque
@@ -112,12 +118,15 @@ def misplaced(pair: Pair) -> Pair:
 
 def sum_of(x):
     return inner(x) + constant(x)
+
+def member(x, known={known}):
+    return x in {known} or x in ("first", "second") or x == 1234.5
 """
 
 
-def module_with(folder: Path, factor: float) -> ModuleType:
+def module_with(folder: Path, factor: float, known: str = "{0, 8}") -> ModuleType:
     path = folder / "changing.py"
-    path.write_text(SOURCE.format(factor=factor), encoding="utf-8")
+    path.write_text(SOURCE.format(factor=factor, known=known), encoding="utf-8")
     spec = importlib.util.spec_from_file_location("changing", path)
     assert spec is not None
     assert spec.loader is not None
@@ -155,6 +164,8 @@ def test_code_is_kept_on_disk_until_any_function_or_constant_down_the_line_chang
     assert (first(3.0), again(3.0)) == (12.0, 12.0)
     assert sum(first.stats.cache_misses.values()) == 1
     assert sum(again.stats.cache_hits.values()) == 1
+    kept = set(Path(first.stats.cache_path).glob("changing.sum_of_*"))
+    assert {path.suffix for path in kept} == {".nbi", ".nbc"}
     changed = module_with(tmp_path, 5.0)
     assert compiled_and_kept(changed.sum_of)(3.0) == 30.0
     inner_only = module_with(tmp_path, 2.0)
@@ -162,3 +173,84 @@ def test_code_is_kept_on_disk_until_any_function_or_constant_down_the_line_chang
     inner_only.FACTOR = 7.0
     assert digest(inner_only.sum_of) != before
     assert compiled_and_kept(inner_only.sum_of)(3.0) == 27.0
+    # and what nobody will load any more does not stay
+    left = set(Path(first.stats.cache_path).glob("changing.sum_of_*"))
+    assert (len(kept), len(left), kept & left) == (2, 2, set())
+
+
+def test_what_is_kept_of_another_function_stays(tmp_path: Path) -> None:
+    module = module_with(tmp_path, 2.0)
+    compiled_and_kept(module.constant)(3.0)
+    folder = Path(compiled_and_kept(module.sum_of).stats.cache_path)
+    before = set(folder.glob("changing.constant_*.nb*"))
+    # a name that begins like that of another function
+    other = folder / "changing.sum_of_squares_0123456789abcdef-1.py311.nbi"
+    other.touch()
+    compiled_and_kept(module_with(tmp_path, 5.0).sum_of)
+    assert len(before) == 2
+    assert all(path.exists() for path in (*before, other))
+
+
+def references(code: CodeType) -> list[object]:
+    inner = [references(constant) for constant in code.co_consts if isinstance(constant, CodeType)]
+    return [code.co_consts, *code.co_consts, code.co_names, code.co_varnames, *inner]
+
+
+def test_the_digest_does_not_depend_on_how_the_interpreter_holds_the_code(tmp_path: Path) -> None:
+    """`marshal` writes an object otherwise once a second reference to it exists."""
+    module = module_with(tmp_path, 2.0)
+    before, written = digest(module.member), marshal.dumps(module.member.__code__)
+    held = references(module.member.__code__)
+    assert held
+    assert marshal.dumps(module.member.__code__) != written
+    assert digest(module.member) == before
+    assert digest(module_with(tmp_path, 2.0).member) == before
+
+
+def test_the_digest_does_not_depend_on_the_order_in_a_set(tmp_path: Path) -> None:
+    one, other = (module_with(tmp_path, 2.0, known).member for known in ("{0, 8}", "{8, 0}"))
+    assert repr(one.__defaults__) != repr(other.__defaults__)
+    assert digest(one) == digest(other)
+    assert digest(module_with(tmp_path, 2.0, "{0, 9}").member) != digest(one)
+
+
+def test_the_digest_is_that_of_every_process() -> None:
+    """Of the whole loop, with strings hashed otherwise."""
+    script = (
+        f"from {digest.__module__} import digest; from {run_loop.__module__} import run_loop; print(digest(run_loop))"
+    )
+    environment = {**os.environ, "PYTHONHASHSEED": "1"}
+    there = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
+    assert there.stdout.strip() == digest(run_loop)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("return x * 1", "return x * 1.0"),
+        ("return x * 0.0", "return x * -0.0"),
+        ("return x * 2", "return x * 3"),
+        ("return x + 2", "return x - 2"),
+        ("return math.sin(x)", "return math.cos(x)"),
+        ("return x in (1, 2)", "return x in (2, 1)"),
+        ("return (lambda y: y + 1)(x)", "return (lambda y: y + 2)(x)"),
+        ("return Pair(x)", "return Pair(x, 3.0)"),
+    ],
+)
+def test_every_difference_of_the_code_is_in_the_digest(one: str, other: str) -> None:
+    digests = set()
+    for body in (one, other):
+        namespace: dict[str, Any] = {"math": math}
+        exec(f"def function(x):\n    {body}", namespace)
+        digests.add(digest(namespace["function"]))
+    assert len(digests) == 2
+
+
+def test_default_values_are_in_the_digest() -> None:
+    """Those of the function, by keyword too, and those of a class that it makes an instance of."""
+    digests = set()
+    for positional, keyword, field in ((1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (1.0, 2.0, 1.0), (1.0, 1.0, 2.0)):
+        namespace: dict[str, Any] = {"Made": namedtuple("Made", "one", defaults=[field])}
+        exec(f"def function(x={positional}, *, y={keyword}):\n    return Made()", namespace)
+        digests.add(digest(namespace["function"]))
+    assert len(digests) == 4
