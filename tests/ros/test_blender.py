@@ -123,7 +123,7 @@ class Rig:
             answers.append(self.probe.reset(self.node))
             return bool(answers[-1].success)
 
-        self.probe.wait_for(taken, "a reset", deadline=2.0)
+        self.probe.wait_for(taken, "a reset")
         assert answers[-1].message.startswith(f"cleared {name}: "), answers
 
     def expect_latched_until_reset(self, name: str) -> None:
@@ -233,7 +233,7 @@ def test_a_repeated_sample_gets_no_torque_after_a_fault(rig: Rig) -> None:
         rig.probe.wait_for(lambda: len(commands) > before, "an answer to the repeated sample")
         return tuple(commands[-1].effort) == ZERO
 
-    rig.probe.wait_for(repeat_is_zero, "zero torque for a repeated sample", deadline=2.0)
+    rig.probe.wait_for(repeat_is_zero, "zero torque for a repeated sample")
     assert rig.probe.samples(TORQUE_COMMAND)[-1] == sample
     rig.expect_latched_until_reset("stop")
 
@@ -286,18 +286,19 @@ def test_a_reset_is_refused_while_the_drives_hold_a_fault(rig: Rig) -> None:
 
 
 def test_states_that_do_not_come_any_more_are_a_fault(bench: Bench, motion: MiddleMotion) -> None:
-    rig = Rig(bench, motion, state_deadline_ms=300.0, last_sample=7)
+    # what a busy machine may take from one sample to the next
+    rig = Rig(bench, motion, state_deadline_ms=1500.0, last_sample=7)
     # a run that has come to its last sample misses nothing: two reports on health are a second apart
     rig.sample = 6
     assert rig.command(rig.publish()) != ZERO
-    for _ in range(2):
+    for _ in range(3):
         status, _ = rig.probe.health(rig.node)
         assert status.level == DiagnosticStatus.OK
     rig.sample = 0
     rig.begin()
     sample = rig.publish()
     assert rig.command(sample) != ZERO
-    assert rig.next_fault() == f"state_stale: no joint states after sample {sample} within 300 ms"
+    assert rig.next_fault() == f"state_stale: no joint states after sample {sample} within 1500 ms"
     rig.probe.wait_for(lambda: tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO, "zero torque as the last word")
     assert rig.probe.samples(TORQUE_COMMAND)[-1] == sample
     rig.probe.spin_for(0.25)
@@ -312,7 +313,7 @@ def test_zero_torque_is_the_last_word(bench: Bench, motion: MiddleMotion, number
         assert rig.command(sample) != ZERO
     before = len(rig.probe.got(TORQUE_COMMAND))
     rig.process.send(number)
-    assert rig.process.wait(1.0) == 0
+    assert rig.process.wait() == 0
     rig.probe.wait_for(lambda: len(rig.probe.got(TORQUE_COMMAND)) > before, "a last command")
     assert rig.probe.samples(TORQUE_COMMAND)[before:] == [sample]
     assert rig.command(sample) == ZERO

@@ -79,6 +79,12 @@ class Rig:
     def ask(self, service: str) -> Trigger.Response:
         return self.probe.call(Trigger, f"{BRIDGE}/{service}", Trigger.Request())
 
+    def silent(self) -> bool:
+        """Listen for the time of many samples; return whether none has come."""
+        count = len(self.states)
+        self.probe.spin_for(30 / RATE_HZ)
+        return len(self.states) == count
+
     def faults(self) -> list[str]:
         return [message.data.partition(":")[0] for message in self.probe.got(FAULTS)]
 
@@ -139,12 +145,10 @@ def test_a_life_from_configure_to_cleanup(rig: Rig) -> None:
     started = [sample for sample in samples if sample]
     assert started == sorted(set(started))
     rig.probe.wait_for(lambda: rig.states[-1].position[0] > 1.67, "the robot moves")
-    rig.torque = None
     assert rig.change(Transition.TRANSITION_DEACTIVATE)
-    rig.probe.spin_for(0.1)
+    rig.torque = None
+    rig.probe.wait_for(rig.silent, "the end of the samples")
     count = len(rig.states)
-    rig.probe.spin_for(0.3)
-    assert len(rig.states) == count
     # begins anew where the robot stands
     assert rig.change(Transition.TRANSITION_ACTIVATE)
     rig.probe.wait_for(lambda: len(rig.states) > count, "sample 0 again")

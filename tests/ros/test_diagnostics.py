@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
-from graph_probe import Bench, ChildProcess, Probe
+from graph_probe import Bench, ChildProcess, Probe, values_of
 from middle_motion import MiddleMotion
 
 from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE
@@ -21,31 +21,40 @@ def feed(probe: Probe, motion: MiddleMotion, samples: int) -> None:
     """Let the supervisor answer samples, one after the other."""
     probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE])
     for sample in range(samples):
-        probe.publish(JOINT_STATES, motion.joint_states_message(sample))
-        probe.answer(SUPERVISOR_STATE, sample)
+        feed_one(probe, motion, sample)
+
+
+def feed_one(probe: Probe, motion: MiddleMotion, sample: int) -> None:
+    probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+    probe.answer(SUPERVISOR_STATE, sample)
 
 
 def test_a_node_tells_its_rate_jitter_late_and_dropped_messages(bench: Bench, motion: MiddleMotion) -> None:
     bench.start("supervisor")
     probe = bench.probe()
     feed(probe, motion, 50)
-    status, figures = probe.health("/supervisor")
-    while figures["answered"] != "50" or figures["rate_hz"] == "0.0":
-        status, figures = probe.health("/supervisor")
+    before = len(probe.reports["/supervisor"])
+    sample = 50
+    # a report is of the second before it: of two that come while samples go by, the later one is of samples only
+    while len(probe.reports["/supervisor"]) < before + 2:
+        feed_one(probe, motion, sample)
+        sample += 1
+    status, figures = probe.reports["/supervisor"][-1], values_of(probe.reports["/supervisor"][-1])
     assert status.level == DiagnosticStatus.OK
+    assert 50 < int(figures["answered"]) <= sample
     assert set(figures) >= {"rate_hz", "jitter_ms", "interval_max_ms", "late", "dropped"}
     assert float(figures["rate_hz"]) > 1.0
     assert float(figures["interval_max_ms"]) >= float(figures["jitter_ms"]) > 0.0
     assert (figures["late"], figures["dropped"]) == ("0", "0")
+    probe.report("/supervisor", lambda values: values["answered"] == str(sample))
 
 
 def test_thresholds_are_parameters(bench: Bench, motion: MiddleMotion) -> None:
     bench.start("supervisor", late_after_ms=0.01, warn_dropped=1)
     probe = bench.probe()
     feed(probe, motion, 20)
-    status, figures = probe.health("/supervisor")
-    while int(figures["late"]) == 0:
-        status, figures = probe.health("/supervisor")
+    # late in the second of which the report is, and no other
+    status, _ = probe.report("/supervisor", lambda values: int(values["late"]) > 0)
     assert status.level == DiagnosticStatus.WARN
     assert status.message.startswith("late: ")
     message = motion.joint_states_message(20)
@@ -96,7 +105,8 @@ def test_nodes_in_one_process_answer_each_with_its_parameters(bench: Bench, moti
     modules = [f"fivebar_control.nodes.{name}" for name in ("trajectory_generator", "supervisor")]
     process = group(bench, *modules, trajectory_generator={}, supervisor={"zone_rule": "fixed", "zone_epsilon": 0.3})
     probe = bench.probe()
-    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE, REFERENCE])
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE])
+    probe.join("trajectory_generator", [JOINT_STATES], [REFERENCE])
     sample = motion.crossing - 60
     probe.publish(JOINT_STATES, motion.joint_states_message(sample))
     sigma, kappa = probe.answer(SUPERVISOR_STATE, sample).position
@@ -145,5 +155,5 @@ def test_the_time_between_two_runs_is_no_late_answer(bench: Bench, motion: Middl
     probe.publish(JOINT_STATES, motion.joint_states_message(0))
     probe.answer(SUPERVISOR_STATE, 0)
     probe.publish(JOINT_STATES, motion.joint_states_message(1))
-    probe.wait_for(lambda: probe.health("/supervisor")[1]["answered"] == "7", "seven answers")
-    assert probe.health("/supervisor")[1]["late"] == "0"
+    _, figures = probe.report("/supervisor", lambda values: values["answered"] == "7")
+    assert figures["late"] == "0"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from itertools import pairwise
 from typing import Any
 
 import pytest
-from graph_probe import RATE_HZ, Bench, Probe
+from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import JointState
 
 from fivebar_control.model.geometry import inverse_geometry
@@ -19,8 +20,8 @@ from fivebar_description.ros.messages import joint_state
 MOTION = {"waypoints": [0.0, 0.15, 0.0, 0.14], "segment_durations": [0.1]}
 """Samples 0 to 50."""
 
-PLANNING_SAMPLES = 20_000
-"""More than any planning takes, as long as every sample takes a hop to the node and back."""
+GOAL_REFERENCE = (0.0, 0.03, 0.0, 0.0)
+HOME_REFERENCE = (0.0, 0.14, 0.0, 0.0)
 
 
 class Driver:
@@ -44,6 +45,12 @@ class Driver:
         self.probe.publish(JOINT_STATES, self._message())
         return tuple(self.probe.answer(REFERENCE, self.sample + 1).position)
 
+    def references(self) -> dict[int, tuple[float, ...]]:
+        """Return x, y, vx, vy of all samples so far."""
+        numbers = self.probe.samples(REFERENCE)
+        told = [tuple(message.position) for message in self.probe.got(REFERENCE)]
+        return {number: at for number, at in zip(numbers, told, strict=True) if number is not None}
+
     def steps(self, count: int) -> list[tuple[float, ...]]:
         return [self.step() for _ in range(count)]
 
@@ -63,9 +70,11 @@ class Driver:
         return found
 
     def step_until_status(self, state: str) -> list[tuple[float, ...]]:
+        """Go on until the next status has come, which may be some samples after the one at which it was told."""
         count, seen = len(self._told), []
+        end = time.monotonic() + DEADLINE
         while len(self.statuses()) == count:
-            assert len(seen) < PLANNING_SAMPLES
+            assert time.monotonic() < end, f"no status {state}"
             seen.append(self.step())
         self._told.append(self.statuses()[count])
         assert self._told[-1]["state"] == state, self._told
@@ -83,23 +92,32 @@ def start(bench: Bench, takes_goals: bool = True) -> Driver:
 
 def test_a_goal_is_planned_beside_the_cycle_and_followed(bench: Bench) -> None:
     driver = start(bench)
-    assert driver.steps(60)[-1] == (0.0, 0.14, 0.0, 0.0)
+    assert driver.steps(60)[-1] == HOME_REFERENCE
     driver.request(x=0.0, y=0.03, assembly_mode=-1.0, duration=math.nan)
     assert driver.wait_for_status("planning")["goal"] == [0.0, 0.03]
-    before = driver.step_until_status("moving")
-    # while it was planned the reference went on at rest
-    assert set(before[:-1]) == {(0.0, 0.14, 0.0, 0.0)}
+    requested = driver.sample
+    driver.step_until_status("moving")
     moving = driver.statuses()[-1]
-    assert moving["first_sample"] > driver.sample
+    first, last = moving["first_sample"], moving["last_sample"]
     driver.request(x=0.0, y=0.14)
     assert "moving for another" in driver.wait_for_status("refused")["reason"]
-    way = driver.step_until_status("arrived")
-    places = [position[1] for position in way]
+    assert driver.sample < last
+    told = len(driver.statuses())
+    driver.steps(last - 1 - driver.sample)
+    assert len(driver.statuses()) == told
+    driver.step()
+    assert driver.wait_for_status("arrived")["goal"] == [0.0, 0.03]
+    driver.steps(2)
+    references = driver.references()
+    # while it was planned the reference went on at rest, and what was told before the motion's first sample stays
+    assert requested + 1 < first
+    assert {references[number] for number in range(requested, first)} == {HOME_REFERENCE}
+    places = [references[number][1] for number in range(first, last + 3)]
     assert places == sorted(places, reverse=True)
-    assert way[-1] == pytest.approx((0.0, 0.03, 0.0, 0.0))
+    assert references[last - 1] != GOAL_REFERENCE
+    assert [references[number] for number in range(last, last + 3)] == [pytest.approx(GOAL_REFERENCE)] * 3
     # no step anywhere: from one sample to the next no further than the speed takes it
     assert max(abs(after - here) for here, after in pairwise(places)) < 2.0 / RATE_HZ
-    assert driver.sample == pytest.approx(moving["last_sample"], abs=2)
 
 
 def test_what_cannot_be_is_refused_and_moves_nothing(bench: Bench) -> None:
@@ -114,9 +132,9 @@ def test_what_cannot_be_is_refused_and_moves_nothing(bench: Bench) -> None:
         assert reason in driver.wait_for_status("refused")["reason"]
     driver.request(x=0.3, y=0.1)
     driver.wait_for_status("planning")
-    assert set(driver.step_until_status("refused")) == {(0.0, 0.14, 0.0, 0.0)}
+    assert set(driver.step_until_status("refused")) == {HOME_REFERENCE}
     assert "out of reach" in driver.statuses()[-1]["reason"]
-    assert driver.step() == (0.0, 0.14, 0.0, 0.0)
+    assert driver.step() == HOME_REFERENCE
 
 
 def test_without_the_parameter_no_goal_is_taken(bench: Bench) -> None:
@@ -125,4 +143,4 @@ def test_without_the_parameter_no_goal_is_taken(bench: Bench) -> None:
     driver.steps(60)
     driver.request(x=0.0, y=0.03)
     assert "takes_goals" in driver.wait_for_status("refused")["reason"]
-    assert driver.step() == (0.0, 0.14, 0.0, 0.0)
+    assert driver.step() == HOME_REFERENCE

@@ -52,9 +52,9 @@ def ask(probe: Probe, motion: MiddleMotion, samples: range) -> None:
 
 
 def answers(probe: Probe, last: int) -> dict[str, dict[int, tuple[Any, ...]]]:
-    """Return what each topic said of each stamp, once all of it has come."""
+    """Return what each topic said of each stamp, once all of it has come; the reference is one sample ahead."""
     for topic in OUTPUTS:
-        probe.answer(topic, last)
+        probe.answer(topic, last + (topic is REFERENCE))
     return {
         topic.name: {
             stamp_of(message): (tuple(message.position), tuple(message.velocity), tuple(message.effort))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import statistics
 import time
+from itertools import pairwise
 from typing import Any
 
-import pytest
 from graph_probe import Bench, ChildProcess, Probe
 from std_msgs.msg import String
 
@@ -33,8 +34,8 @@ OUTPUTS = [JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS]
 
 
 def start(bench: Bench, **parameters: Any) -> tuple[ChildProcess, Probe]:
-    """Start a plant that waits for the probe, so that the probe misses nothing."""
-    process = bench.start("plant", wait_for_nodes=["probe"], **parameters)
+    """Start a plant that waits for the probe, so that the probe misses nothing, and for its commands."""
+    process = bench.start("plant", **{"wait_for_nodes": ["probe"], "command_timeout_s": 60.0, **parameters})
     probe = bench.probe()
     probe.join("plant", [TORQUE_COMMAND, RUN_READY], OUTPUTS)
     probe.publish(RUN_READY, String(data="probe"))
@@ -62,15 +63,10 @@ def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> 
     last = 6
     process, probe = start(bench, samples=last)
     # sample 0 again and again, every 100 ms, until it is answered
-    arrivals: list[float] = []
-
-    def arrived() -> bool:
-        if len(probe.got(JOINT_STATES)) > len(arrivals):
-            arrivals.append(time.monotonic())
-        return len(arrivals) == 11
-
-    probe.wait_for(arrived, "ten repeats of sample 0")
-    assert 0.09 < (arrivals[-1] - arrivals[0]) / 10 < 0.15
+    probe.wait_for(lambda: len(probe.sent(JOINT_STATES)) > 10, "ten repeats of sample 0")
+    gaps = [later - sooner for sooner, later in pairwise(probe.sent(JOINT_STATES))]
+    # one that comes late on a busy machine does not move the others
+    assert 0.09 < statistics.median(gaps) < 0.15
     assert set(probe.samples(JOINT_STATES)) == {0}
     assert all(message == probe.got(JOINT_STATES)[0] for message in probe.got(JOINT_STATES))
     assert all(message == probe.got(IMU_DATA)[0] for message in probe.got(IMU_DATA))
@@ -136,24 +132,26 @@ def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> 
 
 
 def test_lockstep_without_answers_is_a_fault(bench: Bench) -> None:
-    process, probe = start(bench, command_timeout_s=0.4)
+    # as long as a busy machine may take to answer sample 0
+    process, probe = start(bench, command_timeout_s=2.0)
     probe.answer(JOINT_STATES, 0)
     began = time.monotonic()
     probe.publish(TORQUE_COMMAND, command(0, (0.1, 0.1)))
     probe.answer(JOINT_STATES, 1)
     assert process.wait() == 1
-    assert time.monotonic() - began > 0.4
+    assert time.monotonic() - began > 2.0
     probe.wait_for(lambda: faults(probe), "a fault")
-    assert faults(probe) == ["command_timeout: no torque for sample 1 within 0.4 s"]
+    assert faults(probe) == ["command_timeout: no torque for sample 1 within 2 s"]
     probe.wait_for(lambda: status(probe)["state"] == "failed", "the run has failed")
     assert set(probe.samples(JOINT_STATES)) == {0, 1}
 
 
 def test_nodes_that_do_not_come_are_a_fault(bench: Bench) -> None:
-    process = bench.start("plant", wait_for_nodes=["probe", "camera"], ready_timeout_s=2.0)
+    # there before the plant is: two seconds are for discovery alone
     probe = bench.probe()
-    probe.join("plant", [TORQUE_COMMAND, RUN_READY], OUTPUTS)
     probe.publish(RUN_READY, String(data="probe"))
+    process = bench.start("plant", wait_for_nodes=["probe", "camera"], ready_timeout_s=2.0)
+    probe.join("plant", [TORQUE_COMMAND], OUTPUTS)
     assert process.wait() == 1
     probe.wait_for(lambda: faults(probe), "a fault")
     assert faults(probe) == ["nodes_missing: not ready within 2 s: camera"]
@@ -184,9 +182,8 @@ def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench:
     probe = bench.probe()
     controller = Controller(probe, rate_hz)
     probe.listen(JOINT_STATES, callback=controller.on_sample)
-    probe.join("plant", [TORQUE_COMMAND, RUN_READY], [FAULTS, RUN_STATUS])
+    probe.join("plant", [TORQUE_COMMAND, RUN_READY], [JOINT_STATES, FAULTS, RUN_STATUS])
     controller.silent = True
-    began = time.monotonic()
     probe.publish(RUN_READY, String(data="probe"))
 
     # no command ever comes: samples come all the same, and before long a fault
@@ -222,21 +219,22 @@ def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench:
 
     assert process.wait() == 0
     probe.wait_for(lambda: status(probe).get("state") == "failed", "the run has failed")
-    elapsed = time.monotonic() - began
     assert status(probe)["sample"] == last
     assert status(probe)["overruns"] > 30
-    # a second for the first answer, then 600 periods of 10 ms; the rest is this process being late to look
-    assert 6.9 < elapsed < 10.0
+    sent = probe.sent(JOINT_STATES)
+    assert probe.samples(JOINT_STATES, rate_hz)[-1] == last
+    # a second for the first answer, then 600 periods of 10 ms, and what a busy machine adds at both ends
+    assert 6.9 < sent[-1] - sent[0] < 8.0
     samples = [sample for sample, _ in controller.applied]
     # sample 0 is published until the clock starts
     samples = samples[samples.count(0) - 1 :]
     assert samples == sorted(set(samples))
 
 
-@pytest.mark.clock
 def test_in_real_time_a_delayed_torque_acts_one_sample_later(bench: Bench) -> None:
     """The torque of sample k acts from sample k + 1 to k + 2, so the joints of sample k + 2 tell of it."""
-    rate_hz, last = 50, 40
+    # a period as long as a busy machine may take to answer
+    rate_hz, last = 10, 20
     process, probe = start(bench, mode="realtime", rate_hz=rate_hz, samples=last, delay_samples=1)
     answered: list[int] = []
 

@@ -32,7 +32,7 @@ from std_srvs.srv import Trigger
 
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.processes import NODE_GROUP
-from fivebar_description.interface import RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
+from fivebar_description.interface import NANOSECONDS, RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
 from fivebar_description.ros.messages import message_class, stamp_of
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
@@ -40,8 +40,8 @@ from fivebar_description.ros.run import use_local_network_only
 RATE_HZ = 500
 """Default rate of every node."""
 
-DEADLINE = 15.0
-"""Longest wait (s) for something that takes milliseconds on an idle machine."""
+DEADLINE = 60.0
+"""Longest wait (s) for a condition that takes a second or two on an idle machine, the start of a process included."""
 
 DDS_VARIABLES = (
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -50,6 +50,8 @@ DDS_VARIABLES = (
     "FASTDDS_DEFAULT_PROFILES_FILE",
     "FASTRTPS_DEFAULT_PROFILES_FILE",
 )
+
+RUN_READY_PROFILE = qos_profile(RUN_READY.qos)
 
 T = TypeVar("T")
 
@@ -127,13 +129,16 @@ class Probe:
         self._publishers: dict[str, Publisher[Any]] = {}
         self.received: dict[str, list[Any]] = defaultdict(list)
         """Messages of each topic that was listened to, in order of arrival."""
-        self._health: dict[str, DiagnosticStatus] = {}
+        self._sent: dict[str, list[float]] = defaultdict(list)
+        self._by_stamp: dict[str, tuple[int, dict[int, Any]]] = {}
+        self.reports: dict[str, list[DiagnosticStatus]] = defaultdict(list)
+        """What each node (absolute name) has told on /diagnostics, in order."""
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self.listen(RUN_READY)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._health[status.name] = status
+            self.reports[status.name].append(status)
 
     def advertise(self, *topics: Topic, depth: int | None = None) -> None:
         """Make the publishers of topics, so that others can discover them."""
@@ -154,8 +159,21 @@ class Probe:
     def listen(self, *topics: Topic, callback: Callable[[Any], None] | None = None, depth: int = 5000) -> None:
         """Keep the messages of topics, or hand them to a callback."""
         for topic in topics:
-            take = callback if callback is not None else self.received[topic.name].append
+            take = callback if callback is not None else self._keeper(topic)
             self.node.create_subscription(message_class(topic), topic.name, take, qos_profile(topic.qos, depth))
+
+    def _keeper(self, topic: Topic) -> Callable[[Any, Any], None]:
+        messages, sent = self.received[topic.name], self._sent[topic.name]
+
+        def keep(message: Any, information: Any) -> None:
+            messages.append(message)
+            sent.append(information["source_timestamp"] / NANOSECONDS)
+
+        return keep
+
+    def sent(self, topic: Topic) -> list[float]:
+        """Return when the messages of a topic were sent (s), by the clock of the system."""
+        return self._sent[topic.name]
 
     def got(self, topic: Topic) -> list[Any]:
         """Return the messages of a topic that have come so far."""
@@ -167,7 +185,8 @@ class Probe:
         while not (result := condition()):
             if time.monotonic() > end:
                 counts = {name: len(messages) for name, messages in self.received.items()}
-                pytest.fail(f"not within {deadline} s: {what}; messages: {counts}; health: {self._health}")
+                health = [reports[-1] for reports in self.reports.values()]
+                pytest.fail(f"not within {deadline} s: {what}; messages: {counts}; health: {health}")
             self._executor.spin_once(timeout_sec=0.02)
         return result
 
@@ -178,18 +197,28 @@ class Probe:
             self._executor.spin_once(timeout_sec=0.01)
 
     def join(self, name: str, inputs: Sequence[Topic], outputs: Sequence[Topic]) -> None:
-        """Take the part of the rest of the graph around a node, and wait until the node has seen all of it."""
+        """Take the part of the rest of the graph around a node, and wait until both know of each other's topics.
+
+        A node announces itself once it knows of the publishers of its inputs. That it knows of the subscriptions to its
+        outputs, too, shows in the arrival of this announcement, which is kept for latecomers, at a subscription made
+        after those: a participant hears of another's subscriptions in the order in which they were made.
+        """
         self.advertise(*inputs)
         self.listen(*outputs)
         publishers = [self._publishers[topic.name] for topic in inputs]
+        announced: set[str] = set()
+        last = self.node.create_subscription(
+            message_class(RUN_READY), RUN_READY.name, lambda message: announced.add(message.data), RUN_READY_PROFILE
+        )
         self.wait_for(
             lambda: (
-                name in {message.data for message in self.got(RUN_READY)}
+                name in announced
                 and all(publisher.get_subscription_count() > 0 for publisher in publishers)
                 and all(self.node.count_publishers(topic.name) > 0 for topic in outputs)
             ),
             f"{name} is ready",
         )
+        self.node.destroy_subscription(last)
 
     def samples(self, topic: Topic, rate_hz: int = RATE_HZ) -> list[int | None]:
         """Return the sample numbers that the stamps of a topic's messages name."""
@@ -197,12 +226,16 @@ class Probe:
 
     def answer(self, topic: Topic, sample: int, rate_hz: int = RATE_HZ) -> Any:
         """Wait for the message of a topic that answers a sample, and return the last such."""
+        stamp = sample_stamp_ns(sample, rate_hz)
+        return self.wait_for(lambda: self._last_by_stamp(topic).get(stamp), f"{topic.name} of sample {sample}")
 
-        def find() -> Any:
-            stamp = sample_stamp_ns(sample, rate_hz)
-            return next((message for message in reversed(self.got(topic)) if stamp_of(message) == stamp), None)
-
-        return self.wait_for(find, f"{topic.name} of sample {sample}")
+    def _last_by_stamp(self, topic: Topic) -> dict[int, Any]:
+        """Return the last message of each stamp of a topic; only what is new is looked at."""
+        messages = self.got(topic)
+        known, found = self._by_stamp.get(topic.name, (0, {}))
+        found.update((stamp_of(message), message) for message in messages[known:])
+        self._by_stamp[topic.name] = len(messages), found
+        return found
 
     def ask(self, inputs: Sequence[tuple[Topic, Any]], outputs: Sequence[Topic], sample: int) -> None:
         """Publish the inputs of a sample again and again until every output has answered it: the start of a run."""
@@ -220,20 +253,24 @@ class Probe:
 
     def health(self, node: str) -> tuple[DiagnosticStatus, dict[str, str]]:
         """Wait for the next /diagnostics of a node (absolute name); return its status and its values."""
-        self._health.pop(node, None)
-        status = self.wait_for(lambda: self._health.get(node), f"/diagnostics of {node}")
-        return status, {value.key: value.value for value in status.values}
+        return self.report(node, lambda values: True, len(self.reports[node]))
+
+    def report(
+        self, node: str, wanted: Callable[[dict[str, str]], bool], after: int = 0
+    ) -> tuple[DiagnosticStatus, dict[str, str]]:
+        """Wait for the first report of a node, after so many, with values as wanted; return its status and values."""
+
+        def find() -> tuple[DiagnosticStatus, dict[str, str]] | None:
+            told = ((status, values_of(status)) for status in self.reports[node][after:])
+            return next((report for report in told if wanted(report[1])), None)
+
+        return self.wait_for(find, f"/diagnostics of {node}")
 
     def wait_for_dropped(self, node: str, count: int) -> None:
         """Wait until a node (absolute name) says that it has dropped so many messages, and no more."""
-
-        def dropped() -> bool:
-            status = self._health.get(node)
-            return status is not None and {value.key: value.value for value in status.values}["dropped"] == str(count)
-
-        self.wait_for(dropped, f"{node} has dropped {count} messages", deadline=5.0)
-        status, _ = self.health(node)
-        assert {value.key: value.value for value in status.values}["dropped"] == str(count)
+        self.report(node, lambda values: int(values["dropped"]) >= count)
+        _, values = self.health(node)
+        assert values["dropped"] == str(count)
 
     def call(self, kind: Any, name: str, request: Any) -> Any:
         """Call a service and return its response."""
@@ -300,6 +337,11 @@ class Bench:
         probe = Probe(self.domain, namespace)
         self._stack.callback(probe.close)
         return probe
+
+
+def values_of(status: DiagnosticStatus) -> dict[str, str]:
+    """Return the values of a report on /diagnostics by their names."""
+    return {value.key: value.value for value in status.values}
 
 
 def _yaml(value: Any) -> str:

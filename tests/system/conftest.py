@@ -37,9 +37,9 @@ def graph_run(folder: Path) -> Iterator[Callable[..., GraphRun]]:
     with ExitStack() as stack:
         runs: list[GraphRun] = []
 
-        def start(segment_duration: float = 1.5) -> GraphRun:
+        def start() -> GraphRun:
             bench = stack.enter_context(Bench(folder / f"run{len(runs)}"))
-            run = GraphRun(bench.folder, bench.domain, bench.probe(), segment_duration)
+            run = GraphRun(bench.folder, bench.domain, bench.probe())
             runs.append(run)
             stack.callback(run.command.close)
             return run

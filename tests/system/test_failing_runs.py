@@ -52,8 +52,8 @@ CAUSES = {
 
 @pytest.mark.parametrize("victim", CAUSES)
 def test_a_killed_node_ends_the_run(graph_run: Callable[..., GraphRun], victim: str) -> None:
+    run = graph_run()
     # the recorder is given the time for some checkpoints
-    run = graph_run(1.5 if victim == "bag_recorder" else 0.5)
     run.wait_for_sample(600 if victim == "bag_recorder" else 150)
     killed_at = time.time_ns()
     os.kill(run.command.node(victim), signal.SIGKILL)
@@ -64,7 +64,7 @@ def test_a_killed_node_ends_the_run(graph_run: Callable[..., GraphRun], victim: 
     bag = run.bag()
     assert bag.count(JOINT_STATES) > 100
     if victim != "blender":
-        assert run.last_command() == ZERO
+        run.expect_no_torque()
     if victim not in ("blender", "bag_recorder"):
         assert tuple(bag.field(TORQUE_COMMAND, "effort")[-1]) == ZERO
     if victim == "bag_recorder":
@@ -95,11 +95,11 @@ def test_an_interrupted_run_ends_in_order(graph_run: Callable[..., GraphRun], nu
     assert len(nodes) == 8
     run.command.send(number)
     # the robot stops at once; figures and page take the launcher some more seconds
-    run.probe.wait_for(lambda: not set(nodes) & set(run.command.processes()), "the end of all nodes", deadline=4.0)
+    run.probe.wait_for(lambda: not set(nodes) & set(run.command.processes()), "the end of all nodes")
     summary = run.finish()
     assert summary["faults"] == ["interrupted"]
     assert 100 < summary["samples"] < summary["planned_samples"]
-    assert run.last_command() == ZERO
+    run.expect_no_torque()
     assert tuple(run.bag().field(TORQUE_COMMAND, "effort")[-1]) == ZERO
     assert run.bag().custom_data["dropped"] == "0"
     run.command.expect_no_process(0.0)
