@@ -159,7 +159,10 @@ class FaultBench:
         changes = {
             "blender": {"last_sample": 0},
             BRIDGE: {"autostart": False},
-            RECORDER: {"topics": [name for name in node.parameters.get("topics", ()) if name != "ground_truth"]},
+            RECORDER: {
+                "topics": [name for name in node.parameters.get("topics", ()) if name != "ground_truth"],
+                "wait_for_nodes": [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN],
+            },
         }.get(node.executable, {})
         return spec._replace(nodes=(node._replace(parameters={**node.parameters, **changes}),))
 

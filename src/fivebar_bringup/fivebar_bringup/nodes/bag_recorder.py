@@ -49,6 +49,7 @@ class BagRecorder(GraphNode):
         self._faults = self.advertise(FAULTS)
         for topic in topics:
             self._record(topic)
+        self.wait_for_publishers()
         self.every(CHECKPOINT_PERIOD, self._checkpoint)
 
     def stop(self) -> None:

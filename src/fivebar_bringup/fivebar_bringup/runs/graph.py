@@ -142,20 +142,26 @@ def crossing_graph(
         absent = (*absent, IMU_DATA, IMU_ERROR)
     if drives is not None:
         absent = (*absent, GROUND_TRUTH, RUN_STATUS)
-    recorded = [topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent]
+    awaited = [*(node.executable for node in nodes), RECORDER]
+    if drives is not None:
+        nodes.append(bridge(scenario, drives, ()))
+    elif rehearsal is None:
+        nodes.append(_plant(scenario, mode, awaited))
+    else:
+        nodes += _emulated_hardware(scenario, rehearsal, awaited)
+    recorded = tuple(topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent)
     recorder = NodeSpec(
         "fivebar_bringup",
         RECORDER,
-        {"directory": str(bag.absolute()), "topics": [topic.name for topic in recorded]},
-        tuple(recorded),
+        {
+            "directory": str(bag.absolute()),
+            "topics": [topic.name for topic in recorded],
+            "wait_for_nodes": [node.executable for node in nodes],
+        },
+        recorded,
         (FAULTS,),
     )
-    awaited = [node.executable for node in (*nodes, recorder)]
-    if drives is not None:
-        return (*nodes, bridge(scenario, drives, ()), recorder)
-    if rehearsal is None:
-        return (*nodes, _plant(scenario, mode, awaited), recorder)
-    return (*nodes, *_emulated_hardware(scenario, rehearsal, awaited), recorder)
+    return (*nodes, recorder)
 
 
 def _imu_listener(scenario: Scenario) -> NodeSpec:
@@ -167,9 +173,10 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
             "rate_hz": scenario.rate_hz,
             "working_mode": list(scenario.working_mode),
             "lead_samples": scenario.lead_samples,
+            "wait_for_nodes": [PLANT, "trajectory_generator"],
             **_imu_parameters(scenario),
         },
-        (IMU_DATA, REFERENCE),
+        (IMU_DATA, REFERENCE, RUN_READY),
         (IMU_ERROR,),
     )
 

@@ -52,6 +52,7 @@ class ImuListener(SamplingNode):
         read_reference = fields_of(REFERENCE_NAMES, "position", "velocity")
         inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, values["lead_samples"]))
         self.join(values["rate_hz"], inputs, QUEUE_DEPTH)
+        self.wait_for_publishers()
 
     def stop(self) -> None:
         """Compare what has arrived: the run does not wait for this node, its end shall not either cut it short."""

@@ -48,6 +48,10 @@ THRESHOLDS = (
 )
 """When a node warns of itself; every node has these parameters."""
 
+WAIT_FOR_NODES = Spec(
+    "wait_for_nodes", [""], "Nodes whose announcement on run/ready must come before that of this one."
+)
+
 
 class GraphNode(Node):
     """A node whose topics, messages and parameters are those of the graph."""
@@ -72,6 +76,8 @@ class GraphNode(Node):
         self._rate_watch = RateWatch(late_after / 1e3 if late_after else math.inf)
         self.exit_status: int | None = None
         """Set by a node that has done its work: the process then ends with this status."""
+        self._awaited_nodes: set[str] = set()
+        self._announcements: Subscription[Any] | None = None
         self._ready = self.advertise(RUN_READY)
         self._ready_timer = self.every(READY_PERIOD, self._look_ready)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -80,6 +86,15 @@ class GraphNode(Node):
 
     def stop(self) -> None:
         """Do what must be done last; called once, before the node ends, while it can still publish."""
+
+    def wait_for_publishers(self) -> None:
+        """Announce the node only once the nodes of the parameter `wait_for_nodes` know of its subscriptions.
+
+        For a node that only listens: what is sent before the sender knows of a subscription is lost, and nobody repeats
+        it for this node.
+        """
+        values = self.parameters((WAIT_FOR_NODES,))
+        self._awaited_nodes = {name for name in values[WAIT_FOR_NODES.name] if name}
 
     def note_answer(self) -> None:
         """Count a sample as answered, now."""
@@ -165,12 +180,26 @@ class GraphNode(Node):
         )
 
     def _look_ready(self) -> None:
-        """Announce the node once all its inputs have a publisher, seen twice in a row so that both ends know."""
+        """Announce the node once all its inputs have a publisher, seen twice in a row so that both ends know.
+
+        For awaited nodes that is not enough. Their announcements, which are kept for latecomers, come to a subscription
+        made now, after all others: nodes learn of another's subscriptions in the order in which they were made, so a
+        node that answers the last one knows of all.
+        """
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
+        if complete and self._awaited_nodes:
+            if self._announcements is None:
+                self._announcements = self.create_subscription(
+                    String, RUN_READY.name, self._on_announcement, qos_profile(RUN_READY.qos)
+                )
+            return
         self._complete_looks = self._complete_looks + 1 if complete else 0
         if self._complete_looks == 2:
             self._ready.publish(String(data=self.get_name()))
             self._ready_timer.cancel()
+
+    def _on_announcement(self, message: String) -> None:
+        self._awaited_nodes.discard(message.data)
 
     def health(self) -> tuple[bytes, str]:
         """Return the diagnostic level and message of the node; classes with faults override it."""
