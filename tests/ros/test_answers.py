@@ -6,13 +6,12 @@ import time
 from array import array
 
 import pytest
+from bound_laws import bound_law
 from graph_probe import RATE_HZ, Bench, Probe
 from middle_motion import MiddleMotion
 
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.laws.laws import CtcLaw, Gains, UnifiedLaw, VhcCartesianLaw
 from fivebar_control.laws.supervisor import blending_weight
-from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.imu import STANDARD_GRAVITY, ImuDescription
 from fivebar_description.interface import (
@@ -40,7 +39,6 @@ PARTS = {
     "unified_controller": ([JOINT_STATES, REFERENCE], [UNIFIED_TORQUE]),
     "imu_listener": ([IMU_DATA, REFERENCE], [IMU_ERROR]),
 }
-GAINS = Gains(2500.0, 100.0)
 """Default gains of both laws."""
 
 
@@ -102,11 +100,8 @@ def test_supervisor_weighs_every_sample(probes: dict[str, Probe], motion: Middle
 @pytest.mark.parametrize("node", ["ctc_controller", "vhc_controller", "unified_controller"])
 def test_candidates_are_the_laws_torques(probes: dict[str, Probe], motion: MiddleMotion, node: str) -> None:
     probe, topic = probes[node], PARTS[node][1][0]
-    laws = {
-        "ctc_controller": CtcLaw(motion.robot, GAINS),
-        "vhc_controller": VhcCartesianLaw(motion.robot, motion.plan, RATE_HZ, GAINS, "full_friction"),
-        "unified_controller": UnifiedLaw(motion.robot, UnifiedSettings(), RATE_HZ),
-    }
+    names = {"ctc_controller": "ctc", "vhc_controller": "vhc_cartesian", "unified_controller": "unified"}
+    laws = {one: bound_law(name, motion.robot, motion.plan, RATE_HZ) for one, name in names.items()}
     for sample in interesting_samples(motion):
         inputs = [(JOINT_STATES, motion.joint_states_message(sample)), (REFERENCE, motion.reference_message(sample))]
         if sample == 0:

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from bound_laws import bound_law
 from graph_probe import Bench, ChildProcess, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 
-from fivebar_control.laws.laws import CtcLaw, Gains
 from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
 
 NODES = sorted(node_modules())
@@ -142,7 +142,7 @@ class Tuning:
 
     def expected(self, kp: float, kd: float) -> tuple[float, ...]:
         """Return what the law gives for the sample asked last."""
-        law = CtcLaw(self._motion.robot, Gains(kp, kd))
+        law = bound_law("ctc", self._motion.robot, self._motion.plan, self._motion.rate_hz, kp=kp, kd=kd)
         return law(self._sample, self._motion.state(self._sample), self._motion.reference(self._sample))
 
 

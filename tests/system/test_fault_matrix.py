@@ -24,7 +24,7 @@ from std_msgs.msg import String
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.graph import BRIDGE
 from fivebar_bringup.scenario import Scenario, load_scenario
-from fivebar_control.laws.laws import Supervisor
+from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.interface import (

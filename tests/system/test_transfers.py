@@ -9,10 +9,10 @@ import pytest
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_control.trajectory.limits import limits_of
 from fivebar_control.trajectory.postures import WORKING_MODES, place_at, rest_problem
-from fivebar_control.trajectory.reference_torque import Follower
 from fivebar_control.trajectory.transfer import Speed, plan_transfer
 from fivebar_description.parameters import load_robot
 
@@ -23,7 +23,8 @@ COUNTS = 100_000
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("controller", ["unified", "multi_cartesian"])
 def test_a_transfer_between_assembly_modes_completes(controller: str, seed: int) -> None:
-    robot, follower, mode = load_robot("dextar"), Follower(controller), WORKING_MODES[seed % 4]
+    robot, mode = load_robot("dextar"), WORKING_MODES[seed % 4]
+    follower = default_tuning(CONTROLLERS[controller])
     limits = limits_of(follower, torque=2.0, speed_step=2.0 * math.pi * RATE_HZ / COUNTS)
     random = np.random.default_rng(seed)
     rests: list[tuple[float, float]] = []

@@ -24,7 +24,7 @@ from fivebar_control.estimation.ekf import EkfSettings, corrected, filter_model,
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
-from fivebar_control.laws.resolution import full_friction, min_norm
+from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.unified import NOTHING_KNOWN, UnifiedSettings, unified_step
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.laws.vhc_joint import vhc_joint_torque
@@ -34,6 +34,7 @@ from fivebar_control.model.kinematics import state_from_joints, state_from_platf
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import load_robot
+from fivebar_description.settings import as_numbers
 
 ROBOT = load_robot("unequal")
 MODES = (1, -1)
@@ -57,13 +58,10 @@ def test_model_and_laws_are_the_plain_ones_to_the_last_bit(at: Any, v: Any, tau:
     same(reference_from_platform, ROBOT, *MODES, platform)
     same(direct_dynamics, ROBOT, state, *tau, 0.1, -0.2)
     same(ctc_torque, ROBOT, state, reference, 2500.0, 100.0)
-    same(unified_step, ROBOT, state, reference, NOTHING_KNOWN, UnifiedSettings(observer_rate=3.0), 0.002)
-    for function, arguments, resolve in (
-        (vhc_cartesian_torque, (ROBOT, state, reference, LINE), full_friction),
-        (vhc_joint_torque, (ROBOT, *MODES, state, reference, LINE), min_norm),
-    ):
-        found = compiled(function)(*arguments, 2500.0, 100.0, compiled(resolve))
-        assert repr(found) == repr(function(*arguments, 2500.0, 100.0, resolve))
+    same(unified_step, ROBOT, state, reference, NOTHING_KNOWN, as_numbers(UnifiedSettings(observer_rate=3.0)), 0.002)
+    for resolution in RESOLUTIONS.values():
+        same(vhc_cartesian_torque, ROBOT, state, reference, LINE, 2500.0, 100.0, resolution)
+        same(vhc_joint_torque, ROBOT, *MODES, state, reference, LINE, 2500.0, 100.0, resolution)
 
 
 @given(angles=st.tuples(*[st.floats(-7.0, 7.0)] * 4), rates=st.tuples(*[st.floats(-30.0, 30.0)] * 4))
@@ -92,13 +90,7 @@ def test_the_filter_is_the_plain_one_to_the_last_bit(at: Any, tau: Any, ahead: f
 
 
 SOURCE = """
-from typing import NamedTuple
-
 FACTOR = {factor}
-
-class Pair(NamedTuple):
-    one: float
-    other: float
 
 def inner(x):
     return {factor} * x
@@ -109,12 +101,8 @@ def constant(x):
 def outer(x):
     return inner(x) + constant(x) + 1.0 / (x - x)
 
-def exchanged(pair: Pair) -> Pair:
-    return pair._replace(other=pair.one * 2.0)
-
-def misplaced(pair: Pair) -> Pair:
-    new = Pair(1.0, 2.0)
-    return new._replace(one=0.0)
+def twice(x):
+    return 2.0 * x
 
 def sum_of(x):
     return inner(x) + constant(x)
@@ -143,11 +131,12 @@ def test_division_by_zero_is_infinite_and_the_original_stays_plain(tmp_path: Pat
     assert compiled(module.inner) is compiled(module.inner)
 
 
-def test_replaced_fields_of_an_argument_are_written_out(tmp_path: Path) -> None:
-    module = module_with(tmp_path, 2.0)
-    assert compiled(module.exchanged)(module.Pair(1.0, 5.0)) == module.exchanged(module.Pair(1.0, 5.0)) == (1.0, 2.0)
-    with pytest.raises(TypeError, match=r"new\._replace: expected an argument"):
-        compiled(module.misplaced)
+def test_functions_under_given_names_take_the_place_of_the_modules_own(tmp_path: Path) -> None:
+    module = module_with(tmp_path, 7.0)
+    assert compiled_and_kept(module.sum_of)(3.0) == module.sum_of(3.0) == 42.0
+    bound = compiled_and_kept(module.sum_of, inner=module.twice)
+    assert bound(3.0) == 27.0
+    assert module.sum_of(3.0) == 42.0
 
 
 def test_only_plain_functions_are_compiled() -> None:

@@ -20,7 +20,7 @@ from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome, TraceRow
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
-from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
@@ -81,12 +81,12 @@ def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineR
 
 def test_the_stated_step_and_friction_width_are_those_of_the_cases() -> None:
     case, _ = prepared(load_scenario("middle"))
-    assert case.step == pytest.approx(STEP) == pytest.approx(MAX_STEP)
-    assert {leg.width for leg in (*case.actual[:2], *case.believed[:2])} == {WIDTH}
+    assert case.numbers.step == pytest.approx(STEP) == pytest.approx(MAX_STEP)
+    assert {leg.width for leg in (*case.numbers.actual[:2], *case.numbers.control.robot[:2])} == {WIDTH}
 
 
 @pytest.mark.parametrize("plant", [{}, DIFFERENT], ids=["as believed", "different"])
-@pytest.mark.parametrize("controller", SCHEMES)
+@pytest.mark.parametrize("controller", CONTROLLERS)
 def test_the_middle_crossing_is_that_of_the_offline_runner(controller: str, plant: dict[str, float]) -> None:
     # ctc asks for thousands of Nm on the locus, where a rounding error is multiplied as much
     scenario = changed("middle", plant, controller=controller, segment_duration=0.5)

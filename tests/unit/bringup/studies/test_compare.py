@@ -26,7 +26,7 @@ from fivebar_bringup.studies.compare.rigs import AS_GIVEN, RIGS, default_rigs
 from fivebar_bringup.studies.compare.screening import quickest_durations
 from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import findings, lost
-from fivebar_control.laws.laws import SCHEMES
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.strict_yaml import InputError
 
@@ -34,7 +34,7 @@ MIDDLE = load_scenario("middle")
 
 
 @pytest.mark.parametrize("rig", [*RIGS, AS_GIVEN])
-@pytest.mark.parametrize("controller", SCHEMES)
+@pytest.mark.parametrize("controller", CONTROLLERS)
 def test_every_controller_has_a_scenario_on_every_rig(rig: str, controller: str) -> None:
     scenario = Case(MIDDLE, controller, 0.5, rig).scenario()
     assert (scenario.controller, scenario.waypoints) == (controller, MIDDLE.waypoints)

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from fivebar_control.laws.multi_model import reduced_ctc_torque, sigmoid_weight
+from fivebar_control.laws.multi_model import reduced_ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.loop.supervisor import sigmoid_weight
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform, State

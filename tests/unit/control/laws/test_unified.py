@@ -11,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from fivebar_control.laws.laws import UnifiedLaw
+from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import Reference, reference_from_motors, reference_from_platform
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import (
+    LAW,
     NOTHING_KNOWN,
     Box,
     InputMap,
@@ -25,10 +26,12 @@ from fivebar_control.laws.unified import (
     observed_disturbance,
     unified_step,
 )
+from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.joint_segment import state_from_motors
+from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar, LegParameters, load_robot
 
@@ -43,6 +46,13 @@ def torque_of(robot: FiveBar, state: State, reference: Reference, limit: float =
     """Return the first torque of the law with its default gains."""
     settings = UnifiedSettings(torque_limit=limit)
     return unified_step(robot, state, reference, NOTHING_KNOWN, settings, PERIOD)[0]
+
+
+def unified_law(settings: UnifiedSettings) -> LawRunner:
+    """Return the law over the samples of a run at 500 Hz; the plan only says where straight segments lie."""
+    robot = load_robot("dextar")
+    plan = plan_motion(robot, (1, -1), ((0.0, 0.15), (0.0, 0.035)), (0.5,), 500, ZoneRule())
+    return LawRunner(TunedLaw(LAW, settings), robot, plan, 500)
 
 
 def acceleration_by_pinocchio(robot: FiveBar, state: State, tau1: float, tau2: float) -> tuple[float, float]:
@@ -375,11 +385,11 @@ def test_after_an_undefined_torque_nothing_is_learned_but_what_was_known_stays(d
 def test_the_disturbance_is_bounded_on_the_locus_whatever_is_measured() -> None:
     """A robot that rests on the locus under wildly wrong speeds: the estimate stays within its limit."""
     robot, settings = load_robot("dextar"), UnifiedSettings(observer_rate=200.0)
-    law = UnifiedLaw(robot, settings, 500)
+    law = unified_law(settings)
     random = np.random.default_rng(3)
     reference = reference_from_platform(robot, 1, -1, Platform(0.0, LOCUS_Y, 0.0, 0.0, 0.0, 0.0))
     bound = settings.disturbance_limit
-    least = UnifiedLaw(robot, settings._replace(observer_rate=0.0), 500)
+    least = unified_law(settings._replace(observer_rate=0.0))
     for sample in range(2000):
         state = state_from_platform(robot, 1, -1, 0.0, LOCUS_Y, *random.normal(0.0, 1.0, 2).tolist())
         torque, without = law(sample, state, reference), least(sample, state, reference)
@@ -394,8 +404,8 @@ def test_a_gap_between_samples_teaches_nothing() -> None:
     still = state_from_platform(robot, 1, -1, 0.0, 0.12, 0.0, 0.0)
     fast = state_from_platform(robot, 1, -1, 0.0, 0.12, 0.0, -0.1)
     settings = UnifiedSettings(kp=0.0, kd=0.0)
-    after_gap, after_none = UnifiedLaw(robot, settings, 500), UnifiedLaw(robot, settings, 500)
+    after_gap, after_none = unified_law(settings), unified_law(settings)
     after_gap(0, still, reference), after_none(0, still, reference)
-    memoryless = UnifiedLaw(robot, settings)
+    memoryless = unified_law(settings._replace(observer_rate=0.0))
     assert after_gap(2, fast, reference) == memoryless(2, fast, reference)
     assert after_none(1, fast, reference) != memoryless(1, fast, reference)

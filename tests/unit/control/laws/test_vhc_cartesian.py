@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.laws.reference import Reference, reference_from_platform
-from fivebar_control.laws.resolution import RESOLUTIONS
+from fivebar_control.laws.resolution import RESOLUTIONS, resolved
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.vhc_cartesian import line_constraint, vhc_cartesian_torque
 from fivebar_control.model.dynamics import direct_dynamics
@@ -116,7 +116,7 @@ def test_on_the_locus_every_resolution_meets_the_reduced_equation(
         alpha = 3.0 * float(np.sign(v[0] @ (svd.v_x, svd.v_y)))  # numpy may have turned v1, and U_1 with it
         ax, ay = (alpha * v[0]).tolist()
         ddq = np.array([joint_acceleration(state.leg1, ax, ay), joint_acceleration(state.leg2, ax, ay)])
-        torque = RESOLUTIONS[name](robot, state, svd, 3.0, *ddq.tolist(), *f.tolist())
+        torque = resolved(RESOLUTIONS[name], robot, state, svd, 3.0, *ddq.tolist(), *f.tolist())
         w = np.linalg.solve(b, u[:, 0])
         wanted = w @ (zz @ ddq + f) + robot.mass * alpha / s[0]
         assert w @ torque == pytest.approx(wanted, abs=1e-11 * (1.0 + np.linalg.norm(w) * np.linalg.norm(torque)))
@@ -133,7 +133,7 @@ def test_min_norm_is_the_pseudo_inverse_and_no_torque_is_smaller(
         svd = parallel_svd(state)
         ddq = np.array([joint_acceleration(leg, 3.0 * svd.v_x, 3.0 * svd.v_y) for leg in (state.leg1, state.leg2)])
         arguments = (robot, state, svd, 3.0, *ddq.tolist(), *f.tolist())
-        torques = {name: np.array(resolve(*arguments)) for name, resolve in RESOLUTIONS.items()}
+        torques = {name: np.array(resolved(number, *arguments)) for name, number in RESOLUTIONS.items()}
         w = np.linalg.solve(b, np.array([1.0, np.sign(a[0] @ a[1])]) / math.sqrt(2.0))
         right = w @ (zz @ ddq + f) + robot.mass * 3.0 / math.sqrt(2.0)
         smallest = np.linalg.lstsq(w[None, :], np.array([right]), rcond=None)[0]
@@ -150,8 +150,8 @@ def test_full_friction_moves_friction_from_the_equation_into_both_motors(robot: 
     """tau - f is then the smallest torque of the frictionless robot."""
     for state in locus_states(40, 64):
         svd = parallel_svd(state)
-        plain = RESOLUTIONS["min_norm"](robot, state, svd, 2.0, 5.0, -7.0, 0.0, 0.0)
-        with_friction = RESOLUTIONS["full_friction"](robot, state, svd, 2.0, 5.0, -7.0, 0.25, -0.35)
+        plain = resolved(RESOLUTIONS["min_norm"], robot, state, svd, 2.0, 5.0, -7.0, 0.0, 0.0)
+        with_friction = resolved(RESOLUTIONS["full_friction"], robot, state, svd, 2.0, 5.0, -7.0, 0.25, -0.35)
         np.testing.assert_allclose(with_friction, np.add(plain, (0.25, -0.35)), atol=1e-14)
 
 

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_control.laws.torque import Torque
+from fivebar_control.fault import Fault
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.stages import (
+    NO_FAULT,
     Area,
     SafetySettings,
     fastest_motor,
+    fault_of,
+    first_fault,
     limited,
-    near_type_1,
-    out_of_workspace,
-    over_speed,
+    limits_of,
     rate_limited,
-    tracking_lost,
-    undefined,
 )
 from fivebar_description.parameters import load_robot
 
@@ -33,6 +34,44 @@ torques = st.floats(-1e6, 1e6)
 
 def at(x: float, y: float, vx: float = 0.0, vy: float = 0.0, modes: tuple[int, int] = MODES) -> State:
     return state_from_platform(ROBOT, *modes, x, y, vx, vy)
+
+
+def found(
+    state: State,
+    requested: Torque = ZERO,
+    sigma: float = 0.0,
+    modes: tuple[int, int] = MODES,
+    place: tuple[float, float] = (0.0, 0.0),
+    **limits: Any,
+) -> Fault | None:
+    """Return the first fault where only the named stages have a limit."""
+    none = {"joint_speed_limit": math.inf, "type1_margin": 0.0, "tracking_error_limit": math.inf}
+    allowed = limits_of(SafetySettings(**{**none, **limits}), 500)
+    number = first_fault(allowed, ROBOT, *modes, state, *place, requested)
+    if number == NO_FAULT:
+        return None
+    return fault_of(number, allowed, ROBOT, *modes, state, *place, requested, sigma)
+
+
+def undefined(torque: Torque, sigma: float) -> Fault | None:
+    return found(at(0.0, 0.12), torque, sigma)
+
+
+def over_speed(state: State, limit: float) -> Fault | None:
+    return found(state, joint_speed_limit=limit)
+
+
+def out_of_workspace(state: State, workspace: Area | None) -> Fault | None:
+    return found(state, workspace=workspace)
+
+
+def near_type_1(state: State, mode1: int, mode2: int, margin: float) -> Fault | None:
+    return found(state, modes=(mode1, mode2), type1_margin=margin)
+
+
+def tracking_lost(state: State, x: float, y: float, limit: float) -> Fault | None:
+    # a reference that is not known is lost too, also without a limit
+    return found(state, place=(x, y), tracking_error_limit=limit)
 
 
 @given(torques, torques, st.floats(1e-3, 1e3))
@@ -94,19 +133,19 @@ def test_an_unknown_speed_is_too_fast(speeds: tuple[float, ...]) -> None:
 def test_the_workspace_is_a_rectangle() -> None:
     area = Area(-0.05, 0.05, 0.02, 0.13)
     for place in ((0.0, 0.1), (-0.05, 0.02), (0.05, 0.13)):
-        assert out_of_workspace(ROBOT, at(*place), area) is None
+        assert out_of_workspace(at(*place), area) is None
     for place in ((-0.0501, 0.1), (0.0501, 0.1), (0.0, 0.0199), (0.0, 0.1301)):
-        fault = out_of_workspace(ROBOT, at(*place), area)
+        fault = out_of_workspace(at(*place), area)
         assert fault is not None
         assert fault.name == "out_of_workspace"
-        assert out_of_workspace(ROBOT, at(*place), None) is None
+        assert out_of_workspace(at(*place), None) is None
 
 
 def test_joints_that_contradict_each_other_put_the_platform_out_of_reach() -> None:
     """Both legs stretched to the left: the mean of their tips is 59 mm beyond the reach of the right leg."""
     state = state_from_joints(ROBOT, math.pi, 0.0, math.pi, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert state.x == pytest.approx(-0.18)
-    fault = out_of_workspace(ROBOT, state, None)
+    fault = out_of_workspace(state, None)
     assert fault is not None
     assert "59.0 mm out of reach" in fault.detail
 
@@ -116,7 +155,7 @@ def test_encoders_may_put_the_platform_a_millimetre_out_of_reach(beyond: float, 
     """Leg 1 stretched, to rounding or a count too far: that is no fault yet, more of it is."""
     reach = ROBOT.leg1.proximal + ROBOT.leg1.distal + beyond
     state = at(0.0, 0.12)._replace(x=ROBOT.leg1.base_x + 0.6 * reach, y=0.8 * reach)
-    fault = out_of_workspace(ROBOT, state, None)
+    fault = out_of_workspace(state, None)
     assert (fault is not None) == misread
     if fault is not None:
         assert f"{beyond * 1e3:.1f} mm out of reach" in fault.detail

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fivebar_control.laws.adaptive_gain import AdaptiveGain, AdaptiveGainSettings
+from fivebar_control.laws.adaptive_gain import NO_MEMORY, gain_factors, gain_memory
 from fivebar_control.laws.supervisor import blending_weight
 
 
@@ -31,12 +31,12 @@ def test_the_supervisors_table_is_upside_down() -> None:
 
 def test_both_coordinates_must_be_within_the_limit() -> None:
     """With the printed || a jump of 0.2 mm in y passes, because x has none."""
-    settings = AdaptiveGainSettings(alpha=1.5, error_limit=1e-4, keep_damping=True)
+    limit = 1e-4
     jump_x, jump_y = 0.0, 2e-4
-    assert jump_x <= settings.error_limit or jump_y <= settings.error_limit
-    gain = AdaptiveGain(settings)
-    gain.factors(False, 0.0, 0.0)
-    assert gain.factors(True, jump_x, jump_y) == (2.25, 1.5)
+    assert jump_x <= limit or jump_y <= limit
+    before = gain_memory(NO_MEMORY, False, 0.0, 0.0)
+    inside = gain_memory(before, True, jump_x, jump_y)
+    assert gain_factors(inside, jump_x, jump_y, 1.5, limit, True) == (2.25, 1.5)
 
 
 def test_one_factor_on_both_gains_changes_the_damping() -> None:
@@ -44,8 +44,7 @@ def test_one_factor_on_both_gains_changes_the_damping() -> None:
     kp, kd = 2500.0, 100.0
     damping = {}
     for keep in (False, True):
-        gain = AdaptiveGain(AdaptiveGainSettings(alpha=1.5, error_limit=1e-4, keep_damping=keep))
-        gain.factors(False, 0.0, 0.0)
-        on_kp, on_kd = gain.factors(True, 1e-3, 0.0)
+        before = gain_memory(NO_MEMORY, False, 0.0, 0.0)
+        on_kp, on_kd = gain_factors(gain_memory(before, True, 1e-3, 0.0), 1e-3, 0.0, 1.5, 1e-4, keep)
         damping[keep] = kd * on_kd / (2.0 * math.sqrt(kp * on_kp))
     assert damping == pytest.approx({False: 1.2247, True: 1.0}, abs=1e-4)

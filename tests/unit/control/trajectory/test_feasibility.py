@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.trajectory.feasibility import (
@@ -25,13 +26,13 @@ from fivebar_control.trajectory.feasibility import (
 )
 from fivebar_control.trajectory.limits import Limits, limits_of
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
-from fivebar_control.trajectory.reference_torque import Follower, ReferenceTorque
+from fivebar_control.trajectory.reference_torque import ReferenceTorque
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 500
-BLENDED = Follower("multi_cartesian")
-UNIFIED = Follower("unified")
+BLENDED = default_tuning(CONTROLLERS["multi_cartesian"])
+UNIFIED = default_tuning(CONTROLLERS["unified"])
 MIDDLE = ((0.0, 0.15), (0.0, 0.02))
 
 
@@ -55,7 +56,7 @@ def dense(robot: FiveBar, plan: Plan, steps: int) -> list[tuple[float, float]]:
 
 
 @pytest.mark.parametrize("follower", [UNIFIED, BLENDED], ids=["unified", "blended"])
-def test_off_the_locus_the_torque_is_what_pinocchio_needs(dextar: FiveBar, follower: Follower) -> None:
+def test_off_the_locus_the_torque_is_what_pinocchio_needs(dextar: FiveBar, follower: TunedController) -> None:
     """Put into Pinocchio's robot it gives the reference's acceleration; its peak is that of all samples."""
     plan = planned(dextar, (0.0, 0.15), (0.05, 0.12), duration=0.3)
     needed = ReferenceTorque(dextar, plan, RATE_HZ, follower)
@@ -81,7 +82,7 @@ def test_on_the_locus_the_torque_is_finite(dextar: FiveBar) -> None:
     plan = planned(dextar, (0.0, 0.15), (0.0, 0.05))
     for follower in (UNIFIED, BLENDED):
         assert figure(screen(dextar, plan, RATE_HZ, follower, Limits()), TORQUE).value < 1.0
-    assert figure(screen(dextar, plan, RATE_HZ, Follower("ctc"), Limits()), TORQUE).value > 5.0
+    assert figure(screen(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["ctc"]), Limits()), TORQUE).value > 5.0
 
 
 def test_the_stay_near_the_locus_equals_dense_sampling(dextar: FiveBar) -> None:

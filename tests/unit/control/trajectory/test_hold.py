@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import pytest
+from bound_laws import bound_law
 
 from fivebar_bringup.scenario import load_scenario
 from fivebar_control.laws.blend import blend
-from fivebar_control.laws.laws import CtcLaw, Gains, Supervisor, UnifiedLaw, VhcCartesianLaw, VhcJointLaw
 from fivebar_control.laws.reference import reference_from_platform
-from fivebar_control.laws.torque import Torque
-from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.loop.law_runner import LawRunner
+from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.hold import Hold
 
 SCENARIO = load_scenario("middle")
 ROBOT, PLAN = SCENARIO.five_bar(), SCENARIO.plan()
-GAINS = Gains(2500.0, 100.0)
 CROSSING = PLAN.crossings[0]
 FRICTION = max(leg.coulomb + abs(leg.offset) for leg in (ROBOT.leg1, ROBOT.leg2))
 
@@ -43,6 +42,10 @@ def test_a_new_run_does_not_move_a_stopped_robot() -> None:
     assert hold.reference(0.01, 0.1) == (0.01, 0.1, 0.0, 0.0, 0.0, 0.0)
 
 
+def bound(law: str, **settings: float) -> LawRunner:
+    return bound_law(law, ROBOT, PLAN, SCENARIO.rate_hz, **settings)
+
+
 @pytest.mark.parametrize("controller", ["multi_cartesian", "multi_joint", "unified"])
 @pytest.mark.parametrize(
     ("x", "y"),
@@ -61,15 +64,10 @@ def test_at_rest_the_torque_is_at_most_friction(controller: str, x: float, y: fl
     reference = reference_from_platform(ROBOT, PLAN.mode1, PLAN.mode2, held)
     sigma = Supervisor(PLAN, SCENARIO.rate_hz, "condition")(sample, state).sigma
     if controller == "unified":
-        torque = UnifiedLaw(ROBOT, UnifiedSettings())(sample, state, reference)
+        torque = bound("unified", observer_rate=0.0)(sample, state, reference)
     else:
-        law = (
-            VhcCartesianLaw(ROBOT, PLAN, SCENARIO.rate_hz, GAINS, "full_friction")
-            if controller == "multi_cartesian"
-            else VhcJointLaw(ROBOT, PLAN, SCENARIO.rate_hz, GAINS, "full_friction", None)
-        )
-        away = CtcLaw(ROBOT, GAINS)(sample, state, reference)
-        torque = blend(sigma, away, Torque(*law(sample, state, reference)))
+        constraint = bound("vhc_cartesian") if controller == "multi_cartesian" else bound("vhc_joint")
+        torque = blend(sigma, bound("ctc")(sample, state, reference), constraint(sample, state, reference))
     # at rest Coulomb friction asks for nothing, its offset does
     assert torque.tau1 == pytest.approx(ROBOT.leg1.offset, abs=1e-6)
     assert torque.tau2 == pytest.approx(ROBOT.leg2.offset, abs=1e-6)

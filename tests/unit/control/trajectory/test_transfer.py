@@ -10,6 +10,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -18,13 +19,12 @@ from fivebar_control.trajectory.limits import Limits, limits_of
 from fivebar_control.trajectory.pacing import NoPace, Task, pace_of, retimed, slowest_pace
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_control.trajectory.postures import WORKING_MODES, place_at, rest_problem
-from fivebar_control.trajectory.reference_torque import Follower
 from fivebar_control.trajectory.transfer import Speed, Transfer, TransferRefused, plan_transfer
 from fivebar_description.parameters import FiveBar, load_robot
 
 RATE_HZ = 500
 ROBOTS = {name: load_robot(name) for name in ("dextar", "unequal")}
-UNIFIED, BLENDED = Follower("unified"), Follower("multi_cartesian")
+UNIFIED, BLENDED = (default_tuning(CONTROLLERS[name]) for name in ("unified", "multi_cartesian"))
 
 
 def expect_feasible(robot: FiveBar, mode: tuple[int, int], transfer: Transfer, limits: Limits) -> None:
@@ -69,7 +69,7 @@ coordinate = st.floats(-0.18, 0.18)
 def test_any_two_rests_get_a_feasible_motion_or_a_reason(
     name: str,
     mode: tuple[int, int],
-    follower: Follower,
+    follower: TunedController,
     speed: Speed,
     start: tuple[float, float],
     goal: tuple[float, float],
@@ -199,7 +199,9 @@ def test_a_duration_that_is_too_short_or_too_long_is_refused_with_the_possible_o
 
 
 @pytest.mark.parametrize("follower", [UNIFIED, BLENDED], ids=["unified", "blended"])
-def test_every_duration_between_the_fastest_and_the_slowest_is_feasible(dextar: FiveBar, follower: Follower) -> None:
+def test_every_duration_between_the_fastest_and_the_slowest_is_feasible(
+    dextar: FiveBar, follower: TunedController
+) -> None:
     """And none below: what bisection takes for granted."""
     task = Task(dextar, (1, -1), RATE_HZ, follower, limits_of(follower, torque=1.0))
     for start, goal in [((0.0, 0.15), (0.02, 0.02)), ((-0.1, 0.05), (0.0, 0.04)), ((0.05, 0.11), (-0.05, 0.13))]:

@@ -3,35 +3,26 @@
 from __future__ import annotations
 
 import pytest
+from bound_laws import bound_law
 from scipy.optimize import brentq
 
-from fivebar_control.laws.adaptive_gain import AdaptiveGainSettings
 from fivebar_control.laws.ctc import ctc_torque
-from fivebar_control.laws.laws import (
-    ON_LOCUS_LAWS,
-    CtcLaw,
-    Gains,
-    Law,
-    Supervisor,
-    VhcCartesianLaw,
-    VhcJointLaw,
-    on_locus_law,
-)
 from fivebar_control.laws.multi_model import reduced_ctc_torque
 from fivebar_control.laws.reference import Reference, reference_from_platform
+from fivebar_control.laws.registry import CONSTRAINT_LAWS
 from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.laws.vhc_joint import vhc_joint_torque
+from fivebar_control.loop.law_runner import LawRunner
+from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
-from fivebar_description.strict_yaml import InputError
 
 RATE_HZ = 500
-GAINS = Gains(2500.0, 100.0)
 
 
 @pytest.fixture(scope="module")
@@ -47,8 +38,8 @@ def instant(dextar: FiveBar) -> tuple[State, Reference]:
     return state, reference_from_platform(dextar, 1, -1, Platform(0.0, 0.0895, 0.0, -0.31, 0.0, 0.5))
 
 
-def test_ctc_law_is_the_same_for_every_sample(dextar: FiveBar, instant: tuple[State, Reference]) -> None:
-    law = CtcLaw(dextar, GAINS)
+def test_ctc_law_is_the_same_for_every_sample(dextar: FiveBar, plan: Plan, instant: tuple[State, Reference]) -> None:
+    law = bound_law("ctc", dextar, plan, RATE_HZ)
     wanted = ctc_torque(dextar, *instant, 2500.0, 100.0)
     assert law(0, *instant) == law(777, *instant) == wanted
 
@@ -58,7 +49,7 @@ def test_vhc_law_follows_the_line_of_its_sample(
     resolution: str, dextar: FiveBar, plan: Plan, instant: tuple[State, Reference]
 ) -> None:
     """The line has the direction of the segment and goes through the reference, wherever that has been held."""
-    law = VhcCartesianLaw(dextar, plan, RATE_HZ, GAINS, resolution)
+    law = bound_law("vhc_cartesian", dextar, plan, RATE_HZ, resolution=resolution)
     _, reference = instant
     place = reference.state.x, reference.state.y
     directions = {
@@ -76,18 +67,13 @@ def test_vhc_law_follows_the_line_of_its_sample(
 
 
 def test_on_the_plan_the_line_through_the_reference_is_the_segment(dextar: FiveBar, plan: Plan) -> None:
-    law = VhcCartesianLaw(dextar, plan, RATE_HZ, GAINS, "full_friction")
+    law = bound_law("vhc_cartesian", dextar, plan, RATE_HZ)
     state = state_from_platform(dextar, 1, -1, 0.0095, 0.09, 0.02, 0.3)
     for sample in (500, 700, 1000, 1499):
         reference = reference_from_platform(dextar, 1, -1, plan.path.at(sample / RATE_HZ))
         line = Line(0.01, 0.035, 0.0, 1.0)
         wanted = vhc_cartesian_torque(dextar, state, reference, line, 2500.0, 100.0, RESOLUTIONS["full_friction"])
         assert law(sample, state, reference) == pytest.approx(wanted, rel=1e-12)
-
-
-def test_an_unknown_resolution_is_refused_with_the_known_ones(dextar: FiveBar, plan: Plan) -> None:
-    with pytest.raises(InputError, match="vhc_resolution: 'best': expected one of min_norm, full_friction, full_inv"):
-        VhcCartesianLaw(dextar, plan, RATE_HZ, GAINS, "best")
 
 
 def test_supervisor_uses_the_zone_of_the_nearest_crossing(
@@ -120,8 +106,10 @@ def test_in_time_the_supervisor_switches_around_the_planned_crossings(
     assert supervisor(0, state).inverse_condition == inverse_condition(state)
 
 
-def joint_law(dextar: FiveBar, plan: Plan, adaptive_gain: AdaptiveGainSettings | None) -> VhcJointLaw:
-    return VhcJointLaw(dextar, plan, RATE_HZ, GAINS, "full_inverse", adaptive_gain)
+def joint_law(dextar: FiveBar, plan: Plan, adaptive_gain: bool, alpha: float = 1.5) -> LawRunner:
+    return bound_law(
+        "vhc_joint", dextar, plan, RATE_HZ, resolution="full_inverse", adaptive_gain=adaptive_gain, alpha=alpha
+    )
 
 
 def test_joint_law_raises_its_gains_only_inside_a_zone_and_after_a_jump(
@@ -138,11 +126,11 @@ def test_joint_law_raises_its_gains_only_inside_a_zone_and_after_a_jump(
         gains = (2500.0 * factor_p, 100.0 * factor_d)
         return vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, RESOLUTIONS["full_inverse"])
 
-    adaptive = joint_law(dextar, plan, AdaptiveGainSettings(alpha=2.0, error_limit=1e-4))
+    adaptive = joint_law(dextar, plan, adaptive_gain=True, alpha=2.0)
     adaptive(99, tracked, on_track)
     assert adaptive(100, state, reference) == torque(down, 4.0, 2.0)
     assert adaptive(1000, state, reference) == torque(up, 1.0, 1.0)
-    plain = joint_law(dextar, plan, None)
+    plain = joint_law(dextar, plan, adaptive_gain=False)
     plain(99, tracked, on_track)
     assert plain(100, state, reference) == torque(down, 1.0, 1.0)
 
@@ -162,7 +150,7 @@ def test_joint_law_takes_the_zone_to_begin_where_it_gets_its_first_say(dextar: F
         reference = reference_from_platform(dextar, 1, -1, Platform(0.0, y, 0.0, -0.3, 0.0, 0.0))
         sigma = Supervisor(plan, RATE_HZ, "condition")(100, state).sigma
         assert 0.0 < sigma < 0.01 if in_zone else sigma == 0.0
-        adaptive, plain = (joint_law(dextar, plan, gain) for gain in (AdaptiveGainSettings(error_limit=1e-4), None))
+        adaptive, plain = (joint_law(dextar, plan, gain) for gain in (True, False))
         adaptive(99, tracked, on_track)
         assert (adaptive(100, state, reference) != plain(100, state, reference)) == in_zone
 
@@ -178,7 +166,8 @@ def test_every_law_on_the_locus_is_found_by_its_name(
         "vhc_joint": vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, resolve),
         "vhc_cartesian": vhc_cartesian_torque(dextar, state, reference, line, *gains, resolve),
     }
-    assert set(ON_LOCUS_LAWS) == set(wanted)
+    assert set(CONSTRAINT_LAWS) == set(wanted)
     for name, torque in wanted.items():
-        law: Law = on_locus_law(name, dextar, plan, RATE_HZ, GAINS, "min_norm", None)
+        resolution = {} if name == "reduced_ctc" else {"resolution": "min_norm"}
+        law = bound_law(name, dextar, plan, RATE_HZ, **resolution)
         assert law(0, state, reference) == torque
