@@ -26,9 +26,8 @@ from fivebar_control.laws.unified import (
     unified_step,
 )
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.kinematics import state_from_joints, state_from_platform
+from fivebar_control.model.kinematics import state_from_joints, state_from_motors, state_from_platform
 from fivebar_control.model.state import Platform, State
-from fivebar_control.trajectory.joint_segment import state_from_motors
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar, LegParameters, load_robot
 
