@@ -10,8 +10,9 @@ import numpy as np
 import pinocchio as pin
 
 from fivebar_description.closed_loop import ClosedLoop, Vector
+from fivebar_description.friction import friction_torque
 from fivebar_description.interface import JOINTS
-from fivebar_description.parameters import FiveBar, LegParameters, scaled
+from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.options import ImuOptions, PlantOptions
@@ -170,8 +171,8 @@ class Plant:
         return self._loop.close(q, v)
 
     def _acceleration(self, q: Vector, v: Vector) -> Vector:
-        self._tau[0] = self._applied[0] - _friction(self._robot.leg1, float(v[0]))
-        self._tau[2] = self._applied[1] - _friction(self._robot.leg2, float(v[2]))
+        self._tau[0] = self._applied[0] - friction_torque(self._robot.leg1, float(v[0]))
+        self._tau[2] = self._applied[1] - friction_torque(self._robot.leg2, float(v[2]))
         return self._loop.acceleration(q, v, self._tau)
 
     @property
@@ -187,7 +188,3 @@ class Plant:
     def kinetic_energy(self) -> float:
         """Return the kinetic energy (J)."""
         return self._loop.kinetic_energy(self._q, self._v)
-
-
-def _friction(leg: LegParameters, speed: float) -> float:
-    return leg.coulomb * math.tanh(speed / leg.width) + leg.offset

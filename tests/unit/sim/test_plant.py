@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from scipy.integrate import simpson, solve_ivp
 
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.friction import friction_torque
 from fivebar_description.imu import ImuDescription
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError

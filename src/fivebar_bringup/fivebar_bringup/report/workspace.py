@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,12 +11,12 @@ from matplotlib.patheffects import withStroke
 
 from fivebar_bringup.pages.style import GREY, INK, PURPLE
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_control.model.geometry import reach_margin
-from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_control.model.geometry import elbow_position, workspace_bounds
+from fivebar_control.workspace.fields import platform_field, platform_grid
+from fivebar_description.parameters import FiveBar
 
 GRID = 150
-"""Points per side of the map; the locus lies within a tenth of a millimetre of where it is drawn."""
+"""Points along the longer side of the map; the locus lies within a tenth of a millimetre of where it is drawn."""
 
 NEGATIVE, POSITIVE = "#fdf0e6", "#e8f1f8"
 """Tints of the two assembly modes, det A < 0 and > 0."""
@@ -34,21 +33,10 @@ class Map(NamedTuple):
 
 def survey(robot: FiveBar, modes: tuple[int, int], lowest: float) -> Map:
     """Return the map of where both legs reach, from y = `lowest` (m) upwards; det A is NaN out of reach."""
-    legs = (robot.leg1, robot.leg2)
-    left = max(leg.base_x - leg.proximal - leg.distal for leg in legs)
-    right = min(leg.base_x + leg.proximal + leg.distal for leg in legs)
-    top = max(leg.proximal + leg.distal for leg in legs)
-    margin = 0.004
-    x = np.linspace(left - margin, right + margin, GRID)
-    y = np.linspace(lowest, top, GRID)
-    determinant = np.full((GRID, GRID), math.nan)
-    reach = np.empty((GRID, GRID))
-    for row, y_mark in enumerate(y.tolist()):
-        for column, x_mark in enumerate(x.tolist()):
-            reach[row, column] = min(reach_margin(leg, x_mark, y_mark) for leg in legs)
-            if reach[row, column] > 0.0:
-                determinant[row, column] = det_a(state_from_platform(robot, *modes, x_mark, y_mark, 0.0, 0.0))
-    return Map(1e3 * x, 1e3 * y, determinant, 1e3 * reach)
+    bounds = workspace_bounds(robot)
+    low, high = np.array([bounds.left, lowest]), np.array([bounds.right, bounds.top])
+    grid = platform_grid(robot, low, high, GRID)
+    return Map(1e3 * grid.x, 1e3 * grid.y, platform_field(robot, modes, grid).det_a, 1e3 * grid.reach)
 
 
 def draw_map(axes: Axes, plane: Map) -> None:
@@ -70,7 +58,7 @@ def draw_robot(
     zorder: float = 3.0,
 ) -> None:
     """Draw the robot from its motor angles (rad) and the place of its platform (m)."""
-    left, right = _elbow(robot.leg1, motors[0]), _elbow(robot.leg2, motors[1])
+    left, right = elbow_position(robot.leg1, motors[0]), elbow_position(robot.leg2, motors[1])
     x = [1e3 * mark for mark in (robot.leg1.base_x, left[0], place[0], right[0], robot.leg2.base_x)]
     y = [1e3 * mark for mark in (0.0, left[1], place[1], right[1], 0.0)]
     axes.plot(
@@ -90,10 +78,6 @@ def draw_robot(
             alpha=alpha,
             zorder=zorder + 0.1,
         )
-
-
-def _elbow(leg: LegParameters, q1: float) -> tuple[float, float]:
-    return leg.base_x + leg.proximal * math.cos(q1), leg.proximal * math.sin(q1)
 
 
 def draw_base(axes: Axes, robot: FiveBar) -> None:

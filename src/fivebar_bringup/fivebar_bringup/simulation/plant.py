@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.kinematics import distal_acceleration_by_motor
 from fivebar_control.model.state import Leg, State
+from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_sim.plant import CLOSURE_TOLERANCE, MAX_HALVINGS
 

@@ -63,7 +63,7 @@ class EkfSettings(NamedTuple):
         homing_tolerance: largest angle (rad) between an encoder and the declared homing posture.
         mirror_deviations: distance of the other assembly mode, in standard deviations, below which the estimate is
             ambiguous.
-        dwell_limit: time (s) with 1/cond(A) < `DWELL_KAPPA` after which it is ambiguous whatever the covariance says.
+        dwell_limit: time (s) with 1/cond(A) < `NEAR_LOCUS` after which it is ambiguous whatever the covariance says.
     """
 
     acceleration_noise: float = 0.02

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
-from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
@@ -31,9 +31,7 @@ class Homing(NamedTuple):
 
 def homing_at(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> Homing:
     """Return the posture with the platform at (x, y) m in a working mode, in the assembly mode that belongs to it."""
-    return Homing(
-        x, y, mode1, mode2, 1 if det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)) > 0.0 else -1
-    )
+    return Homing(x, y, mode1, mode2, assembly_mode(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)))
 
 
 def check_declared(robot: FiveBar, homing: Homing) -> None:
@@ -52,7 +50,7 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
             f"homing_contradicted: at {place} the assembly mode cannot be told: 1/cond(A) = {kappa:.3f},"
             f" expected at least {MIN_HOMING_KAPPA}"
         )
-    if det_a(state) * homing.assembly < 0.0:
+    if assembly_mode(state) != homing.assembly:
         raise HomingContradicted(
             f"homing_contradicted: at {place} in working mode [{homing.mode1}, {homing.mode2}] the assembly mode is"
             f" {-homing.assembly}, declared is {homing.assembly}"

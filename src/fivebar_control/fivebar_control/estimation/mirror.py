@@ -14,10 +14,8 @@ from typing import NamedTuple
 from fivebar_control.estimation.covariance import Covariance
 from fivebar_control.estimation.ekf import Belief, EkfSettings, FilterModel, filter_model
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
+from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition_of
 from fivebar_description.parameters import FiveBar
-
-DWELL_KAPPA = 0.05
-"""Within this 1/cond(A) the time is counted."""
 
 TEST_KAPPA = 0.1
 """Within this 1/cond(A) the mirrored state is tested; further off it is many millimetres away."""
@@ -77,7 +75,7 @@ class Look(NamedTuple):
     """What a sample shows of the ambiguity.
 
     Attributes:
-        near: consecutive samples within `DWELL_KAPPA` so far.
+        near: consecutive samples near the locus so far.
         deviations: standard deviations between the estimate and its mirror image; infinite where none was tested.
     """
 
@@ -90,9 +88,8 @@ def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -
     x, y, vx, vy, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
-    determinant = leg1.u_x * leg2.u_y - leg1.u_y * leg2.u_x
-    kappa = abs(determinant) / (1.0 + abs(leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y))
-    near = near + 1 if kappa < DWELL_KAPPA else 0
+    kappa = inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)
+    near = near + 1 if kappa < NEAR_LOCUS else 0
     if near * model.period > dwell_limit or not kappa < TEST_KAPPA:
         return Look(near, math.inf)
     mirror = mirrored(model.robot, leg1, leg2, belief)
@@ -114,7 +111,7 @@ class MirrorWatch:
         self._near = look.near
         dwelt = look.near * self._model.period
         if dwelt > self._settings.dwell_limit:
-            return f"1/cond(A) below {DWELL_KAPPA} for {dwelt:.3f} s, limit {self._settings.dwell_limit:g} s"
+            return f"1/cond(A) below {NEAR_LOCUS} for {dwelt:.3f} s, limit {self._settings.dwell_limit:g} s"
         if look.deviations >= self._settings.mirror_deviations:
             return None
         return (

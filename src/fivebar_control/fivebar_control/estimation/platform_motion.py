@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from fivebar_control.model.dynamics import platform_model_of_rows, platform_motion
+from fivebar_description.friction import friction_slope, friction_torque
 from fivebar_description.parameters import FiveBar, LegParameters
 
 NAN = math.nan
@@ -80,16 +82,8 @@ def platform_acceleration(
     one, two = robot.leg1, robot.leg2
     leg1 = leg_motion(one, mode1, x, y, vx, vy)
     leg2 = leg_motion(two, mode2, x, y, vx, vy)
-    zz1, zz2 = one.inertia, two.inertia
-    n1_x, n1_y, n2_x, n2_y = leg1.n_x, leg1.n_y, leg2.n_x, leg2.n_y
-    drive1 = tau1 - one.coulomb * math.tanh(leg1.dq1 / one.width) - one.offset - zz1 * leg1.drift
-    drive2 = tau2 - two.coulomb * math.tanh(leg2.dq1 / two.width) - two.offset - zz2 * leg2.drift
-    m_xx = robot.mass + zz1 * n1_x * n1_x + zz2 * n2_x * n2_x
-    m_xy = zz1 * n1_x * n1_y + zz2 * n2_x * n2_y
-    m_yy = robot.mass + zz1 * n1_y * n1_y + zz2 * n2_y * n2_y
-    force_x, force_y = n1_x * drive1 + n2_x * drive2, n1_y * drive1 + n2_y * drive2
-    determinant = m_xx * m_yy - m_xy * m_xy
-    return (m_yy * force_x - m_xy * force_y) / determinant, (m_xx * force_y - m_xy * force_x) / determinant
+    model = platform_model_of_rows(robot, leg1.n_x, leg1.n_y, leg1.drift, leg2.n_x, leg2.n_y, leg2.drift)
+    return platform_motion(model, tau1 - friction_torque(one, leg1.dq1), tau2 - friction_torque(two, leg2.dq1))
 
 
 class Derivatives(NamedTuple):
@@ -120,17 +114,16 @@ def acceleration_derivatives(
     From m a = sum_i n_i p_i with p_i = tau_i - f_i - zz_i (n_i . a + drift_i), differentiated along a direction e:
     M da = sum_i [ dn_i p_i - n_i (f_i' d(dq_i) + zz_i (dn_i . a + d(drift_i))) ].
     """
-    ax, ay = platform_acceleration(robot, mode1, mode2, x, y, vx, vy, tau1, tau2)
-    m_xx = m_yy = robot.mass
-    m_xy = 0.0
+    leg1 = leg_motion(robot.leg1, mode1, x, y, vx, vy)
+    leg2 = leg_motion(robot.leg2, mode2, x, y, vx, vy)
+    model = platform_model_of_rows(robot, leg1.n_x, leg1.n_y, leg1.drift, leg2.n_x, leg2.n_y, leg2.drift)
+    f1, f2 = friction_torque(robot.leg1, leg1.dq1), friction_torque(robot.leg2, leg2.dq1)
+    ax, ay = platform_motion(model, tau1 - f1, tau2 - f2)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
-    rows = []
-    for leg, mode, tau in ((robot.leg1, mode1, tau1), (robot.leg2, mode2, tau2)):
-        moving = leg_motion(leg, mode, x, y, vx, vy)
+    for leg, moving, net in ((robot.leg1, leg1, tau1 - f1), (robot.leg2, leg2, tau2 - f2)):
         n_x, n_y, zz = moving.n_x, moving.n_y, leg.inertia
-        smooth = math.tanh(moving.dq1 / leg.width)
-        slope = leg.coulomb * (1.0 - smooth * smooth) / leg.width
-        p = tau - leg.coulomb * smooth - leg.offset - zz * (n_x * ax + n_y * ay + moving.drift)
+        slope = friction_slope(leg, moving.dq1)
+        p = net - zz * (n_x * ax + n_y * ay + moving.drift)
         # by the position: the force on the platform changes by dn p - n (f' d(dq) + zz (dn . a + d drift))
         x_nx, x_ny, x_load = _along(leg, moving, vx, vy, ax, ay, slope, 1.0, 0.0)
         y_nx, y_ny, y_load = _along(leg, moving, vx, vy, ax, ay, slope, 0.0, 1.0)
@@ -147,13 +140,8 @@ def acceleration_derivatives(
         vx_y -= n_y * load_x
         vy_x -= n_x * load_y
         vy_y -= n_y * load_y
-        m_xx += zz * n_x * n_x
-        m_xy += zz * n_x * n_y
-        m_yy += zz * n_y * n_y
-        rows.append((n_x, n_y))
-    determinant = m_xx * m_yy - m_xy * m_xy
-    i_xx, i_xy, i_yy = m_yy / determinant, -m_xy / determinant, m_xx / determinant
-    (n1_x, n1_y), (n2_x, n2_y) = rows
+    determinant = model.m_xx * model.m_yy - model.m_xy * model.m_xy
+    i_xx, i_xy, i_yy = model.m_yy / determinant, -model.m_xy / determinant, model.m_xx / determinant
     return Derivatives(
         p_xx=i_xx * px_x + i_xy * px_y,
         p_xy=i_xx * py_x + i_xy * py_y,
@@ -163,10 +151,10 @@ def acceleration_derivatives(
         v_xy=i_xx * vy_x + i_xy * vy_y,
         v_yx=i_xy * vx_x + i_yy * vx_y,
         v_yy=i_xy * vy_x + i_yy * vy_y,
-        t_x1=i_xx * n1_x + i_xy * n1_y,
-        t_x2=i_xx * n2_x + i_xy * n2_y,
-        t_y1=i_xy * n1_x + i_yy * n1_y,
-        t_y2=i_xy * n2_x + i_yy * n2_y,
+        t_x1=i_xx * leg1.n_x + i_xy * leg1.n_y,
+        t_x2=i_xx * leg2.n_x + i_xy * leg2.n_y,
+        t_y1=i_xy * leg1.n_x + i_yy * leg1.n_y,
+        t_y2=i_xy * leg2.n_x + i_yy * leg2.n_y,
     )
 
 

@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.identification.cutoff import Cutoffs
-from fivebar_control.identification.regressor import MotorMotion, platform_load
+from fivebar_control.identification.regressor import platform_load
 from fivebar_control.identification.smoothing import (
     differentiator,
     filtered,
     filtered_torque,
     parallel_filter,
 )
+from fivebar_control.model.state import MotorMotion
 from fivebar_description.parameters import FiveBar, LegParameters
 
 FloatArray = NDArray[np.float64]

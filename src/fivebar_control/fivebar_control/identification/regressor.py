@@ -12,22 +12,10 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.model.dynamics import multipliers
-from fivebar_control.model.geometry import direct_geometry
-from fivebar_control.model.kinematics import det_a, leg_from_joints, platform_acceleration
+from fivebar_control.model.kinematics import platform_acceleration, state_from_motors
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters
-
-
-class MotorMotion(NamedTuple):
-    """Angles (rad), rates (rad/s) and accelerations (rad/s^2) of both motors."""
-
-    q11: float
-    q21: float
-    dq11: float
-    dq21: float
-    ddq11: float
-    ddq21: float
+from fivebar_control.model.state import MotorMotion
+from fivebar_description.parameters import FiveBar
 
 
 class PlatformLoad(NamedTuple):
@@ -51,44 +39,10 @@ def platform_load(robot: FiveBar, assembly: int, motion: MotorMotion) -> Platfor
 
     Depends on the robot's lengths only. `NOWHERE` where the distal links cannot meet, and on the Type 2 locus.
     """
-    x, y = direct_geometry(robot, assembly, motion.q11, motion.q21)
-    if math.isnan(x):
+    state = state_from_motors(robot, assembly, motion.q11, motion.q21, motion.dq11, motion.dq21)
+    if math.isnan(state.x):
         return NOWHERE
-    q12, q22 = _passive(robot.leg1, motion.q11, x, y), _passive(robot.leg2, motion.q21, x, y)
-    still = State(
-        leg_from_joints(robot.leg1, motion.q11, q12, 0.0, 0.0),
-        leg_from_joints(robot.leg2, motion.q21, q22, 0.0, 0.0),
-        x,
-        y,
-        0.0,
-        0.0,
-    )
-    if det_a(still) == 0.0:
-        return NOWHERE
-    # without speed c is zero, and what J does to accelerations it does to speeds
-    vx, vy = platform_acceleration(still, motion.dq11, motion.dq21)
-    state = State(
-        _moving(robot.leg1, still.leg1, motion.dq11, vx, vy),
-        _moving(robot.leg2, still.leg2, motion.dq21, vx, vy),
-        x,
-        y,
-        vx,
-        vy,
-    )
     lambda1, lambda2 = multipliers(
         robot._replace(mass=1.0), state, *platform_acceleration(state, motion.ddq11, motion.ddq21)
     )
     return PlatformLoad(state.leg1.b * lambda1, state.leg2.b * lambda2, inverse_condition(state))
-
-
-def _passive(leg: LegParameters, q1: float, x: float, y: float) -> float:
-    """Return q_i2 (rad) of a leg whose elbow and platform are known."""
-    along_x = x - leg.base_x - leg.proximal * math.cos(q1)
-    along_y = y - leg.proximal * math.sin(q1)
-    return math.atan2(along_y, along_x) - q1
-
-
-def _moving(parameters: LegParameters, leg: Leg, dq1: float, vx: float, vy: float) -> Leg:
-    """Return a leg with its rates; across the distal link l_i2 dtheta_i = (xdot - elbow's speed) . (-u_y, u_x)."""
-    across = leg.u_x * vy - leg.u_y * vx - parameters.proximal * leg.cos_q2 * dq1
-    return leg_from_joints(parameters, leg.q1, leg.q2, dq1, across / parameters.distal - dq1)

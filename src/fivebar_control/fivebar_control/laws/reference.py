@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_control.model.dynamics import inverse_dynamics
-from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform, State
+from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 
 

@@ -16,7 +16,7 @@ from fivebar_description.parameters import FiveBar
 NAN = math.nan
 
 
-class Motion(NamedTuple):
+class DynamicResponse(NamedTuple):
     """Accelerations and multipliers: qddot (rad/s^2), xddot (m/s^2), lambda (N)."""
 
     ddq11: float
@@ -60,7 +60,47 @@ def inverse_dynamics_of_platform(
     )
 
 
-def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: float, f2: float) -> Motion:
+class ConstraintForm(NamedTuple):
+    """The matrix K of the constraint form K lambda = B ZZ^-1 (tau - f) - c, symmetric, and what it is made of.
+
+    K = A A^T / m + B ZZ^-1 B.
+
+    Attributes:
+        k11, k12, k22: entries of K (1/kg).
+        per_mass: 1 / m (1/kg).
+        per_zz1, per_zz2: diagonal of ZZ^-1 (1/(kg m^2)).
+        lever1, lever2: diagonal of ZZ^-1 B (1/(kg m)).
+    """
+
+    k11: float
+    k12: float
+    k22: float
+    per_mass: float
+    per_zz1: float
+    per_zz2: float
+    lever1: float
+    lever2: float
+
+
+def constraint_form(robot: FiveBar, state: State) -> ConstraintForm:
+    """Return the constraint form of the direct dynamics; regular on the Type 1 and Type 2 loci."""
+    leg1, leg2 = state.leg1, state.leg2
+    # divisions are slow, and these are the same for a whole run: a compiler takes them out of its loops
+    per_mass, per_zz1, per_zz2 = 1.0 / robot.mass, 1.0 / robot.leg1.inertia, 1.0 / robot.leg2.inertia
+    lever1, lever2 = per_zz1 * leg1.b, per_zz2 * leg2.b
+    return ConstraintForm(
+        k11=per_mass + leg1.b * lever1,
+        k12=per_mass * (leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y),
+        k22=per_mass + leg2.b * lever2,
+        per_mass=per_mass,
+        per_zz1=per_zz1,
+        per_zz2=per_zz2,
+        lever1=lever1,
+        lever2=lever2,
+    )
+
+
+def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: float, f2: float) -> DynamicResponse:
     """Return the motion under motor torques (Nm), from the constraint form.
 
     (A A^T / m + B ZZ^-1 B) lambda = B ZZ^-1 (tau - f) - c, then qddot = ZZ^-1 (tau - f - B lambda) and
@@ -68,23 +108,20 @@ def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: 
     the Type 2 locus: the determinant there is (beta1 + beta2) / m + beta1 beta2 with beta_i = b_i^2 / zz_i.
     """
     leg1, leg2 = state.leg1, state.leg2
-    # divisions are slow, and most of these are the same for a whole run: a compiler takes them out of its loops
-    per_mass, per_zz1, per_zz2 = 1.0 / robot.mass, 1.0 / robot.leg1.inertia, 1.0 / robot.leg2.inertia
-    drive1, drive2 = per_zz1 * (tau1 - f1), per_zz2 * (tau2 - f2)
-    lever1, lever2 = per_zz1 * leg1.b, per_zz2 * leg2.b
-    m11, m22 = per_mass + leg1.b * lever1, per_mass + leg2.b * lever2
-    m12 = per_mass * (leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y)
-    right1, right2 = leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c
-    determinant = m11 * m22 - m12 * m12
+    form = constraint_form(robot, state)
+    determinant = form.k11 * form.k22 - form.k12 * form.k12
     if determinant <= 0.0:
-        return Motion(NAN, NAN, NAN, NAN, NAN, NAN)
+        return DynamicResponse(NAN, NAN, NAN, NAN, NAN, NAN)
     inverse = 1.0 / determinant
-    lambda1, lambda2 = inverse * (m22 * right1 - m12 * right2), inverse * (m11 * right2 - m12 * right1)
-    return Motion(
-        ddq11=drive1 - lever1 * lambda1,
-        ddq21=drive2 - lever2 * lambda2,
-        ax=per_mass * (leg1.u_x * lambda1 + leg2.u_x * lambda2),
-        ay=per_mass * (leg1.u_y * lambda1 + leg2.u_y * lambda2),
+    drive1, drive2 = form.per_zz1 * (tau1 - f1), form.per_zz2 * (tau2 - f2)
+    right1, right2 = leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c
+    lambda1 = inverse * (form.k22 * right1 - form.k12 * right2)
+    lambda2 = inverse * (form.k11 * right2 - form.k12 * right1)
+    return DynamicResponse(
+        ddq11=drive1 - form.lever1 * lambda1,
+        ddq21=drive2 - form.lever2 * lambda2,
+        ax=form.per_mass * (leg1.u_x * lambda1 + leg2.u_x * lambda2),
+        ay=form.per_mass * (leg1.u_y * lambda1 + leg2.u_y * lambda2),
         lambda1=lambda1,
         lambda2=lambda2,
     )
@@ -112,16 +149,29 @@ def platform_model(robot: FiveBar, state: State) -> PlatformModel:
     leg1, leg2 = state.leg1, state.leg2
     if leg1.b == 0.0 or leg2.b == 0.0:
         return PlatformModel(NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
-    n1_x, n1_y = leg1.u_x / leg1.b, leg1.u_y / leg1.b
-    n2_x, n2_y = leg2.u_x / leg2.b, leg2.u_y / leg2.b
+    return platform_model_of_rows(
+        robot,
+        leg1.u_x / leg1.b,
+        leg1.u_y / leg1.b,
+        leg1.c / leg1.b,
+        leg2.u_x / leg2.b,
+        leg2.u_y / leg2.b,
+        leg2.c / leg2.b,
+    )
+
+
+def platform_model_of_rows(
+    robot: FiveBar, n1_x: float, n1_y: float, drift1: float, n2_x: float, n2_y: float, drift2: float
+) -> PlatformModel:
+    """Return the model from the rows of N (rad/m) and the motor accelerations c_i / b_i (rad/s^2) for xddot = 0."""
     zz1, zz2 = robot.leg1.inertia, robot.leg2.inertia
-    drift1, drift2 = zz1 * leg1.c / leg1.b, zz2 * leg2.c / leg2.b
+    load1, load2 = zz1 * drift1, zz2 * drift2
     return PlatformModel(
         m_xx=robot.mass + zz1 * n1_x * n1_x + zz2 * n2_x * n2_x,
         m_xy=zz1 * n1_x * n1_y + zz2 * n2_x * n2_y,
         m_yy=robot.mass + zz1 * n1_y * n1_y + zz2 * n2_y * n2_y,
-        h_x=n1_x * drift1 + n2_x * drift2,
-        h_y=n1_y * drift1 + n2_y * drift2,
+        h_x=n1_x * load1 + n2_x * load2,
+        h_y=n1_y * load1 + n2_y * load2,
         n1_x=n1_x,
         n1_y=n1_y,
         n2_x=n2_x,
@@ -133,8 +183,11 @@ def direct_dynamics_of_platform(
     robot: FiveBar, state: State, tau1: float, tau2: float, f1: float, f2: float
 ) -> tuple[float, float]:
     """Return xddot (m/s^2) under motor torques (Nm), from the platform form; NaN at Type 1."""
-    model = platform_model(robot, state)
-    drive1, drive2 = tau1 - f1, tau2 - f2
+    return platform_motion(platform_model(robot, state), tau1 - f1, tau2 - f2)
+
+
+def platform_motion(model: PlatformModel, drive1: float, drive2: float) -> tuple[float, float]:
+    """Return xddot (m/s^2) under motor torques without friction (Nm): M^-1 (N^T (tau - f) - h)."""
     right_x = model.n1_x * drive1 + model.n2_x * drive2 - model.h_x
     right_y = model.n1_y * drive1 + model.n2_y * drive2 - model.h_y
     determinant = model.m_xx * model.m_yy - model.m_xy * model.m_xy

@@ -8,6 +8,7 @@ locus. The assembly mode is the sign of det A; joint angles give the platform on
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from fivebar_control.model.state import JointAngles
 from fivebar_description.parameters import FiveBar, LegParameters
@@ -46,10 +47,8 @@ def direct_geometry(robot: FiveBar, assembly: int, q11: float, q21: float) -> tu
     NaN where the distal links cannot meet. The platform is one of the two points where the circles of the distal
     links around the elbows intersect; both meet in one point on the Type 2 locus.
     """
-    e1_x = robot.leg1.base_x + robot.leg1.proximal * math.cos(q11)
-    e1_y = robot.leg1.proximal * math.sin(q11)
-    e2_x = robot.leg2.base_x + robot.leg2.proximal * math.cos(q21)
-    e2_y = robot.leg2.proximal * math.sin(q21)
+    e1_x, e1_y = elbow_position(robot.leg1, q11)
+    e2_x, e2_y = elbow_position(robot.leg2, q21)
     dx, dy = e2_x - e1_x, e2_y - e1_y
     distance = math.sqrt(dx * dx + dy * dy)
     if distance == 0.0:
@@ -62,6 +61,35 @@ def direct_geometry(robot: FiveBar, assembly: int, q11: float, q21: float) -> tu
     # u1 x u2 has the sign of the side of the line E1-E2 on which the platform lies
     across = assembly * math.sqrt(across_squared)
     return e1_x + (along * dx - across * dy) / distance, e1_y + (along * dy + across * dx) / distance
+
+
+def elbow_position(leg: LegParameters, q1: float) -> tuple[float, float]:
+    """Return the position (m) of the joint between both links of leg i for its motor angle (rad)."""
+    return leg.base_x + leg.proximal * math.cos(q1), leg.proximal * math.sin(q1)
+
+
+class Bounds(NamedTuple):
+    """A rectangle in the plane, its sides along x and y (m)."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+
+def workspace_bounds(robot: FiveBar) -> Bounds:
+    """Return a rectangle that holds every point that both legs reach: the common part of their outer circles' boxes."""
+    one, two = robot.leg1, robot.leg2
+    reach1, reach2 = one.proximal + one.distal, two.proximal + two.distal
+    top = min(reach1, reach2)
+    return Bounds(
+        max(one.base_x - reach1, two.base_x - reach2), min(one.base_x + reach1, two.base_x + reach2), -top, top
+    )
+
+
+def workspace_margin(robot: FiveBar, x: float, y: float) -> float:
+    """Return how far (m) the platform is inside the reach of both legs; negative outside, 0 at Type 1."""
+    return min(reach_margin(robot.leg1, x, y), reach_margin(robot.leg2, x, y))
 
 
 def reach_margin(leg: LegParameters, x: float, y: float) -> float:

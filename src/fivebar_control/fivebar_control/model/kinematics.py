@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.geometry import direct_geometry, elbow_position, inverse_geometry, wrap
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar, LegParameters
 
@@ -46,19 +46,24 @@ def leg_from_platform(leg: LegParameters, q1: float, q2: float, vx: float, vy: f
     if still.b != 0.0:
         dq1 = (still.u_x * vx + still.u_y * vy) / still.b
         dtheta = -(still.r_x * vx + still.r_y * vy) / (leg.distal * still.sin_q2)
+    return leg_with_rates(leg, still, dq1, dtheta)
+
+
+def leg_with_rates(parameters: LegParameters, leg: Leg, dq1: float, dtheta: float) -> Leg:
+    """Return leg i in the same posture with other rates (rad/s) of q_i1 and theta_i."""
     return Leg(
-        q1=q1,
-        q2=q2,
+        q1=leg.q1,
+        q2=leg.q2,
         dq1=dq1,
         dtheta=dtheta,
-        r_x=still.r_x,
-        r_y=still.r_y,
-        u_x=still.u_x,
-        u_y=still.u_y,
-        cos_q2=still.cos_q2,
-        sin_q2=still.sin_q2,
-        b=still.b,
-        c=leg.distal * dtheta * dtheta + leg.proximal * still.cos_q2 * dq1 * dq1,
+        r_x=leg.r_x,
+        r_y=leg.r_y,
+        u_x=leg.u_x,
+        u_y=leg.u_y,
+        cos_q2=leg.cos_q2,
+        sin_q2=leg.sin_q2,
+        b=leg.b,
+        c=parameters.distal * dtheta * dtheta + parameters.proximal * leg.cos_q2 * dq1 * dq1,
     )
 
 
@@ -105,9 +110,58 @@ def state_from_platform(robot: FiveBar, mode1: int, mode2: int, x: float, y: flo
     return State(leg1, leg2, x, y, vx, vy)
 
 
+def state_from_motors(robot: FiveBar, assembly: int, q11: float, q21: float, dq11: float, dq21: float) -> State:
+    """Return the state from both motors' angles (rad) and rates (rad/s) in an assembly mode, the sign of det A.
+
+    xdot = A^-1 B qdot, and theta_i from the platform as seen from the elbow: regular at Type 1. On the Type 2 locus and
+    where the distal links cannot meet, all but the motors' own angles is NaN.
+    """
+    x, y = direct_geometry(robot, assembly, q11, q21)
+    still1, still2 = _leg_to_point(robot.leg1, q11, x, y), _leg_to_point(robot.leg2, q21, x, y)
+    determinant = still1.u_x * still2.u_y - still1.u_y * still2.u_x
+    if math.isnan(x) or determinant == 0.0:
+        open1 = leg_from_joints(robot.leg1, q11, NAN, NAN, NAN)
+        open2 = leg_from_joints(robot.leg2, q21, NAN, NAN, NAN)
+        return State(open1, open2, NAN, NAN, NAN, NAN)
+    right1, right2 = still1.b * dq11, still2.b * dq21
+    vx = (right1 * still2.u_y - right2 * still1.u_y) / determinant
+    vy = (right2 * still1.u_x - right1 * still2.u_x) / determinant
+    leg1 = leg_with_rates(robot.leg1, still1, dq11, _distal_rate(robot.leg1, still1, dq11, vx, vy))
+    leg2 = leg_with_rates(robot.leg2, still2, dq21, _distal_rate(robot.leg2, still2, dq21, vx, vy))
+    return State(leg1, leg2, x, y, vx, vy)
+
+
+def _leg_to_point(leg: LegParameters, q1: float, x: float, y: float) -> Leg:
+    """Return leg i at rest for its motor angle (rad) and the platform's position (m)."""
+    elbow_x, elbow_y = elbow_position(leg, q1)
+    return leg_from_joints(leg, q1, wrap(math.atan2(y - elbow_y, x - elbow_x) - q1), 0.0, 0.0)
+
+
+def _distal_rate(parameters: LegParameters, leg: Leg, dq1: float, vx: float, vy: float) -> float:
+    """Return dtheta_i (rad/s) from the velocity of the platform relative to the elbow, across the distal link."""
+    l_1 = parameters.proximal
+    relative_x, relative_y = vx + l_1 * dq1 * leg.r_y, vy - l_1 * dq1 * leg.r_x
+    return (leg.u_x * relative_y - leg.u_y * relative_x) / parameters.distal
+
+
 def det_a(state: State) -> float:
     """Return det A = u_1 x u_2, whose sign is the assembly mode and whose zero is Type 2."""
     return state.leg1.u_x * state.leg2.u_y - state.leg1.u_y * state.leg2.u_x
+
+
+def assembly_mode(state: State) -> int:
+    """Return the assembly mode, the sign of det A; -1 on the Type 2 locus and for an undefined state."""
+    return 1 if det_a(state) > 0.0 else -1
+
+
+def elbow_side(q2_sine: float) -> int:
+    """Return the working mode of a leg from sin q_i2, +1 for an elbow counter-clockwise; at Type 1 +1."""
+    return -1 if q2_sine > 0.0 else 1
+
+
+def working_mode(state: State) -> tuple[int, int]:
+    """Return the working mode: for each leg +1 where the elbow is counter-clockwise of the line to the platform."""
+    return elbow_side(state.leg1.sin_q2), elbow_side(state.leg2.sin_q2)
 
 
 def joint_acceleration(leg: Leg, ax: float, ay: float) -> float:

@@ -12,12 +12,15 @@ import math
 from enum import Enum
 from typing import NamedTuple
 
-from fivebar_control.model.geometry import reach_margin
+from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar, LegParameters
 
 SQRT_HALF = math.sqrt(0.5)
+
+NEAR_LOCUS = 0.05
+"""Below this kappa = 1/cond(A) the platform counts as near the Type 2 locus."""
 
 
 class ParallelSvd(NamedTuple):
@@ -57,8 +60,12 @@ def parallel_svd(state: State) -> ParallelSvd:
 def inverse_condition(state: State) -> float:
     """Return kappa = 1 / cond(A) = |det A| / (1 + |u_1 . u_2|)."""
     leg1, leg2 = state.leg1, state.leg2
-    g = leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y
-    return abs(det_a(state)) / (1.0 + abs(g))
+    return inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)
+
+
+def inverse_condition_of(u1_x: float, u1_y: float, u2_x: float, u2_y: float) -> float:
+    """Return kappa from the rows of A, the unit vectors along the distal links."""
+    return abs(u1_x * u2_y - u1_y * u2_x) / (1.0 + abs(u1_x * u2_x + u1_y * u2_y))
 
 
 def inverse_condition_rate(state: State) -> float:
@@ -77,7 +84,7 @@ def type1_margin(state: State) -> float:
 
 def type1_distance(robot: FiveBar, state: State) -> float:
     """Return how far (m) the platform is from the nearer leg's Type 1 boundary."""
-    return min(reach_margin(robot.leg1, state.x, state.y), reach_margin(robot.leg2, state.x, state.y))
+    return workspace_margin(robot, state.x, state.y)
 
 
 def type2_distance(robot: FiveBar, state: State) -> float:

@@ -54,6 +54,17 @@ class JointAngles(NamedTuple):
     q22: float
 
 
+class MotorMotion(NamedTuple):
+    """Angles (rad), rates (rad/s) and accelerations (rad/s^2) of both motors."""
+
+    q11: float
+    q21: float
+    dq11: float
+    dq21: float
+    ddq11: float
+    ddq21: float
+
+
 class Platform(NamedTuple):
     """Position (m), velocity (m/s) and acceleration (m/s^2) of the platform: a measurement or a reference."""
 

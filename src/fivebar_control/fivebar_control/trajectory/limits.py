@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
+from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.safety.stages import SafetySettings
-from fivebar_control.trajectory.reference_torque import NEAR_LOCUS
 
 COARSE_SPEED_STEP = 0.04
 """Speed (rad/s) that encoders should tell apart for a blended controller to stay near the locus for 0.2 s."""

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.model.geometry import reach_margin
-from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.trajectory.limits import Limits
 from fivebar_control.trajectory.refusal import place
@@ -39,7 +39,7 @@ def place_at(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float) 
     kappa = inverse_condition(state)
     # out of reach of one leg only, the other's margin is still a number
     serial = math.nan if math.isnan(kappa) else type1_margin(state)
-    return Place(x, y, 1 if det_a(state) > 0.0 else -1, kappa, serial)
+    return Place(x, y, assembly_mode(state), kappa, serial)
 
 
 def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float, limits: Limits) -> str | None:

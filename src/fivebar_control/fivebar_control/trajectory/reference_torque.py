@@ -22,13 +22,10 @@ from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import joint_acceleration
-from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
-
-NEAR_LOCUS = 0.05
-"""Below this kappa = 1/cond(A) the platform counts as near the Type 2 locus."""
 
 
 class ReferenceTorque:

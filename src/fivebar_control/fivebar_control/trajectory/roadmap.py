@@ -16,6 +16,7 @@ from typing import NamedTuple
 from scipy.optimize import brentq
 
 from fivebar_control.laws.law import MIN_AUTHORITY
+from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.trajectory.postures import Place, place_at
@@ -195,15 +196,12 @@ def roadmap(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float,
 
 def _grid(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float) -> dict[tuple[int, int], Place]:
     """Return all places on a grid that keep the Type 1 margin, by their numbers in x and y."""
-    legs = (robot.leg1, robot.leg2)
-    left = max(leg.base_x - leg.proximal - leg.distal for leg in legs)
-    right = min(leg.base_x + leg.proximal + leg.distal for leg in legs)
-    top = min(leg.proximal + leg.distal for leg in legs)
-    columns, rows = math.ceil((right - left) / SPACING), math.ceil(2.0 * top / SPACING)
+    left, right, bottom, top = workspace_bounds(robot)
+    columns, rows = math.ceil((right - left) / SPACING), math.ceil((top - bottom) / SPACING)
     found = {}
     for i in range(columns + 1):
         for j in range(rows + 1):
-            place = place_at(robot, working_mode, left + i * SPACING, j * SPACING - top)
+            place = place_at(robot, working_mode, left + i * SPACING, j * SPACING + bottom)
             if place.serial >= serial_margin:
                 found[i, j] = place
     return found

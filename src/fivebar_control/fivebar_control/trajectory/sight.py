@@ -6,9 +6,8 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.model.singularity import NEAR_LOCUS, parallel_svd
 from fivebar_control.trajectory.postures import place_at
-from fivebar_control.trajectory.reference_torque import NEAR_LOCUS
 from fivebar_description.parameters import FiveBar
 
 STEP = 0.002

@@ -14,9 +14,10 @@ from typing import NamedTuple
 from scipy.optimize import brentq
 
 from fivebar_control.model.geometry import leg_angles, reach_margin, wrap
+from fivebar_control.model.kinematics import state_from_motors
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.joint_segment import JointSegment, state_from_motors
+from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_description.parameters import FiveBar, LegParameters

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.model.geometry import direct_geometry, reach_margin, wrap
-from fivebar_control.model.kinematics import det_a, leg_from_joints, state_from_joints, state_from_platform
+from fivebar_control.model.geometry import elbow_position, reach_margin, workspace_margin
+from fivebar_control.model.kinematics import det_a, state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition, type2_distance
-from fivebar_control.model.state import Leg, State
 from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_control.workspace.loci import Loci
 from fivebar_description.parameters import FiveBar
@@ -87,57 +86,24 @@ class Fields(NamedTuple):
 
 
 def evaluate(robot: FiveBar, loci: Loci, count: int, progress: Progress) -> Fields:
-    """Return all fields on grids with `count` cells along the longer side; `progress` hears of every row."""
-    platform_grid = _platform_grid(robot, loci, count)
-    motor_grid = _motor_grid(robot, count)
-    rows, columns = platform_grid.reach.shape
-    total = rows + count
-    platform = {
-        modes: PlatformField(*(np.full((rows, columns), math.nan) for _ in range(3))) for modes in WORKING_MODES
-    }
-    for row, y in enumerate(platform_grid.y.tolist()):
-        for column in np.flatnonzero(platform_grid.reach[row] > 0.0).tolist():
-            x = float(platform_grid.x[column])
-            for modes, field in platform.items():
-                state = state_from_platform(robot, *modes, x, y, 0.0, 0.0)
-                field.det_a[row, column] = det_a(state)
-                field.kappa[row, column] = inverse_condition(state)
-                field.locus[row, column] = math.copysign(type2_distance(robot, state), det_a(state))
-        progress(row + 1, total)
-    motors = {
-        assembly: MotorField(*(np.full((count, count), math.nan) for _ in range(2))) for assembly in ASSEMBLY_MODES
-    }
-    for row, q21 in enumerate(motor_grid.q.tolist()):
-        for column in np.flatnonzero(motor_grid.closure[row] > 0.0).tolist():
-            q11 = float(motor_grid.q[column])
-            for assembly, at_motors in motors.items():
-                state = posture(robot, assembly, q11, q21)
-                at_motors.kappa[row, column] = inverse_condition(state)
-                at_motors.working_mode[row, column] = WORKING_MODES.index(working_mode(state))
-        progress(rows + row + 1, total)
-    return Fields(platform_grid, platform, motor_grid, motors)
+    """Return all fields on grids with `count` cells along the longer side; `progress` is called for every row.
 
-
-def posture(robot: FiveBar, assembly: int, q11: float, q21: float) -> State:
-    """Return the robot at rest for motor angles (rad) in an assembly mode, the passive angles from 3.37 and 3.38.
-
-    NaN where the distal links cannot meet.
+    The platform's grid covers the workspace, which ends where a leg is at Type 1.
     """
-    x, y = direct_geometry(robot, assembly, q11, q21)
-    passive = []
-    for leg, q1 in ((robot.leg1, q11), (robot.leg2, q21)):
-        elbow_x, elbow_y = leg.base_x + leg.proximal * math.cos(q1), leg.proximal * math.sin(q1)
-        passive.append(wrap(math.atan2(y - elbow_y, x - elbow_x) - q1))
-    return state_from_joints(robot, q11, passive[0], q21, passive[1], 0.0, 0.0, 0.0, 0.0)
+    edge = np.concatenate([piece.curve.platform for piece in loci.type1])
+    grid, motors = platform_grid(robot, np.min(edge, axis=0), np.max(edge, axis=0), count), _motor_grid(robot, count)
+    total = len(WORKING_MODES) * len(grid.y) + len(ASSEMBLY_MODES) * len(motors.q)
+    rows = iter(range(1, total + 1))
 
+    def row_done() -> None:
+        progress(next(rows), total)
 
-def working_mode(state: State) -> tuple[int, int]:
-    """Return the working mode of a posture, +1 for elbows counter-clockwise of the line from base to platform."""
-
-    def side(leg: Leg) -> int:
-        return -1 if leg.sin_q2 > 0.0 else 1
-
-    return side(state.leg1), side(state.leg2)
+    return Fields(
+        grid,
+        {modes: platform_field(robot, modes, grid, row_done) for modes in WORKING_MODES},
+        motors,
+        {assembly: _motor_field(robot, assembly, motors, row_done) for assembly in ASSEMBLY_MODES},
+    )
 
 
 def closure_margin(robot: FiveBar, q11: float, q21: float) -> float:
@@ -146,26 +112,50 @@ def closure_margin(robot: FiveBar, q11: float, q21: float) -> float:
     Negative where the loop cannot close; 0 where the distal links are stretched or folded.
     """
     chain = robot.leg1._replace(base_x=0.0, proximal=robot.leg1.distal, distal=robot.leg2.distal)
-    leg1 = leg_from_joints(robot.leg1, q11, 0.0, 0.0, 0.0)
-    leg2 = leg_from_joints(robot.leg2, q21, 0.0, 0.0, 0.0)
-    return reach_margin(
-        chain,
-        robot.leg2.base_x + robot.leg2.proximal * leg2.r_x - robot.leg1.base_x - robot.leg1.proximal * leg1.r_x,
-        robot.leg2.proximal * leg2.r_y - robot.leg1.proximal * leg1.r_y,
-    )
+    elbow1_x, elbow1_y = elbow_position(robot.leg1, q11)
+    elbow2_x, elbow2_y = elbow_position(robot.leg2, q21)
+    return reach_margin(chain, elbow2_x - elbow1_x, elbow2_y - elbow1_y)
 
 
-def _platform_grid(robot: FiveBar, loci: Loci, count: int) -> PlatformGrid:
-    """Return a grid over the workspace and one cell around it; the workspace ends where a leg is at Type 1."""
-    edge = np.concatenate([piece.curve.platform for piece in loci.type1])
-    low, high = np.min(edge, axis=0), np.max(edge, axis=0)
+def platform_grid(robot: FiveBar, low: FloatArray, high: FloatArray, count: int) -> PlatformGrid:
+    """Return a grid over a rectangle with corners `low` and `high` [2] (m) and one cell around it.
+
+    It has `count` cells along the longer side, both margins included.
+    """
     cell = max(float(np.max(high - low)) / (count - 2), FINEST)
     columns, rows = (int(side) for side in np.ceil((high - low) / cell) + 2)
     middle = 0.5 * (low + high)
     x = middle[0] + cell * (np.arange(columns) - 0.5 * (columns - 1))
     y = middle[1] + cell * (np.arange(rows) - 0.5 * (rows - 1))
-    reach = [[min(reach_margin(leg, a, b) for leg in (robot.leg1, robot.leg2)) for a in x.tolist()] for b in y.tolist()]
+    reach = [[workspace_margin(robot, a, b) for a in x.tolist()] for b in y.tolist()]
     return PlatformGrid(x, y, cell, np.array(reach))
+
+
+def platform_field(
+    robot: FiveBar, modes: tuple[int, int], grid: PlatformGrid, progress: Callable[[], None] = lambda: None
+) -> PlatformField:
+    """Return a working mode on a grid; `progress` is called after every row."""
+    field = PlatformField(*(np.full(grid.reach.shape, math.nan) for _ in range(3)))
+    for row, y in enumerate(grid.y.tolist()):
+        for column in np.flatnonzero(grid.reach[row] > 0.0).tolist():
+            state = state_from_platform(robot, *modes, float(grid.x[column]), y, 0.0, 0.0)
+            determinant = det_a(state)
+            field.det_a[row, column] = determinant
+            field.kappa[row, column] = inverse_condition(state)
+            field.locus[row, column] = math.copysign(type2_distance(robot, state), determinant)
+        progress()
+    return field
+
+
+def _motor_field(robot: FiveBar, assembly: int, grid: MotorGrid, progress: Callable[[], None]) -> MotorField:
+    field = MotorField(*(np.full(grid.closure.shape, math.nan) for _ in range(2)))
+    for row, q21 in enumerate(grid.q.tolist()):
+        for column in np.flatnonzero(grid.closure[row] > 0.0).tolist():
+            state = state_from_motors(robot, assembly, float(grid.q[column]), q21, 0.0, 0.0)
+            field.kappa[row, column] = inverse_condition(state)
+            field.working_mode[row, column] = WORKING_MODES.index(working_mode(state))
+        progress()
+    return field
 
 
 def _motor_grid(robot: FiveBar, count: int) -> MotorGrid:

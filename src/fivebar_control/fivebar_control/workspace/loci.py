@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from fivebar_control.model.geometry import leg_angles, leg_cosine, wrap
-from fivebar_control.model.kinematics import det_a, state_from_joints
+from fivebar_control.model.kinematics import assembly_mode, det_a, elbow_side, state_from_joints
 from fivebar_control.model.state import JointAngles, State
 from fivebar_description.parameters import FiveBar, LegParameters
 
@@ -299,26 +299,21 @@ def _middle(curve: Curve) -> JointAngles:
 
 
 def _assembly(robot: FiveBar, curve: Curve) -> Sign:
-    return 1 if det_a(_state(robot, _middle(curve))) > 0.0 else -1
+    return 1 if assembly_mode(_state(robot, _middle(curve))) > 0 else -1
 
 
 def _working_mode(curve: Curve) -> tuple[int, int]:
     q = _middle(curve)
-    return _side(q.q12), _side(q.q22)
-
-
-def _side(bend: float) -> int:
-    """Return the elbow's side for a passive angle: sin q_i2 = -mode |sin q_i2|."""
-    return -1 if math.sin(bend) > 0.0 else 1
+    return elbow_side(math.sin(q.q12)), elbow_side(math.sin(q.q22))
 
 
 def _type3(robot: FiveBar, leg: int, distal_links: Shape, q: JointAngles) -> Type3:
     state = _state(robot, q)
     if leg == 1:
-        side = _side(q.q22)
+        side = elbow_side(state.leg2.sin_q2)
         meeting, cosine = ((1, side), (-1, side)), state.leg1.cos_q2
     else:
-        side = _side(q.q12)
+        side = elbow_side(state.leg1.sin_q2)
         meeting, cosine = ((side, 1), (side, -1)), state.leg2.cos_q2
     shape: Shape = "stretched" if cosine > 0.0 else "folded"
     return Type3(leg, shape, distal_links, q, state.x, state.y, meeting)

@@ -14,8 +14,8 @@ from fivebar_control.estimation.platform_motion import (
     platform_acceleration,
 )
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.state import State
+from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 
 States = Callable[[int, int], list[State]]

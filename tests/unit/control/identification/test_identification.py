@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from fivebar_control.identification.cutoff import Cutoffs
 from fivebar_control.identification.equations import PARAMETERS, Record, filtered_equations
 from fivebar_control.identification.identification import NotIdentifiable, identify, parameter_values
-from fivebar_control.identification.regressor import MotorMotion, platform_load
+from fivebar_control.identification.regressor import platform_load
+from fivebar_control.model.state import MotorMotion
 from fivebar_description.parameters import FiveBar, load_robot, scaled
 
 Array = NDArray[np.float64]

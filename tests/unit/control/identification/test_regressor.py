@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.identification.identification import parameter_values
-from fivebar_control.identification.regressor import NOWHERE, MotorMotion, platform_load
+from fivebar_control.identification.regressor import NOWHERE, platform_load
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.model.state import State
+from fivebar_control.model.state import MotorMotion, State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar
 

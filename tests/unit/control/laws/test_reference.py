@@ -14,9 +14,9 @@ from fivebar_control.laws.reference import (
     reference_from_platform,
 )
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform, State
+from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 
 States = Callable[[int, int], list[State]]

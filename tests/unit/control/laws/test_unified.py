@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from fivebar_control.laws.laws import UnifiedLaw
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
@@ -28,9 +29,8 @@ from fivebar_control.laws.unified import (
 )
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.kinematics import state_from_joints, state_from_platform
+from fivebar_control.model.kinematics import state_from_joints, state_from_motors, state_from_platform
 from fivebar_control.model.state import Platform, State
-from fivebar_control.trajectory.joint_segment import state_from_motors
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar, LegParameters, load_robot

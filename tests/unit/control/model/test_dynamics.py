@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.model.dynamics import (
-    Motion,
+    DynamicResponse,
     direct_dynamics,
     direct_dynamics_of_platform,
     inverse_dynamics,
@@ -169,7 +169,7 @@ def test_power_of_the_motors_is_the_rate_of_the_energy(
         motion = direct_dynamics(robot, state, 0.8, -0.6, 0.1, 0.05)
 
         def energy(
-            t: float, state: State = state, motion: Motion = motion, mode: tuple[int, int] = (mode1, mode2)
+            t: float, state: State = state, motion: DynamicResponse = motion, mode: tuple[int, int] = (mode1, mode2)
         ) -> float:
             later = state_from_platform(
                 robot,

@@ -12,10 +12,10 @@ from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.multi_model import reduced_ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.state import Platform
+from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar, LegParameters
 
 

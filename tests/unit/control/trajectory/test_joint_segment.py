@@ -9,14 +9,19 @@ import pytest
 
 from fivebar_control.laws.reference import reference_from_motors, reference_from_platform
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.friction import friction_torque
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.model.kinematics import joint_acceleration, state_from_joints, state_from_platform
+from fivebar_control.model.kinematics import (
+    joint_acceleration,
+    state_from_joints,
+    state_from_motors,
+    state_from_platform,
+)
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.joint_segment import JointSegment, state_from_motors
+from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.polynomial import rest_to_rest, rest_to_rest_without_jerk
+from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 
 A, BEYOND = (0.0, 0.15), (0.03, 0.13)

@@ -18,9 +18,7 @@ from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.studies.closed_chain.five_bar import five_bar_chain
 from fivebar_bringup.studies.closed_chain.kinematics import motion_from_active
 from fivebar_control.model.dynamics import inverse_dynamics
-from fivebar_control.model.geometry import direct_geometry
-from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.state import State
+from fivebar_control.model.kinematics import assembly_mode, state_from_motors, state_from_platform
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar
 
@@ -66,28 +64,18 @@ def co_simulate(robot: FiveBar, duration: float = 10.0, rate_hz: int = 500) -> C
     """
     loop, chain = ClosedLoop(robot), five_bar_chain(robot)
     home = state_from_platform(robot, *MODES, *HOME, 0.0, 0.0)
-    assembly = 1 if det_a(home) > 0.0 else -1
+    assembly = assembly_mode(home)
     time = np.arange(round(duration * rate_hz) + 1) / rate_hz
     analytic, pinocchio = np.empty((len(time), 2)), np.empty((len(time), 2))
     for sample, t in enumerate(time.tolist()):
         swing, rate, bend = AMPLITUDE * math.sin(t), AMPLITUDE * math.cos(t), -AMPLITUDE * math.sin(t)
         q11, q21 = home.leg1.q1 + swing, home.leg2.q1 + swing
-        state = _moving(robot, direct_geometry(robot, assembly, q11, q21), rate)
+        state = state_from_motors(robot, assembly, q11, q21, rate, rate)
         analytic[sample] = inverse_dynamics(robot, state, bend, bend, 0.0, 0.0)
         q = np.array([q11, state.leg1.q2, q21, state.leg2.q2])
         motion = motion_from_active(chain, q, np.array([rate, rate]), np.array([bend, bend]))
         pinocchio[sample] = loop.inverse_dynamics(motion.q, motion.v, motion.a)
     return CoSimulation(time, analytic, pinocchio)
-
-
-def _moving(robot: FiveBar, place: tuple[float, float], rate: float) -> State:
-    """Return the analytic model's state at a place (m) while both motors turn at `rate` (rad/s)."""
-    still = state_from_platform(robot, *MODES, *place, 0.0, 0.0)
-    leg1, leg2 = still.leg1, still.leg2
-    right1, right2, determinant = leg1.b * rate, leg2.b * rate, det_a(still)
-    vx = (right1 * leg2.u_y - right2 * leg1.u_y) / determinant
-    vy = (right2 * leg1.u_x - right1 * leg2.u_x) / determinant
-    return state_from_platform(robot, *MODES, *place, vx, vy)
 
 
 def draw_cosimulation(run: CoSimulation) -> bytes:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import NamedTuple
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.model.state import State
+from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS
 from fivebar_description.strict_yaml import InputError
 
@@ -54,9 +52,4 @@ def start_after(directory: Path) -> Start:
             f"{directory}: the run ended with motors at {state.leg1.dq1:.2f} and {state.leg2.dq1:.2f} rad/s:"
             " expected a robot at rest"
         )
-    return Start(state.x, state.y, working_mode_of(state), scenario)
-
-
-def working_mode_of(state: State) -> tuple[int, int]:
-    """Return the working mode of a posture: +1 where the elbow is counter-clockwise of the line to the platform."""
-    return tuple(int(-math.copysign(1.0, leg.sin_q2)) for leg in (state.leg1, state.leg2))  # type: ignore[return-value]
+    return Start(state.x, state.y, working_mode(state), scenario)

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
+from fivebar_control.model.kinematics import assembly_mode, state_from_joints, state_from_motors, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.postures import WORKING_MODES
-from fivebar_control.workspace.fields import Fields, posture
+from fivebar_control.workspace.fields import Fields
 from fivebar_control.workspace.loci import Curve, Loci
 from fivebar_description.parameters import FiveBar
 
@@ -61,7 +61,7 @@ def choose(robot: FiveBar, loci: Loci, fields: Fields) -> Examples:
     crossing = [piece.curve for piece in loci.type2 if piece.working_mode == WORKING_MODES[0]]
     return Examples(
         regular,
-        posture(robot, -1 if det_a(first) > 0.0 else 1, first.leg1.q1, first.leg2.q1),
+        state_from_motors(robot, -assembly_mode(first), first.leg1.q1, first.leg2.q1, 0.0, 0.0),
         best(_along(robot, stretched or [piece.curve for piece in loci.type1]), inverse_condition),
         best(_along(robot, crossing or [piece.curve for piece in loci.type2]), type1_margin),
         max(at_once, key=lambda state: state.y, default=None),

@@ -16,7 +16,7 @@ from fivebar_bringup.studies.map.drawing import ASSEMBLY_COLORS, MM
 from fivebar_bringup.studies.map.examples import Examples
 from fivebar_bringup.studies.map.measures import Measures
 from fivebar_bringup.studies.map.wording import assembly_name, mode_name
-from fivebar_control.model.kinematics import det_a
+from fivebar_control.model.kinematics import assembly_mode
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.postures import WORKING_MODES
@@ -70,7 +70,7 @@ def postures(survey: Survey) -> Figure:
         axes.set_title(title, fontsize=10)
     examples = survey.examples
     for state in (examples.counterpart, examples.regular[WORKING_MODES[0]]):
-        _robot(panels[0], survey, state, ASSEMBLY_COLORS[1 if det_a(state) > 0.0 else -1])
+        _robot(panels[0], survey, state, ASSEMBLY_COLORS[assembly_mode(state)])
     drawing.platform_type1(panels[1], survey.loci)
     drawing.platform_type2(panels[2], survey.loci, WORKING_MODES[0])
     drawing.platform_type3(panels[3], survey.loci)
@@ -157,7 +157,7 @@ def motor_modes(survey: Survey) -> Figure:
         drawn = [
             np.degrees([state.leg1.q1, state.leg2.q1])
             for state in survey.examples.regular.values()
-            if det_a(state) * assembly > 0.0
+            if assembly_mode(state) == assembly
         ]
         axes.plot([q[0] for q in drawn], [q[1] for q in drawn], **POSTURE_MARKER, zorder=5.6, clip_on=False)
         for index, modes in enumerate(WORKING_MODES):

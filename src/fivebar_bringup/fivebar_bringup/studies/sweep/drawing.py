@@ -10,9 +10,8 @@ import numpy as np
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.rigs import on_rig
-from fivebar_control.model.geometry import reach_margin
-from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.model.geometry import workspace_bounds, workspace_margin
+from fivebar_control.trajectory.postures import WORKING_MODES, place_at
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.strict_yaml import validate
 
@@ -110,9 +109,9 @@ def draw(seed: int, number: int) -> Draw:
     mode1, mode2 = WORKING_MODES[random.integers(len(WORKING_MODES))]
     robot = _robot(ROBOT)
     start = _reachable(robot, random)
-    side = _assembly(robot, mode1, mode2, start)
+    assembly = place_at(robot, (mode1, mode2), *start).assembly
     end = _reachable(robot, random)
-    while side * _assembly(robot, mode1, mode2, end) >= 0.0:
+    while place_at(robot, (mode1, mode2), *end).assembly == assembly:
         end = _reachable(robot, random)
     mass, inertia, friction = random.uniform(1.0 - SPREAD, 1.0 + SPREAD, 3).tolist()
     return Draw(
@@ -149,16 +148,8 @@ def _given() -> DrawnScenario:
 
 
 def _reachable(robot: FiveBar, random: np.random.Generator) -> Point:
-    legs = (robot.leg1, robot.leg2)
-    left = max(leg.base_x - leg.proximal - leg.distal for leg in legs)
-    right = min(leg.base_x + leg.proximal + leg.distal for leg in legs)
-    top = min(leg.proximal + leg.distal for leg in legs)
+    left, right, bottom, top = workspace_bounds(robot)
     while True:
-        x, y = random.uniform((left, -top), (right, top)).tolist()
-        if min(reach_margin(leg, x, y) for leg in legs) > 0.0:
+        x, y = random.uniform((left, bottom), (right, top)).tolist()
+        if workspace_margin(robot, x, y) > 0.0:
             return x, y
-
-
-def _assembly(robot: FiveBar, mode1: int, mode2: int, point: Point) -> float:
-    """Return det A, whose sign is the assembly mode."""
-    return det_a(state_from_platform(robot, mode1, mode2, *point, 0.0, 0.0))

@@ -22,7 +22,7 @@ from fivebar_bringup.studies.sweep.rows import REFUSED, Row
 from fivebar_bringup.studies.sweep.running import run_case
 from fivebar_bringup.studies.sweep.success import PEAK_LIMIT
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.trajectory.reference_torque import NEAR_LOCUS
+from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.strict_yaml import InputError
 
 LOWEST = -0.185

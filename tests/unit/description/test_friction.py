@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fivebar_control.model.friction import friction_torque
+from fivebar_description.friction import friction_slope, friction_torque
 from fivebar_description.parameters import FiveBar
 
 
@@ -30,6 +30,14 @@ def test_the_slope_at_rest_is_the_coulomb_friction_over_the_width(robot: FiveBar
     for leg in (robot.leg1, robot.leg2):
         slope = (friction_torque(leg, 1e-6) - friction_torque(leg, -1e-6)) / 2e-6
         assert slope == pytest.approx(leg.coulomb / leg.width, rel=1e-8)
+
+
+def test_the_slope_is_the_derivative_of_the_torque(robot: FiveBar) -> None:
+    for leg in (robot.leg1, robot.leg2):
+        for speed in (0.0, 0.5 * leg.width, -2.0 * leg.width, 0.3):
+            ahead, behind = speed + 1e-5 * leg.width, speed - 1e-5 * leg.width
+            difference = (friction_torque(leg, ahead) - friction_torque(leg, behind)) / (ahead - behind)
+            assert friction_slope(leg, speed) == pytest.approx(difference, rel=1e-6, abs=1e-9 * leg.coulomb / leg.width)
 
 
 def test_an_undefined_speed_gives_undefined_friction(dextar: FiveBar) -> None:
