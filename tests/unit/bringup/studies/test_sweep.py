@@ -19,6 +19,7 @@ from fivebar_bringup.studies.sweep import sweep as sweeping
 from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
 from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
+from fivebar_bringup.studies.sweep.program import matching, program_digest
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, Row, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import CONTROLLERS, Batch, run_batch, run_case, use_of
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
@@ -239,6 +240,12 @@ def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(sweep_directory, "program_digest", lambda: "new")
     with pytest.raises(InputError, match="not new"):
         opened(made, None, None)
+
+
+def test_the_digest_covers_files_that_exist(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="gone/"):
+        matching(tmp_path, "gone/*.py")
+    assert program_digest() == program_digest()
 
 
 def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:

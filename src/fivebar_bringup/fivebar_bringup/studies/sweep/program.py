@@ -15,18 +15,18 @@ from fivebar_description.parameters import load_robot
 DECIDING = {
     fivebar_description: ("*.py",),
     fivebar_sim: ("*.py",),
-    fivebar_control: ("controllers/*.py", "estimation/*.py", "model/*.py", "trajectory/*.py"),
+    fivebar_control: ("estimation/*.py", "laws/*.py", "model/*.py", "safety/*.py", "trajectory/*.py"),
     fivebar_bringup: (
-        "engine/*.py",
+        "simulation/*.py",
         "scenario.py",
-        "compare/rigs.py",
-        "sweep/drawing.py",
-        "sweep/rows.py",
-        "sweep/running.py",
-        "sweep/success.py",
+        "studies/compare/rigs.py",
+        "studies/sweep/drawing.py",
+        "studies/sweep/rows.py",
+        "studies/sweep/running.py",
+        "studies/sweep/success.py",
     ),
 }
-"""What decides the rows, and not only how they are shown."""
+"""What decides the rows, and not only how they are shown: patterns of files by package."""
 
 
 def program_digest() -> str:
@@ -35,7 +35,19 @@ def program_digest() -> str:
     for package, patterns in DECIDING.items():
         assert package.__file__ is not None
         root = Path(package.__file__).parent
-        for path in sorted(path for pattern in patterns for path in root.glob(pattern)):
+        for path in sorted(path for pattern in patterns for path in matching(root, pattern)):
             total.update(f"{package.__name__}/{path.relative_to(root).as_posix()}\n".encode())
             total.update(path.read_bytes())
     return total.hexdigest()[:16]
+
+
+def matching(root: Path, pattern: str) -> list[Path]:
+    """Return the files of a pattern.
+
+    Raises:
+        FileNotFoundError: there are none, as after a folder was renamed; the digest would silently leave them out.
+    """
+    found = list(root.glob(pattern))
+    if not found:
+        raise FileNotFoundError(f"{root / pattern}: decides the rows of a sweep, but there is no such file")
+    return found
