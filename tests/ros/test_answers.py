@@ -6,11 +6,11 @@ import time
 from array import array
 
 import pytest
+from fivebar_control.laws.laws import CtcLaw, Gains, UnifiedLaw, VhcCartesianLaw
 from graph_probe import RATE_HZ, Bench, Probe
 from middle_motion import MiddleMotion
 
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.laws.laws import CtcLaw, Gains, UnifiedLaw, VhcCartesianLaw
 from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.singularity import inverse_condition

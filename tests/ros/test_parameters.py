@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fivebar_control.laws.laws import CtcLaw, Gains
 from graph_probe import Bench, ChildProcess, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 
-from fivebar_control.laws.laws import CtcLaw, Gains
 from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
 
 NODES = sorted(node_modules())

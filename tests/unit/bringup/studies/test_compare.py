@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
+from fivebar_control.laws.laws import SCHEMES
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
@@ -24,7 +25,6 @@ from fivebar_bringup.studies.compare.rigs import AS_GIVEN, RIGS, default_rigs
 from fivebar_bringup.studies.compare.screening import quickest_durations
 from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import findings, lost
-from fivebar_control.laws.laws import SCHEMES
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.strict_yaml import InputError
 

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from scipy.optimize import brentq
-
-from fivebar_control.laws.adaptive_gain import AdaptiveGainSettings
-from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.laws import (
     ON_LOCUS_LAWS,
     CtcLaw,
@@ -17,6 +13,10 @@ from fivebar_control.laws.laws import (
     VhcJointLaw,
     on_locus_law,
 )
+from scipy.optimize import brentq
+
+from fivebar_control.laws.adaptive_gain import AdaptiveGainSettings
+from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.multi_model import reduced_ctc_torque
 from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.laws.resolution import RESOLUTIONS

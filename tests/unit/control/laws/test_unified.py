@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from fivebar_control.laws.laws import UnifiedLaw
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from fivebar_control.laws.laws import UnifiedLaw
 from fivebar_control.laws.reference import Reference, reference_from_motors, reference_from_platform
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import (

@@ -15,7 +15,15 @@ from fivebar_description.parameters import load_robot
 DECIDING = {
     fivebar_description: ("*.py",),
     fivebar_sim: ("*.py",),
-    fivebar_control: ("estimation/*.py", "laws/*.py", "model/*.py", "safety/*.py", "trajectory/*.py"),
+    fivebar_control: (
+        "fault.py",
+        "estimation/*.py",
+        "laws/*.py",
+        "loop/*.py",
+        "model/*.py",
+        "safety/*.py",
+        "trajectory/*.py",
+    ),
     fivebar_bringup: (
         "simulation/*.py",
         "scenario.py",
@@ -32,13 +40,21 @@ DECIDING = {
 def program_digest() -> str:
     """Return a digest of the source files and of the robot that decide the rows; the place of installation does not."""
     total = hashlib.sha256(repr(load_robot(ROBOT)).encode())
+    for name, path in deciding_files().items():
+        total.update(f"{name}\n".encode())
+        total.update(path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def deciding_files() -> dict[str, Path]:
+    """Return the source files that decide the rows, by PACKAGE/PATH."""
+    files = {}
     for package, patterns in DECIDING.items():
         assert package.__file__ is not None
         root = Path(package.__file__).parent
         for path in sorted(path for pattern in patterns for path in matching(root, pattern)):
-            total.update(f"{package.__name__}/{path.relative_to(root).as_posix()}\n".encode())
-            total.update(path.read_bytes())
-    return total.hexdigest()[:16]
+            files[f"{package.__name__}/{path.relative_to(root).as_posix()}"] = path
+    return files
 
 
 def matching(root: Path, pattern: str) -> list[Path]:
