@@ -55,3 +55,10 @@ def test_every_data_file_is_installed(install: Path, package: str) -> None:
     source, share = SRC / package, install / package / "share" / package
     paths = {path for folder in ("config", "launch", "urdf") for path in tree(source / folder) if path.is_file()}
     assert not {path for path in paths if not (share / path.relative_to(source)).is_file()}
+
+
+def test_page_templates_are_installed_beside_the_code(install: Path) -> None:
+    templates = {path.name for path in (SRC / "fivebar_bringup/fivebar_bringup/pages/templates").iterdir()}
+    assert "base.html" in templates
+    (folder,) = (install / "fivebar_bringup").glob("lib/python*/site-packages/fivebar_bringup/pages/templates")
+    assert {path.name for path in folder.iterdir()} == templates

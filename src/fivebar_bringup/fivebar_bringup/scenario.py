@@ -8,7 +8,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
-import yaml
 from pydantic import Field, field_validator, model_validator
 
 from fivebar_control.estimation.ekf import EkfSettings
@@ -30,7 +29,7 @@ from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
 from fivebar_description.settings import Section, read_settings
 from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
 from fivebar_sim.options import ImuOptions, PlantOptions
 
 Sign = Literal[-1, 1]
@@ -328,7 +327,7 @@ class Scenario(StrictModel):
 
     def to_yaml(self) -> str:
         """Return the scenario as run, with every default written out."""
-        return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+        return yaml_text(self.model_dump(mode="json"))
 
 
 SECTIONS: dict[str, Callable[[Scenario], tuple[Any, ...]]] = {

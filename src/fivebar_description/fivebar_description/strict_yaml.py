@@ -1,8 +1,9 @@
-"""YAML files read into typed, immutable models; every mistake is named by file, key, value and expectation."""
+"""YAML 1.2 files read into typed, immutable models; every mistake is named by file, key, value and expectation."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,27 +23,28 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """The safe loader, which also refuses a key given twice (YAML would silently keep the last)."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        seen = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, Hashable):
-                raise yaml.constructor.ConstructorError(None, None, "a key must be a plain word", key_node.start_mark)
-            if key in seen:
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
 def read_yaml(path: Path, model: type[M]) -> M:
     """Read one file into `model`.
 
     Raises:
         InputError: the file is missing, not YAML, or does not fit the model.
     """
+    return validate(load_yaml(path), model, str(path))
+
+
+def load_yaml(path: Path) -> object:
+    """Return the content of a YAML 1.2 file as plain values.
+
+    Here `3e4` and `3.0e4` are numbers, and `on` and `yes` are words; to YAML 1.1, which ROS reads its parameter files
+    with, they are the other way round. A key given twice is refused, and so is a tag that asks for a Python object.
+
+    Raises:
+        InputError: the file is missing or not YAML.
+    """
+    # here, because most importers of this module read no file
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
@@ -50,11 +52,39 @@ def read_yaml(path: Path, model: type[M]) -> M:
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is not UTF-8 text") from error
     try:
-        # _UniqueKeyLoader is a SafeLoader
-        content = yaml.load(text, Loader=_UniqueKeyLoader)
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: is not valid YAML: {' '.join(str(error).split())}") from error
-    return validate(content, model, str(path))
+        # the pure parser: the other one, in C, reads YAML 1.1
+        return YAML(typ="safe", pure=True).load(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        # without advice to programmers, and of a key given twice without its values, which can be sections
+        problem = _one_line(error.problem or error.context).partition(" with value")[0]
+        raise InputError(f"{path}: is not valid YAML: {place}{problem}") from error
+    except (YAMLError, ValueError) as error:
+        # a ValueError comes of a date without such a day, or of a wrong tag such as `!!int x`
+        raise InputError(f"{path}: is not valid YAML: {_one_line(error)}") from error
+    except RecursionError as error:
+        raise InputError(f"{path}: is nested too deeply") from error
+
+
+def yaml_text(content: Mapping[str, Any]) -> str:
+    """Return plain values as YAML that means the same to readers of YAML 1.1 and 1.2, keys in their order."""
+    return yaml.dump(content, Dumper=_Dumper, sort_keys=False)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes YAML 1.1, with quotes around words that only YAML 1.2 takes for numbers, such as `3e4`."""
+
+
+_Dumper.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|0o[0-7]+"),
+    list("-+.0123456789"),
+)
+
+
+def _one_line(words: object) -> str:
+    return " ".join(str(words).split())
 
 
 def validate(content: object, model: type[M], source: str) -> M:

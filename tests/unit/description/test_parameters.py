@@ -9,8 +9,9 @@ import pytest
 import yaml
 
 from fivebar_description.parameters import load_robot, read_robot, robot_path, scaled
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
 
+SRC = Path(__file__).parents[3] / "src"
 GOOD = robot_path("dextar").read_text(encoding="utf-8")
 
 
@@ -48,10 +49,10 @@ BAD_FILES = {
     "empty": (lambda: "", ["expected keys with values, found NoneType"]),
     "duplicate key": (
         lambda: replaced("  l_12: 0.09 ", "  l_11: 0.08\n  l_12: 0.09 "),
-        ["key 'l_11' is given twice", "line 6"],
+        ['duplicate key "l_11"', "line 6"],
     ),
-    "duplicate section": (lambda: GOOD + "mass_kg:\n  m: 1.0\n", ["key 'mass_kg' is given twice"]),
-    "key that is a list": (lambda: GOOD + "? [a, b]\n: 1.0\n", ["a key must be a plain word"]),
+    "duplicate section": (lambda: GOOD + "mass_kg:\n  m: 1.0\n", ['duplicate key "mass_kg"', "line 20"]),
+    "key that is a list": (lambda: GOOD + "? [a, b]\n: 1.0\n", ["keys should be strings"]),
     "unknown key": (lambda: replaced("  m: 0.537", "  m: 0.537\n  mm: 1.0"), ["mass_kg.mm: unknown key"]),
     "unknown section": (lambda: GOOD + "colour: red\n", ["colour: unknown key"]),
     "missing key": (lambda: replaced("  zz_21R: 0.0142", "  # nothing"), ["inertias_kg_m2.zz_21R: is missing"]),
@@ -61,7 +62,15 @@ BAD_FILES = {
         ["mass_kg.m: 'heavy': input should be a valid number"],
     ),
     "a quoted number": (lambda: replaced("m: 0.537", 'm: "0.537"'), ["mass_kg.m: '0.537': input should be"]),
-    "a boolean": (lambda: replaced("m: 0.537", "m: yes"), ["mass_kg.m: True: input should be"]),
+    "a boolean": (lambda: replaced("m: 0.537", "m: true"), ["mass_kg.m: True: input should be"]),
+    "a word that YAML 1.1 takes for true": (
+        lambda: replaced("m: 0.537", "m: yes"),
+        ["mass_kg.m: 'yes': input should be a valid number"],
+    ),
+    "too deep": (lambda: GOOD + "colour: " + "[" * 5000, ["is nested too deeply"]),
+    "a day that no month has": (lambda: GOOD + "colour: 2001-02-30\n", ["is not valid YAML: day is out of range"]),
+    "two documents": (lambda: GOOD + "---\nname: other\n", ["but found another document"]),
+    "a control character": (lambda: GOOD + "colour: \x01\n", ["is not valid YAML"]),
     "nothing for a number": (lambda: replaced("m: 0.537", "m:"), ["mass_kg.m: None: input should be"]),
     "a list for a section": (lambda: replaced("mass_kg:\n  m: 0.537", "mass_kg: [1.0]"), ["mass_kg: [1.0]: input"]),
     "a number for the name": (lambda: replaced("name: dextar", "name: 5"), ["name: 5: input should be a valid string"]),
@@ -125,11 +134,53 @@ def test_an_unknown_robot_is_answered_with_the_known_ones() -> None:
         load_robot("dexter")
 
 
-def test_yaml_cannot_make_python_objects(tmp_path: Path) -> None:
-    path = tmp_path / "unsafe.yaml"
-    path.write_text("name: !!python/object/apply:os.getcwd []\n", encoding="utf-8")
+@pytest.mark.parametrize(
+    "value",
+    [
+        "!!python/object/apply:os.mkdir [{made}]",
+        "!!python/object/new:os.mkdir [{made}]",
+        "!!python/name:os.mkdir",
+        "!!python/module:os",
+        "!!python/tuple [1, 2]",
+        "!<tag:yaml.org,2002:python/object/apply:os.mkdir> [{made}]",
+        "!robot {{name: x}}",
+    ],
+)
+def test_yaml_cannot_make_python_objects(tmp_path: Path, value: str) -> None:
+    path, made = tmp_path / "unsafe.yaml", tmp_path / "made"
+    path.write_text(f"name: {value.format(made=made)}\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"is not valid YAML.*could not determine a constructor"):
         load_robot(str(path))
+    assert not made.exists()
+
+
+@pytest.mark.parametrize("text", ["3.0e4", "3e4", "3E+4", "+30_000", "0x7530", "0o72460", "30000."])
+def test_numbers_of_yaml_1_2_are_numbers(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "heavy.yaml"
+    path.write_text(replaced("m: 0.537", f"m: {text}"), encoding="utf-8")
+    assert load_robot(str(path)).mass == 3.0e4
+
+
+@pytest.mark.parametrize("name", ["on", "yes", "off", "No", "1:30"])
+def test_words_of_yaml_1_2_are_words(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "named.yaml"
+    path.write_text(replaced("name: dextar", f"name: {name}"), encoding="utf-8")
+    assert read_robot(str(path)).name == name
+
+
+@pytest.mark.parametrize(
+    "word", ["3e4", "1E-5", "0o14", "014", "0x1f", ".5", "5.", "on", "yes", "1:30", "~", "12e", "x"]
+)
+def test_a_written_word_is_read_as_that_word_by_yaml_1_1_and_1_2(tmp_path: Path, word: str) -> None:
+    content = {"word": word, "small": 1e-05, "large": 3e16, "whole": 14}
+    path = tmp_path / "written.yaml"
+    path.write_text(yaml_text(content), encoding="utf-8")
+    assert load_yaml(path) == yaml.safe_load(path.read_text(encoding="utf-8")) == content
+
+
+@pytest.mark.parametrize("path", sorted(SRC.glob("*/config/**/*.yaml")), ids=lambda path: path.stem)
+def test_shipped_files_mean_the_same_in_yaml_1_1_and_1_2(path: Path) -> None:
+    assert repr(load_yaml(path)) == repr(yaml.safe_load(path.read_text(encoding="utf-8")))
 
 
 def test_a_read_file_cannot_be_changed() -> None:

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
 from fivebar_bringup.studies.identify.findings import INTERVALS, Findings
-from fivebar_bringup.studies.identify.identify import identify_bag, write_identification
+from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
 
 
 @app.command()
@@ -51,7 +51,7 @@ def identify(
         f" {cutoffs.derivative_hz:.3g} Hz, equations at {cutoffs.parallel_hz:.3g} Hz",
         soft_wrap=True,
     )
-    printer.print(f"parameter file {directory.robot}, look at {directory.page}", soft_wrap=True)
+    printer.print(f"parameter file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
 
 
 def _table(findings: Findings) -> Table:

@@ -11,7 +11,9 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
-from fivebar_bringup.studies.map.map import make_map, new_map_directory, read_mappable_robot
+from fivebar_bringup.runs.results import new_directory
+from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
+from fivebar_bringup.studies.study_directory import StudyDirectory
 
 
 @app.command(name="map")
@@ -31,7 +33,7 @@ def map_robot(
     """
     with input_errors(), ending_on_sigterm():
         file = read_mappable_robot(robot)
-        directory = new_map_directory(out, file.name)
+        directory = StudyDirectory(new_directory(out, f"map-{file.name}"), "map")
         with progress_bar(f"map of {file.name}", as_json) as progress:
             measures = make_map(file, directory, progress)
     if as_json:

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
-from fivebar_bringup.pages.plain_values import finite
+from fivebar_bringup.runs.results import finite
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.strict_yaml import InputError
 

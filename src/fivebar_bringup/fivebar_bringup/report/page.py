@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from html import escape
+from typing import NamedTuple
 
-from fivebar_bringup.pages.document import html_document, verdict_html
-from fivebar_bringup.pages.picture import Picture, figure_html
-from fivebar_bringup.pages.table import framed_rows
+from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.report.summary import Pair, Summary
 from fivebar_bringup.report.thesis import thesis_figures
 from fivebar_bringup.report.wording import engineering, plain
@@ -15,25 +14,26 @@ from fivebar_bringup.scenario import Scenario
 
 RUNNERS = {"ros": "ROS 2 node graph", "offline": "one process, without ROS"}
 
-Row = tuple[str, str, str | None]
+
+class Metric(NamedTuple):
+    """A line of the results: what was found, its value, and what the thesis states; None where it states nothing."""
+
+    name: str
+    value: str
+    thesis: str | None = None
 
 
 def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture]) -> str:
-    """Return the page: outcome, figures beside those of the thesis, pictures, the scenario, how to repeat it."""
-    body = f"""\
-{_verdict(summary)}
-<h2>Results</h2>
-{_table(_rows(scenario, summary))}
-<h2>Figures</h2>
-{_gallery(pictures)}
-<h2>Scenario as run</h2>
-<pre>{escape(scenario.to_yaml())}</pre>
-<h2>Do it again</h2>
-<p>In the directory of this run:</p>
-<pre>{escape(_commands(summary))}</pre>"""
-    outcome = "completed" if summary.completed else "not completed"
-    return html_document(
-        title=f"{scenario.name}: {outcome}", heading=scenario.name, setting=_setting(summary), body=body
+    """Return the page: outcome, metrics beside those of the thesis, pictures, the scenario, how to repeat it."""
+    return render(
+        "run.html",
+        title=f"{scenario.name}: {'completed' if summary.completed else 'not completed'}",
+        setting=_setting(summary),
+        scenario=scenario,
+        summary=summary,
+        metrics=list(_metrics(scenario, summary)),
+        pictures=pictures,
+        commands=_commands(summary),
     )
 
 
@@ -46,49 +46,34 @@ def _setting(summary: Summary) -> str:
     return " · ".join(parts)
 
 
-def _verdict(summary: Summary) -> str:
-    if summary.completed:
-        asked = summary.torque_saturated_samples
-        beyond = f" {asked} samples asked for more torque than the drives can give." if asked else ""
-        turned = summary.working_mode_changes
-        working = f", {turned} of working mode" if turned else ""
-        return verdict_html(
-            True,
-            "Completed",
-            f": all {summary.samples} samples, {summary.assembly_mode_changes} changes of assembly mode{working},"
-            f" no fault.{beyond}",
-        )
-    reasons = "".join(f"<li>{escape(reason)}</li>" for reason in summary.not_completed_because)
-    return verdict_html(False, "Not completed", f", because<ul>{reasons}</ul>")
-
-
-def _rows(scenario: Scenario, summary: Summary) -> Iterable[Row]:
-    """Return what was found, its value, and what the thesis states; None where it states nothing."""
+def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     thesis = thesis_figures(scenario)
     cycle = summary.cycle_time_ms
-    yield "changes of assembly mode", str(summary.assembly_mode_changes), thesis.mode_changes
+    yield Metric("changes of assembly mode", str(summary.assembly_mode_changes), thesis.mode_changes)
     if summary.planned_working_mode_changes or summary.working_mode_changes:
-        yield "changes of working mode", str(summary.working_mode_changes), None
-    yield "largest torque applied, motors 1 and 2", _both(summary.torque_peak_nm, "Nm"), thesis.torque
-    yield "largest torque asked for, motors 1 and 2", _both(summary.torque_requested_peak_nm, "Nm"), None
-    yield "samples that asked for more than the limit", _count(summary.torque_saturated_samples), None
-    yield "error of the virtual constraint |h| where σ > 0", engineering(summary.vhc_error_max_m, "m"), thesis.vhc_error
+        yield Metric("changes of working mode", str(summary.working_mode_changes))
+    yield Metric("largest torque applied, motors 1 and 2", _both(summary.torque_peak_nm, "Nm"), thesis.torque)
+    yield Metric("largest torque asked for, motors 1 and 2", _both(summary.torque_requested_peak_nm, "Nm"))
+    yield Metric("samples that asked for more than the limit", _count(summary.torque_saturated_samples))
+    yield Metric(
+        "error of the virtual constraint |h| where σ > 0", engineering(summary.vhc_error_max_m, "m"), thesis.vhc_error
+    )
     joint = engineering(summary.vhc_error_joint_max_rad, "rad")
-    yield "the same in motor angles", joint, thesis.vhc_error_joint
-    yield "largest tracking error, x and y", _both(summary.tracking_error_max_m, "m"), None
-    yield "root mean square tracking error, x and y", _both(summary.tracking_error_rms_m, "m"), None
-    yield "largest distance from the reference", engineering(summary.tracking_error_peak_m, "m"), None
-    yield "largest weight σ", "–" if summary.sigma_max is None else f"{summary.sigma_max:.3g}", "1 on the locus"
+    yield Metric("the same in motor angles", joint, thesis.vhc_error_joint)
+    yield Metric("largest tracking error, x and y", _both(summary.tracking_error_max_m, "m"))
+    yield Metric("root mean square tracking error, x and y", _both(summary.tracking_error_rms_m, "m"))
+    yield Metric("largest distance from the reference", engineering(summary.tracking_error_peak_m, "m"))
+    yield Metric("largest weight σ", "–" if summary.sigma_max is None else f"{summary.sigma_max:.3g}", "1 on the locus")
     imu = plain(summary.imu_acceleration_error_rms, "m/s²")
-    yield "root mean square acceleration error by the IMU", imu, "goes to zero"
-    yield "largest error of the estimate", engineering(summary.estimate_error_max_m, "m"), None
-    yield "samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}", None
+    yield Metric("root mean square acceleration error by the IMU", imu, "goes to zero")
+    yield Metric("largest error of the estimate", engineering(summary.estimate_error_max_m, "m"))
+    yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
     times = "–" if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
-    yield "time between samples: median, 99 %, longest", times, None
-    yield "overruns", _count(summary.overruns), None
-    yield "messages that the recorder missed", _count(summary.dropped_messages), None
-    yield "simulated time", plain(summary.simulated_s, "s"), None
-    yield "wall time", plain(summary.wall_s, "s"), None
+    yield Metric("time between samples: median, 99 %, longest", times)
+    yield Metric("overruns", _count(summary.overruns))
+    yield Metric("messages that the recorder missed", _count(summary.dropped_messages))
+    yield Metric("simulated time", plain(summary.simulated_s, "s"))
+    yield Metric("wall time", plain(summary.wall_s, "s"))
 
 
 def _both(pair: Pair, unit: str) -> str:
@@ -98,22 +83,6 @@ def _both(pair: Pair, unit: str) -> str:
 
 def _count(value: int | None) -> str:
     return "–" if value is None else str(value)
-
-
-def _table(rows: Iterable[Row]) -> str:
-    return framed_rows(
-        ("figure", "this run", "thesis"),
-        (
-            f'<th scope="row">{escape(name)}</th><td>{escape(value)}</td><td>{escape(thesis or "")}</td>'
-            for name, value, thesis in rows
-        ),
-    )
-
-
-def _gallery(pictures: Sequence[Picture]) -> str:
-    if not pictures:
-        return "<p>The bag holds no sample of this run, so there is nothing to draw.</p>"
-    return "\n".join(figure_html(picture) for picture in pictures)
 
 
 def _commands(summary: Summary) -> str:

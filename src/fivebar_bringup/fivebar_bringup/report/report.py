@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
-
-from fivebar_bringup.pages.picture import write_pictures
 from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.timing import read_timing
 from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.runs.results import json_text, write_results
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_description.strict_yaml import InputError
 
 
 def write_report(run: RunDirectory) -> Summary:
@@ -33,11 +29,6 @@ def write_report(run: RunDirectory) -> Summary:
     summary = summarize(recording, series, scenario, timing)
     pictures = draw_pictures(Findings(scenario, scenario.plan(), scenario.five_bar(), series, summary))
     page = html_page(scenario, summary, pictures)
-    text = json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n"
-    try:
-        write_pictures(run.figures, pictures)
-        replace_file(run.page, page.encode("utf-8"))
-        replace_file(run.summary, text.encode("utf-8"))
-    except OSError as error:
-        raise InputError(f"{run.path}: the report cannot be written: {error.strerror}") from error
+    files = {run.page.name: page, run.summary.name: json_text(summary.as_json())}
+    write_results(run.path, files, {picture.name: picture.png for picture in pictures})
     return summary

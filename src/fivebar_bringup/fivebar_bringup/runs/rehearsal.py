@@ -11,13 +11,11 @@ import secrets
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
 from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, validate
+from fivebar_description.strict_yaml import InputError, load_yaml, validate, yaml_text
 from fivebar_sim.drives.configuration import EmulationFile
 
 SHIPPED = "dextar_emulated.yaml"
@@ -96,7 +94,7 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     files = DriveFiles(folder / "emulation.yaml", folder / "drives.yaml")
     for path, content, model in ((files.emulation, emulation, EmulationFile), (files.drives, drives, DriveFile)):
         validate(content, model, f"{scenario.name} on emulated drives")
-        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        path.write_text(yaml_text(content), encoding="utf-8")
     return files
 
 
@@ -122,6 +120,6 @@ def refuse_unfit(scenario: Scenario) -> None:
 
 
 def _shipped(package: str) -> dict[str, Any]:
-    path = share_file(package, "config", "drives", SHIPPED)
-    content: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    content = load_yaml(share_file(package, "config", "drives", SHIPPED))
+    assert isinstance(content, dict)
     return content

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
-from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.runs.results import FIGURES, new_directory, write_results
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_description.strict_yaml import InputError
 
@@ -39,7 +38,7 @@ class RunDirectory(NamedTuple):
     @property
     def figures(self) -> Path:
         """The folder of the PNG figures."""
-        return self.path / "figures"
+        return self.path / FIGURES
 
     @property
     def page(self) -> Path:
@@ -67,23 +66,6 @@ class RunDirectory(NamedTuple):
         return load_scenario(str(self.scenario))
 
 
-def new_directory(out: Path | None, name: str) -> Path:
-    """Make a new directory for results, by default runs/NAME-DATE-TIME, with a dash for what no file name should have.
-
-    Raises:
-        InputError: the directory holds something already or cannot be made.
-    """
-    stem = re.sub(r"[^\w.-]+", "-", name)
-    path = out if out is not None else Path("runs") / f"{stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        if any(path.iterdir()):
-            raise InputError(f"{path}: is not empty: expected a new or empty directory for the results")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be used for the results: {error.strerror}") from error
-    return path
-
-
 def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
     """Make the directory of a new run and put the scenario into it.
 
@@ -91,8 +73,5 @@ def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
         InputError: the directory holds something already or cannot be made or written to.
     """
     run = RunDirectory(new_directory(out, scenario.name))
-    try:
-        run.scenario.write_text(scenario.to_yaml(), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{run.path}: cannot be used for the results: {error.strerror}") from error
+    write_results(run.path, {run.scenario.name: scenario.to_yaml()})
     return run

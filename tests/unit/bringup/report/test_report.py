@@ -299,7 +299,7 @@ def test_a_damaged_bag_is_refused_and_leaves_no_half_report(tmp_path: Path, midd
 def test_a_report_that_cannot_be_written_is_refused_in_one_line(tmp_path: Path, middle_run: OfflineRun) -> None:
     run = new_run(tmp_path, load_scenario("middle"), OfflineRun(middle_run.samples[:5], []))
     run.figures.write_text("in the way")
-    with pytest.raises(InputError, match="the report cannot be written: ") as error:
+    with pytest.raises(InputError, match="cannot be used for the results: ") as error:
         write_report(run)
     assert "\n" not in str(error.value)
 

@@ -7,10 +7,10 @@ import json
 from pathlib import Path
 
 import pytest
+from fivebar_control.laws.laws import SCHEMES
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.pages.table import table_html
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import summarize
 from fivebar_bringup.report.timing import Timing
@@ -19,8 +19,7 @@ from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, Case, Extent
-from fivebar_bringup.studies.compare.compare import compare
-from fivebar_bringup.studies.compare.page import html_page
+from fivebar_bringup.studies.compare.compare import compare, html_page
 from fivebar_bringup.studies.compare.results import Result, run_case
 from fivebar_bringup.studies.compare.rigs import AS_GIVEN, RIGS, default_rigs
 from fivebar_bringup.studies.compare.screening import quickest_durations
@@ -215,7 +214,7 @@ def test_the_tables_hold_the_worst_and_each_run() -> None:
     assert [row[0].value for row in runs.rows] == ["unified", "unified", "ctc"]
     assert [row[1].text for row in runs.rows] == ["0.5 s", "1 s", "1 s"]
     assert "7.50 Nm (75%)" in [cell.text for cell in runs.rows[0]]
-    assert "no: tracking_lost: &lt;far&gt; away" in table_html(runs)
+    assert "no: tracking_lost: &lt;far&gt; away" in html_page([], [], [runs], "", "")
     quickest = made(duration=None, durations=(1.02, 1.25))
     assert tight_table([quickest]).rows[0][3].text == "quickest: 1.02–1.25 s"
 

@@ -19,7 +19,7 @@ from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation import offline
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_bringup.studies.identify.findings import Findings
-from fivebar_bringup.studies.identify.identify import identify_bag, write_identification
+from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
 from fivebar_control.identification.equations import PARAMETERS
 from fivebar_control.identification.identification import parameter_values
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
@@ -126,7 +126,7 @@ def test_the_written_file_tracks_better(folder: Path, exact: RunDirectory) -> No
     """It is read as it was meant, by name in a scenario too, and the controller that believes in it does better."""
     findings = identify_bag(exact.path)
     directory = write_identification(findings, folder / "written")
-    robot = load_robot(str(directory.robot))
+    robot = load_robot(str(directory.path / ROBOT_FILE))
     assert parameter_values(robot) == pytest.approx(findings.found.fit.values.tolist(), rel=1e-4, abs=1e-6)
     assert robot.leg1._replace(inertia=0.0, coulomb=0.0, offset=0.0) == load_robot("dextar").leg1._replace(
         inertia=0.0, coulomb=0.0, offset=0.0
@@ -134,7 +134,7 @@ def test_the_written_file_tracks_better(folder: Path, exact: RunDirectory) -> No
     move = {"waypoints": ((0.0, 0.13), (0.09, 0.04)), "segment_duration": 0.4}
     before, after = (
         tracking_error(folder, load_scenario("excitation").model_copy(update={"robot": str(file), **move}))
-        for file in (folder / "assumed.yaml", directory.robot)
+        for file in (folder / "assumed.yaml", directory.path / ROBOT_FILE)
     )
     assert after < 0.2 * before
 
@@ -208,7 +208,7 @@ def test_a_name_cannot_leave_the_comment_or_the_page(folder: Path, counted: RunD
     file.write_text(ASSUMED.replace('"assumed: robot"', '"x\\nmass_kg: 3 <script>&"'), encoding="utf-8")
     findings = identify_bag(counted.path, str(file))
     directory = write_identification(findings, tmp_path / "out")
-    assert load_robot(str(directory.robot)).mass == pytest.approx(0.431, rel=0.005)
+    assert load_robot(str(directory.path / ROBOT_FILE)).mass == pytest.approx(0.431, rel=0.005)
     assert "<script>" not in directory.page.read_text(encoding="utf-8")
 
 

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli import studies
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.pages import style
-from fivebar_bringup.studies.map.map import make_map, new_map_directory, read_mappable_robot
+from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
 from fivebar_bringup.studies.map.measures import measure
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -281,13 +281,6 @@ def test_command_writes_page_figures_and_measures(monkeypatch: pytest.MonkeyPatc
     page = (out / "map.html").read_text(encoding="utf-8")
     assert page.count('src="data:image/png;base64,') == 5
     assert not re.search(r"https?://|<script|<link", page)
-
-
-def test_default_directory_is_named_after_the_robot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
-    directory = new_map_directory(None, "lab / robot")
-    assert re.fullmatch(r"map-lab-robot-\d{8}-\d{6}-\d{6}", directory.path.name)
-    assert directory.path.parent == Path("runs")
 
 
 def edited(tmp_path: Path, **lengths: float) -> Path:

@@ -15,7 +15,6 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.pages.plain_values import finite
 from fivebar_bringup.pages.table import Cell, Table
 from fivebar_bringup.report.criterion_figure import crossing_residuals, reference_residual
 from fivebar_bringup.report.findings import Findings
@@ -23,14 +22,14 @@ from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import summarize
 from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.results import finite
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, tables
 from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, Case
 from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
-from fivebar_bringup.studies.reproduce.page import html_page
-from fivebar_bringup.studies.reproduce.reproduce import CLAIMS, reproduce
+from fivebar_bringup.studies.reproduce.reproduce import CLAIMS, html_page, reproduce
 from fivebar_bringup.studies.reproduce.rows import Row, largest
 from fivebar_bringup.studies.reproduce.runner import Result, run_case, run_cases
 from fivebar_bringup.studies.reproduce.verdicts import (

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from fivebar_bringup.studies.sweep import sweep as sweeping
 from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
 from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
+from fivebar_bringup.studies.sweep.program import deciding_files, matching
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, Row, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import CONTROLLERS, Batch, run_batch, run_case, use_of
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
@@ -241,6 +244,19 @@ def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pyt
         opened(made, None, None)
 
 
+def test_the_digest_covers_every_module_that_a_run_of_a_case_loads(tmp_path: Path) -> None:
+    code = (
+        "import sys, fivebar_bringup.studies.sweep.running\n"
+        "for name, module in list(sys.modules.items()):\n"
+        "    if name.startswith('fivebar_') and not module.__file__.endswith('__init__.py'): print(module.__file__)"
+    )
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert len(loaded) > 50
+    assert {Path(file) for file in loaded} <= set(deciding_files().values())
+    with pytest.raises(FileNotFoundError, match="gone/"):
+        matching(tmp_path, "gone/*.py")
+
+
 def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:
     begun, _ = opened(tmp_path / "spoilt", SEED, CASES)
     begun.rows.write_text("case,something\n1,2\n")
@@ -249,7 +265,7 @@ def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:
     begun.rows.write_text(HEAD + "1,2\n")
     with pytest.raises(InputError, match="expected"):
         begun.complete_rows()
-    begun.settings.write_text("{}")
+    begun.content.write_text("{}")
     with pytest.raises(InputError, match="not the file of a sweep"):
         opened(begun.path, None, None)
 

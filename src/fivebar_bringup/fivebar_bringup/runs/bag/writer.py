@@ -1,4 +1,10 @@
-"""Writes a rosbag2 directory from serialized messages such that killing the writer never costs the recording."""
+"""Writes a rosbag2 directory from serialized messages such that killing the writer never costs the recording.
+
+Why not rosbag2's own recorder, or the writer of rosbags: both leave an MCAP file without summary and footer, and no
+metadata.yaml, until they are closed. After a SIGKILL such a bag has to be repaired or reindexed before anything reads
+it. This one is complete and indexed after every checkpoint: a bag must be readable right after SIGKILL, without any
+repair. The format itself is left to the `mcap` library; `tail` has how the file grows.
+"""
 
 from __future__ import annotations
 

@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.picture import Picture, write_pictures
-from fivebar_bringup.pages.plain_values import finite
+from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.table import Table
-from fivebar_bringup.runs.bag.tail import replace_file
-from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.runs.results import finite, new_directory
 from fivebar_bringup.studies.compare.cases import Extent, longest_first
 from fivebar_bringup.studies.compare.figures import compare_figures
-from fivebar_bringup.studies.compare.page import html_page
 from fivebar_bringup.studies.compare.results import run_case
 from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import Finding, findings
 from fivebar_bringup.studies.shared_work import share
-from fivebar_description.strict_yaml import InputError
+from fivebar_bringup.studies.study_directory import StudyDirectory
+
+TITLE = "Controllers side by side"
+
+WORDS = {True: "Met", False: "Not met", None: "Not known"}
 
 
 class Comparison(NamedTuple):
@@ -53,7 +54,7 @@ def compare(
     Raises:
         InputError: the directory cannot be used.
     """
-    directory = new_directory(out, "compare")
+    directory = StudyDirectory(new_directory(out, "compare"), "compare")
     began = time.monotonic()
     cases, tight_cases = extent.cases(), extent.tight_cases()
     ordered = longest_first([*cases, *tight_cases])
@@ -74,21 +75,25 @@ def compare(
     )
     pictures = compare_figures(results)
     setting = f"{len(rows)} runs in {wall_s:.0f} s · simulated throughout, without ROS"
-    page = directory / "compare.html"
-    _write(directory, pictures, content, {page: html_page(verdicts, pictures, tables, setting, command)})
-    return Comparison(page, verdicts, overview, content)
+    page = html_page(verdicts, pictures, tables, setting, command)
+    directory.write(page, content, pictures, {"compare.csv": _csv(content["runs"])})
+    return Comparison(directory.page, verdicts, overview, content)
 
 
-def _write(directory: Path, pictures: Sequence[Picture], content: Mapping[str, Any], texts: Mapping[Path, str]) -> None:
-    try:
-        write_pictures(directory / "figures", pictures)
-        text = json.dumps(content, indent=2, allow_nan=False) + "\n"
-        replace_file(directory / "compare.json", text.encode("utf-8"))
-        replace_file(directory / "compare.csv", _csv(content["runs"]).encode("utf-8"))
-        for path, text in texts.items():
-            replace_file(path, text.encode("utf-8"))
-    except OSError as error:
-        raise InputError(f"{directory}: the results cannot be written: {error.strerror}") from error
+def html_page(
+    verdicts: Sequence[Finding], pictures: Sequence[Picture], tables: Sequence[Table], setting: str, command: str
+) -> str:
+    """Return the page: the verdicts, the figures, the tables, how to repeat it."""
+    return render(
+        "comparison.html",
+        title=TITLE,
+        setting=setting,
+        verdicts=verdicts,
+        words=WORDS,
+        pictures=pictures,
+        tables=tables,
+        command=command,
+    )
 
 
 def _csv(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -6,12 +6,11 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from fivebar_control.identification.equations import PARAMETERS
 from fivebar_control.identification.identification import Identification, parameter_values
 from fivebar_control.identification.least_squares import CONFIDENCE
 from fivebar_description.parameters import Friction, Inertias, Mass, RobotFile
+from fivebar_description.strict_yaml import yaml_text
 
 INTERVALS = f"{100.0 * CONFIDENCE:.0f} % intervals"
 
@@ -89,7 +88,7 @@ class Findings(NamedTuple):
         lines.append(f"Lengths and width_rad_s are those of {self.start.name}, not identified.")
         # neither a path nor a name may end the comment
         lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
-        return "\n".join(lines) + "\n" + yaml.safe_dump(self.robot_file().model_dump(), sort_keys=False)
+        return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump())
 
     def as_json(self) -> dict[str, Any]:
         """Return all figures for a file."""

@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from html import escape
 
-from fivebar_bringup.pages.document import html_document
-from fivebar_bringup.pages.picture import Picture, figure_html
-from fivebar_bringup.pages.table import plain_table
+from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.report.wording import engineering
 from fivebar_bringup.studies.identify.findings import INTERVALS, Findings
-
-HEAD = ("parameter", "before", "identified", "unit", "change")
 
 
 def html_page(findings: Findings, pictures: Sequence[Picture]) -> str:
     """Return the page: parameters, how they were found, pictures, the parameter file, how to use it."""
-    title = f"{findings.start.name}: identified"
-    body = f"""\
-<h2>Parameters, with {INTERVALS}</h2>
-{plain_table(HEAD, _parameter_rows(findings))}
-<h2>How well, and from what</h2>
-{plain_table(("figure", "value"), _figure_rows(findings))}
-<h2>Figures</h2>
-{"".join(figure_html(picture) for picture in pictures)}
-<h2>Parameter file</h2>
-<pre>{escape(findings.parameter_file())}</pre>
-<h2>Use it</h2>
-<p>In the directory of this page, and in a scenario as <code>robot: PATH/identified.yaml</code>:</p>
-<pre>fivebar map identified.yaml</pre>"""
-    setting = f"from {findings.bag} · {findings.samples} samples at {findings.rate_hz:g} Hz"
-    return html_document(title=title, heading=title, setting=setting, body=body)
+    return render(
+        "identification.html",
+        title=f"{findings.start.name}: identified",
+        setting=f"from {findings.bag} · {findings.samples} samples at {findings.rate_hz:g} Hz",
+        intervals=INTERVALS,
+        parameter_rows=_parameter_rows(findings),
+        quality_rows=_quality_rows(findings),
+        pictures=pictures,
+        parameter_file=findings.parameter_file(),
+    )
 
 
 def _parameter_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
@@ -38,7 +29,7 @@ def _parameter_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
         yield one.name, f"{one.before:g}", one.text(), one.unit, one.change()
 
 
-def _figure_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+def _quality_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
     found = findings.found
     cutoffs = found.cutoffs
     yield "condition number of the regressor, columns scaled to unit length", f"{found.fit.condition:.3g}"

@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from fivebar_bringup.pages.picture import write_pictures
-from fivebar_bringup.runs.bag.tail import replace_file
-from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_description.parameters import FiveBar, RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
 CELLS = 200
 """Cells along the longer side of a plane; areas are good to about 0.01 %."""
-
-
-class MapDirectory(NamedTuple):
-    """The directory of one map; every file in it has its place here."""
-
-    path: Path
-
-    @property
-    def page(self) -> Path:
-        """The page to look at."""
-        return self.path / "map.html"
-
-    @property
-    def measures(self) -> Path:
-        """Areas, lengths, Type 3 points."""
-        return self.path / "map.json"
-
-    @property
-    def figures(self) -> Path:
-        """The folder of the PNG figures."""
-        return self.path / "figures"
 
 
 def read_mappable_robot(robot: str) -> RobotFile:
@@ -49,17 +24,8 @@ def read_mappable_robot(robot: str) -> RobotFile:
     return file
 
 
-def new_map_directory(out: Path | None, name: str) -> MapDirectory:
-    """Make the directory of a new map.
-
-    Raises:
-        InputError: the directory holds something already or cannot be made.
-    """
-    return MapDirectory(new_directory(out, f"map-{name}"))
-
-
 def make_map(
-    file: RobotFile, directory: MapDirectory, progress: Callable[[int, int], None], cells: int = CELLS
+    file: RobotFile, directory: StudyDirectory, progress: Callable[[int, int], None], cells: int = CELLS
 ) -> dict[str, Any]:
     """Map a robot, write page, figures and measures into its directory, and return the measures.
 
@@ -89,12 +55,7 @@ def make_map(
         pictures.append(picture)
         progress(rows + number * rows_per_picture, rows + drawing)
     content = {"robot": file.name, "lengths_m": file.lengths_m.model_dump(), **measures.as_json()}
-    try:
-        write_pictures(directory.figures, pictures)
-        replace_file(directory.page, html_page(file.name, five_bar, measures, pictures).encode("utf-8"))
-        replace_file(directory.measures, (json.dumps(content, indent=2, allow_nan=False) + "\n").encode("utf-8"))
-    except OSError as error:
-        raise InputError(f"{directory.path}: the map cannot be written: {error.strerror}") from error
+    directory.write(html_page(file.name, five_bar, measures, pictures), content, pictures)
     return content
 
 

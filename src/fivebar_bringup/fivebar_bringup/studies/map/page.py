@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from html import escape
 
-from fivebar_bringup.pages.document import html_document
-from fivebar_bringup.pages.picture import Picture, figure_html
-from fivebar_bringup.pages.table import plain_table
+from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.studies.map.measures import Measures
 from fivebar_bringup.studies.map.wording import mode_name
 from fivebar_description.parameters import FiveBar
@@ -20,23 +18,19 @@ TITLES = {
     "motor_conditioning": "How far from the Type 2 locus, seen from the motors",
 }
 
-MEASURED = ("working mode", "det A > 0", "det A < 0", "Type 2, distal links stretched", "Type 2, distal links folded")
-TYPE3 = ("x in mm", "y in mm", "q₁₁ in rad", "q₂₁ in rad", "aligned", "working modes that meet there")
-
 
 def html_page(name: str, robot: FiveBar, measures: Measures, pictures: Sequence[Picture]) -> str:
     """Return the page: lengths and areas, the explained pictures, the Type 3 points."""
-    body = f"""\
-<p>The platform gets to {measures.workspace_area:.1f} cm². The loop of links closes for
-{100.0 * measures.closing_share:.1f} % of all pairs of motor angles.</p>
-<h2>The four working modes</h2>
-{plain_table(MEASURED, _mode_rows(measures))}
-<p>Areas of both assembly modes, and lengths of the Type 2 locus that divides them. A working mode names the side of
-each leg's elbow: +1 to the left on the way from the motor to the platform, −1 to the right.</p>
-{_figures(pictures)}
-<h2>Type 3 points</h2>
-{_type3(measures)}"""
-    return html_document(title=f"{name}: workspace and singularities", heading=name, setting=_lengths(robot), body=body)
+    return render(
+        "map.html",
+        name=name,
+        setting=_lengths(robot),
+        measures=measures,
+        mode_rows=_mode_rows(measures),
+        pictures=pictures,
+        titles=TITLES,
+        type3_rows=list(_type3_rows(measures)),
+    )
 
 
 def _lengths(robot: FiveBar) -> str:
@@ -60,11 +54,9 @@ def _mode_rows(measures: Measures) -> Iterable[tuple[str, ...]]:
         )
 
 
-def _type3(measures: Measures) -> str:
-    if not measures.type3:
-        return "<p>This robot has none.</p>"
-    rows = (
-        (
+def _type3_rows(measures: Measures) -> Iterable[tuple[str, ...]]:
+    for point in measures.type3:
+        yield (
             _number(1e3 * point.x, 2),
             _number(1e3 * point.y, 2),
             _number(point.joints.q11, 4),
@@ -72,17 +64,8 @@ def _type3(measures: Measures) -> str:
             f"leg {point.leg} {point.shape}, distal links {point.distal_links}",
             " ".join(mode_name(modes) for modes in point.working_modes),
         )
-        for point in measures.type3
-    )
-    return plain_table(TYPE3, rows)
 
 
 def _number(value: float, decimals: int) -> str:
     """Return a number with a proper minus sign, and none before a zero."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
-
-
-def _figures(pictures: Sequence[Picture]) -> str:
-    return "\n".join(
-        f"<h2>{escape(TITLES[picture.name])}</h2>\n{figure_html(picture, TITLES[picture.name])}" for picture in pictures
-    )

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.picture import write_pictures
-from fivebar_bringup.pages.plain_values import finite
+from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.table import Table
-from fivebar_bringup.runs.bag.tail import replace_file
-from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.runs.results import finite, new_directory
 from fivebar_bringup.studies.reproduce import claims_experiment, claims_methods, claims_model, claims_simulation, tables
 from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, Case, Extent
-from fivebar_bringup.studies.reproduce.page import html_page
 from fivebar_bringup.studies.reproduce.rows import Claim, Row
 from fivebar_bringup.studies.reproduce.runner import Drawings, Results, run_cases
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
-from fivebar_description.strict_yaml import InputError
+from fivebar_bringup.studies.study_directory import StudyDirectory
 
 WORKERS = 2
 """Processes that the runs are shared among."""
@@ -62,7 +58,7 @@ def reproduce(
         InputError: the directory cannot be used.
     """
     extent = QUICK if quick else FULL
-    directory = new_directory(out, "reproduce")
+    directory = StudyDirectory(new_directory(out, "reproduce"), "reproduce")
     began = time.monotonic()
     results = run_cases(_needs(extent, claims, with_tables), workers, progress)
     rows = [claim.make(extent, results) for claim in claims]
@@ -76,10 +72,23 @@ def reproduce(
         "tables": [table.as_json() for table in made],
         "runs": [_run(results, case) for case in sorted(results)],
     }
-    page = directory / "reproduce.html"
-    html = html_page(rows, made, len(results), wall_s, "fivebar reproduce" + (" --quick" if quick else ""))
-    _write(directory, page, html, content, rows)
-    return Reproduction(page, rows, finite(content))
+    page = html_page(rows, made, len(results), wall_s, "fivebar reproduce" + (" --quick" if quick else ""))
+    directory.write(page, content, [picture for row in rows for picture in row.pictures])
+    return Reproduction(directory.page, rows, finite(content))
+
+
+def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
+    """Return the page: the verdicts in short, every row with its figures, the tables."""
+    counts = {verdict: sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict}
+    short = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
+    return render(
+        "reproduction.html",
+        title=f"Reproduction: {short}",
+        setting=f"{short} · {runs} runs in {wall_s:.0f} s · simulated throughout",
+        rows=rows,
+        tables=tables,
+        command=command,
+    )
 
 
 def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[Case, Drawings]:
@@ -118,13 +127,3 @@ def _run(results: Results, case: Case) -> dict[str, Any]:
         "acceleration_outside_zones_m_s2": result.acceleration_outside,
         "noise_floor_m_s2": result.noise_outside,
     }
-
-
-def _write(directory: Path, page: Path, html: str, content: Mapping[str, Any], rows: Sequence[Row]) -> None:
-    text = json.dumps(finite(content), indent=2, allow_nan=False) + "\n"
-    try:
-        write_pictures(directory / "figures", (picture for row in rows for picture in row.pictures))
-        replace_file(directory / "reproduce.json", text.encode("utf-8"))
-        replace_file(page, html.encode("utf-8"))
-    except OSError as error:
-        raise InputError(f"{directory}: the results cannot be written: {error.strerror}") from error

@@ -35,6 +35,12 @@ class Row(NamedTuple):
     remark: str = ""
     pictures: Sequence[Picture] = ()
 
+    @property
+    def anchor(self) -> str:
+        """What a link on the page points to."""
+        name = f"{self.place} {self.title}".lower()
+        return "-".join("".join(letter if letter.isalnum() else " " for letter in name).split())
+
     def as_json(self) -> dict[str, Any]:
         """Return the row as plain values; pictures by name."""
         return {

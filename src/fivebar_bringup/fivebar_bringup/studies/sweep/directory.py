@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import fcntl
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fivebar_bringup.runs.bag.tail import replace_file
-from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.runs.results import json_text, new_directory, write_results
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_bringup.studies.sweep.program import program_digest
 from fivebar_bringup.studies.sweep.rows import HEAD, Row, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
@@ -33,30 +34,16 @@ class Settings(NamedTuple):
     program: str
 
 
-class SweepDirectory(NamedTuple):
-    """The files of a sweep."""
+class SweepDirectory(StudyDirectory):
+    """The directory of a sweep: its JSON holds the settings from the start, and all results once it is finished."""
 
-    path: Path
-
-    @property
-    def settings(self) -> Path:
-        """The settings, and once it is finished the figures."""
-        return self.path / "sweep.json"
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "sweep")
 
     @property
     def rows(self) -> Path:
         """One line per run and refused case: in the order in which they come, and sorted in the end."""
         return self.path / "sweep.csv"
-
-    @property
-    def page(self) -> Path:
-        """The page to look at."""
-        return self.path / "sweep.html"
-
-    @property
-    def figures(self) -> Path:
-        """The folder of the PNG figures."""
-        return self.path / "figures"
 
     def read_settings(self) -> Settings:
         """Return the settings of a sweep that was begun here.
@@ -65,16 +52,12 @@ class SweepDirectory(NamedTuple):
             InputError: there is none, or they cannot be read.
         """
         try:
-            content = json.loads(self.settings.read_text(encoding="utf-8"))["settings"]
+            content = json.loads(self.content.read_text(encoding="utf-8"))["settings"]
             return Settings(int(content["seed"]), int(content["cases"]), str(content["program"]))
         except OSError as error:
-            raise InputError(f"{self.settings}: cannot be read: {error.strerror}") from error
+            raise InputError(f"{self.content}: cannot be read: {error.strerror}") from error
         except (ValueError, KeyError, TypeError) as error:
-            raise InputError(f"{self.settings}: is not the file of a sweep") from error
-
-    def write(self, content: Mapping[str, Any]) -> None:
-        """Write sweep.json."""
-        replace_file(self.settings, (json.dumps(content, indent=2, allow_nan=False) + "\n").encode("utf-8"))
+            raise InputError(f"{self.content}: is not the file of a sweep") from error
 
     @contextmanager
     def alone(self) -> Iterator[None]:
@@ -83,7 +66,7 @@ class SweepDirectory(NamedTuple):
         Raises:
             InputError: another one does.
         """
-        with self.settings.open("rb") as file:
+        with self.content.open("rb") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
@@ -133,7 +116,7 @@ def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[Sweep
         InputError: the directory cannot be used, or holds a sweep with other settings.
     """
     program = program_digest()
-    if out is not None and SweepDirectory(out).settings.is_file():
+    if out is not None and SweepDirectory(out).content.is_file():
         begun = SweepDirectory(out)
         settings = begun.read_settings()
         wanted = {"seed": seed, "cases": cases, "program": program}
@@ -146,10 +129,7 @@ def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[Sweep
         return begun, settings
     new = SweepDirectory(new_directory(out, "sweep"))
     settings = Settings(DEFAULT_SEED if seed is None else seed, DEFAULT_CASES if cases is None else cases, program)
-    try:
-        new.write({"settings": settings._asdict(), "finished": False})
-    except OSError as error:
-        raise InputError(f"{new.path}: cannot be written: {error.strerror}") from error
+    write_results(new.path, {new.content.name: json_text({"settings": settings._asdict(), "finished": False})})
     return new, settings
 
 

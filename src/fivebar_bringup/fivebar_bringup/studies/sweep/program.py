@@ -15,27 +15,55 @@ from fivebar_description.parameters import load_robot
 DECIDING = {
     fivebar_description: ("*.py",),
     fivebar_sim: ("*.py",),
-    fivebar_control: ("controllers/*.py", "estimation/*.py", "model/*.py", "trajectory/*.py"),
+    fivebar_control: (
+        "fault.py",
+        "estimation/*.py",
+        "laws/*.py",
+        "loop/*.py",
+        "model/*.py",
+        "safety/*.py",
+        "trajectory/*.py",
+    ),
     fivebar_bringup: (
-        "engine/*.py",
+        "simulation/*.py",
         "scenario.py",
-        "compare/rigs.py",
-        "sweep/drawing.py",
-        "sweep/rows.py",
-        "sweep/running.py",
-        "sweep/success.py",
+        "studies/compare/rigs.py",
+        "studies/sweep/drawing.py",
+        "studies/sweep/rows.py",
+        "studies/sweep/running.py",
+        "studies/sweep/success.py",
     ),
 }
-"""What decides the rows, and not only how they are shown."""
+"""What decides the rows, and not only how they are shown: patterns of files by package."""
 
 
 def program_digest() -> str:
     """Return a digest of the source files and of the robot that decide the rows; the place of installation does not."""
     total = hashlib.sha256(repr(load_robot(ROBOT)).encode())
+    for name, path in deciding_files().items():
+        total.update(f"{name}\n".encode())
+        total.update(path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def deciding_files() -> dict[str, Path]:
+    """Return the source files that decide the rows, by PACKAGE/PATH."""
+    files = {}
     for package, patterns in DECIDING.items():
         assert package.__file__ is not None
         root = Path(package.__file__).parent
-        for path in sorted(path for pattern in patterns for path in root.glob(pattern)):
-            total.update(f"{package.__name__}/{path.relative_to(root).as_posix()}\n".encode())
-            total.update(path.read_bytes())
-    return total.hexdigest()[:16]
+        for path in sorted(path for pattern in patterns for path in matching(root, pattern)):
+            files[f"{package.__name__}/{path.relative_to(root).as_posix()}"] = path
+    return files
+
+
+def matching(root: Path, pattern: str) -> list[Path]:
+    """Return the files of a pattern.
+
+    Raises:
+        FileNotFoundError: there are none, as after a folder was renamed; the digest would silently leave them out.
+    """
+    found = list(root.glob(pattern))
+    if not found:
+        raise FileNotFoundError(f"{root / pattern}: decides the rows of a sweep, but there is no such file")
+    return found

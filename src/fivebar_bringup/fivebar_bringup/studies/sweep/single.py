@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from fivebar_bringup.pages.style import GREY, INK, MOTORS, ZONE, house_style, new_figure, png
 from fivebar_bringup.report.workspace import draw_base, draw_map, draw_robot, frame, survey
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.runs.bag.tail import replace_file
-from fivebar_bringup.runs.run_directory import new_directory
+from fivebar_bringup.runs.results import new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
@@ -49,17 +48,13 @@ def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> 
     if rows[0].status == REFUSED:
         raise InputError(f"case {number}: is refused, so there is nothing to save: {rows[0].reason}")
     directory = new_directory(out, "case")
-    written = []
-    try:
-        for row in rows:
-            scenario = draw(seed, number).scenario(row.controller)
-            text, picture = directory / f"{row.controller}.yaml", directory / f"{row.controller}.png"
-            replace_file(text, scenario.to_yaml().encode("utf-8"))
-            replace_file(picture, trace_png(scenario, row))
-            written += [text, picture]
-    except OSError as error:
-        raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
-    return written
+    files: dict[str, str | bytes] = {}
+    for row in rows:
+        scenario = draw(seed, number).scenario(row.controller)
+        files[f"{row.controller}.yaml"] = scenario.to_yaml()
+        files[f"{row.controller}.png"] = trace_png(scenario, row)
+    write_results(directory, files)
+    return [directory / name for name in files]
 
 
 def trace_png(scenario: Scenario, row: Row) -> bytes:

@@ -8,16 +8,14 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.picture import write_pictures
-from fivebar_bringup.pages.plain_values import finite
+from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.table import Table
-from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_bringup.runs.results import finite, write_errors
 from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.directory import Settings, SweepDirectory, opened
 from fivebar_bringup.studies.sweep.explanations import CONTROLLER, explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
-from fivebar_bringup.studies.sweep.page import html_page
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, Row
 from fivebar_bringup.studies.sweep.running import Batch, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
@@ -32,7 +30,6 @@ from fivebar_bringup.studies.sweep.statistics import (
     runs_of,
 )
 from fivebar_bringup.studies.sweep.success import WORDS
-from fivebar_description.strict_yaml import InputError
 
 BATCH = 10
 """Cases that a process makes at a time; a sweep draws a whole number of batches."""
@@ -72,12 +69,9 @@ def sweep(
         InputError: the directory cannot be used, or holds a sweep with other settings.
     """
     directory, settings = opened(out, seed, cases)
-    with directory.alone():
-        try:
-            rows = _all_rows(directory, settings, workers, progress)
-            return _written(directory, settings, rows)
-        except OSError as error:
-            raise InputError(f"{directory.path}: the results cannot be written: {error.strerror}") from error
+    with directory.alone(), write_errors(directory.path):
+        rows = _all_rows(directory, settings, workers, progress)
+        return _written(directory, settings, rows)
 
 
 class Tally:
@@ -168,18 +162,19 @@ def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row])
         }
     )
     pictures = sweep_figures(rows)
-    write_pictures(directory.figures, pictures)
-    page = html_page(
-        f"seed {settings.seed} · {drawn} cases drawn, {runs} runs · simulated by the compiled engine",
-        _drawn_words(),
-        (met, verdict),
-        tables,
-        pictures,
-        details,
-        f"fivebar sweep --seed {settings.seed} --cases {settings.cases}",
+    page = render(
+        "sweep.html",
+        title="Random crossings",
+        setting=f"seed {settings.seed} · {drawn} cases drawn, {runs} runs · simulated by the compiled engine",
+        drawn=_drawn_words(),
+        met=met,
+        verdict=verdict,
+        tables=tables,
+        pictures=pictures,
+        details=details,
+        command=f"fivebar sweep --seed {settings.seed} --cases {settings.cases}",
     )
-    replace_file(directory.page, page.encode("utf-8"))
-    directory.write(content)
+    directory.write(page, content, pictures)
     return Sweep(directory.page, overview, content)
 
 

@@ -1,0 +1,35 @@
+"""Pages from their templates: each is one file with everything in it, which asks nothing of the network."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+
+def render(template: str, **content: Any) -> str:
+    """Return a page.
+
+    Args:
+        template: name of a file in `templates`; it extends base.html.
+        content: what the template names, at least `title` (of the window, and of the page where the template has no
+            other heading) and `setting` (a line below the heading: what the page is about). Every text is escaped.
+    """
+    return _environment().get_template(template).render(content)
+
+
+@cache
+def _environment() -> Environment:
+    # here, because only a command that writes a page needs it
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("fivebar_bringup.pages"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )

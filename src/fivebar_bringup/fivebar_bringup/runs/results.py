@@ -1,0 +1,85 @@
+"""Directories of results, and how files get into them: whole, or with an error of one line."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from fivebar_bringup.runs.bag.tail import replace_file
+from fivebar_description.strict_yaml import InputError
+
+FIGURES = "figures"
+"""Folder of the PNG figures in every directory of results."""
+
+
+def new_directory(out: Path | None, name: str) -> Path:
+    """Make a new directory for results, by default runs/NAME-DATE-TIME, with a dash for what no file name should have.
+
+    Raises:
+        InputError: the directory holds something already or cannot be made.
+    """
+    stem = re.sub(r"[^\w.-]+", "-", name)
+    path = out if out is not None else Path("runs") / f"{stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    with write_errors(path):
+        path.mkdir(parents=True, exist_ok=True)
+        if any(path.iterdir()):
+            raise InputError(f"{path}: is not empty: expected a new or empty directory for the results")
+    return path
+
+
+def write_results(
+    directory: Path, files: Mapping[str, str | bytes], figures: Mapping[str, bytes] | None = None
+) -> None:
+    """Write files into a directory, each in one step, so that a reader finds the old or the new content.
+
+    Args:
+        directory: where to, an existing one.
+        files: content by name; texts become UTF-8.
+        figures: PNGs by stem, for the folder of the figures, which is then made; written before the files.
+
+    Raises:
+        InputError: it cannot be written to.
+    """
+    with write_errors(directory):
+        if figures is not None:
+            folder = directory / FIGURES
+            folder.mkdir(exist_ok=True)
+            for stem, png in figures.items():
+                replace_file(folder / f"{stem}.png", png)
+        for name, content in files.items():
+            replace_file(directory / name, content if isinstance(content, bytes) else content.encode("utf-8"))
+
+
+@contextmanager
+def write_errors(directory: Path) -> Iterator[None]:
+    """Turn what the operating system says of writing, as on a full disk, into an error of one line.
+
+    Raises:
+        InputError: the block raised an OSError.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{directory}: cannot be used for the results: {error.strerror}") from error
+
+
+def json_text(content: Any) -> str:
+    """Return plain values as the text of a JSON file, with null in the place of NaN and infinities."""
+    return json.dumps(finite(content), indent=2, allow_nan=False) + "\n"
+
+
+def finite(content: Any) -> Any:
+    """Return plain values with None in the place of NaN and infinities, which JSON does not have."""
+    if isinstance(content, float):
+        return content if math.isfinite(content) else None
+    if isinstance(content, Mapping):
+        return {key: finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [finite(value) for value in content]
+    return content
