@@ -38,9 +38,11 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 
 .PHONY: test
 test: lint ## lint, then run all tests
-	@# two at a time, but what follows the clock alone
-	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10
-	$(BIN)/python -m pytest tests -q -m clock --durations=10
+	@# two at a time, but what follows the clock alone; the second half also where the first one has failed
+	status=0
+	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests -q -m clock --durations=10 || status=$$?
+	exit $$status
 
 .PHONY: lint
 lint: setup ## check style and types

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.timing import Timing
-from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario, load_scenario
-from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
+from fivebar_bringup.simulation.offline import OfflineRun, simulate
+from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.model.kinematics import state_from_joints
@@ -68,9 +68,14 @@ def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = N
         yield Replayed(sample.number, estimator.belief, exact_state(scenario, sample), fault)
 
 
-def summary_of(scenario: Scenario, folder: Path) -> tuple[Summary, RunSeries]:
-    """Run a scenario offline and judge it from its bag, as `fivebar simulate` does, without figures."""
-    write_bag(simulate(scenario), scenario, folder / "bag")
-    recording = read_bag(folder / "bag")
+def summary_of(scenario: Scenario) -> tuple[Summary, RunSeries]:
+    """Run a scenario offline and judge it as `fivebar simulate` does, without a bag and without figures."""
+    return _summary_of(scenario.model_dump_json())
+
+
+@functools.cache
+def _summary_of(content: str) -> tuple[Summary, RunSeries]:
+    scenario = Scenario.model_validate_json(content)
+    recording = RunInMemory(simulate(scenario), scenario)
     series = read_series(recording, scenario)
     return summarize(recording, series, scenario, Timing(runner="offline")), series

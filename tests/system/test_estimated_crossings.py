@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 from estimate_replay import OFF_MODEL, encoder_scenario, summary_of
@@ -34,8 +33,8 @@ def expect_completed(summary: Summary, name: str) -> None:
 
 @pytest.mark.parametrize("duration", DURATIONS)
 @pytest.mark.parametrize("name", NAMES)
-def test_a_robot_as_believed(name: str, duration: float, tmp_path: Path) -> None:
-    summary, series = summary_of(encoder_scenario(name, duration, SOFT), tmp_path)
+def test_a_robot_as_believed(name: str, duration: float) -> None:
+    summary, series = summary_of(encoder_scenario(name, duration, SOFT))
     expect_completed(summary, name)
     assert summary.tracking_error_peak_m is not None
     assert summary.tracking_error_peak_m < TRACKING_LIMIT
@@ -46,20 +45,20 @@ def test_a_robot_as_believed(name: str, duration: float, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("duration", DURATIONS)
 @pytest.mark.parametrize("name", NAMES)
-def test_a_robot_that_is_not_as_believed(name: str, duration: float, tmp_path: Path) -> None:
-    summary, _ = summary_of(encoder_scenario(name, duration, SOFT, OFF_MODEL), tmp_path)
+def test_a_robot_that_is_not_as_believed(name: str, duration: float) -> None:
+    summary, _ = summary_of(encoder_scenario(name, duration, SOFT, OFF_MODEL))
     expect_completed(summary, name)
     assert summary.tracking_error_peak_m is not None
     assert summary.tracking_error_peak_m < OFF_MODEL_LIMIT
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_estimated_disturbance_takes_most_of_a_wrong_model(name: str, tmp_path: Path) -> None:
+def test_the_estimated_disturbance_takes_most_of_a_wrong_model(name: str) -> None:
     """Soft gains leave 4 mm and more of it at T = 1 s; with exact sensors and no delay they leave the same."""
     errors = []
     for feed_forward in (False, True):
         scenario = encoder_scenario(name, 1.0, SOFT, OFF_MODEL, ekf={"feed_forward": feed_forward})
-        summary, _ = summary_of(scenario, tmp_path / str(feed_forward))
+        summary, _ = summary_of(scenario)
         expect_completed(summary, name)
         assert summary.tracking_error_peak_m is not None
         errors.append(summary.tracking_error_peak_m)
@@ -68,7 +67,7 @@ def test_the_estimated_disturbance_takes_most_of_a_wrong_model(name: str, tmp_pa
     assert made_up < 0.2 * without
 
 
-def test_without_the_prediction_the_controllers_are_late(tmp_path: Path) -> None:
+def test_without_the_prediction_the_controllers_are_late() -> None:
     """What is published for a sample is the state in which its torque begins to act, not that of the measurement."""
     scenario = encoder_scenario("middle", 0.5)
     robot, samples = scenario.five_bar(), simulate(scenario).samples
@@ -86,17 +85,17 @@ def test_without_the_prediction_the_controllers_are_late(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("name", ["middle_encoders", "multiple_encoders"])
-def test_shipped_scenarios_complete(name: str, tmp_path: Path) -> None:
+def test_shipped_scenarios_complete(name: str) -> None:
     assert name in shipped_scenarios()
     scenario = load_scenario(name)
     assert scenario.estimated
     assert scenario.lead_samples == scenario.plant.delay_samples == 1
-    summary, _ = summary_of(scenario, tmp_path)
+    summary, _ = summary_of(scenario)
     expect_completed(summary, name.removesuffix("_encoders"))
 
 
-def test_an_ambiguous_estimate_ends_the_run_as_failed(tmp_path: Path) -> None:
+def test_an_ambiguous_estimate_ends_the_run_as_failed() -> None:
     scenario = encoder_scenario("middle", 0.5, ekf={"dwell_limit": 0.01})
-    summary, _ = summary_of(scenario, tmp_path)
+    summary, _ = summary_of(scenario)
     assert not summary.completed
     assert summary.faults[0] == "estimate_ambiguous"

@@ -38,8 +38,8 @@ def largest(summary: Summary) -> tuple[float, float]:
 
 @pytest.mark.parametrize("duration", DURATIONS)
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_a_robot_as_believed(motion: str, duration: float, tmp_path: Path) -> None:
-    summary, _ = summary_of(scenario(motion, duration), tmp_path)
+def test_a_robot_as_believed(motion: str, duration: float) -> None:
+    summary, _ = summary_of(scenario(motion, duration))
     assert summary.completed, summary.not_completed_because
     assert summary.assembly_mode_changes == CROSSINGS[motion]
     error, torque = largest(summary)
@@ -50,8 +50,8 @@ def test_a_robot_as_believed(motion: str, duration: float, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("motion", "duration"), [*(("middle", duration) for duration in DURATIONS), ("multiple", 0.5), ("multiple", 2.0)]
 )
-def test_the_rig_from_its_motor_encoders(motion: str, duration: float, tmp_path: Path) -> None:
-    summary, _ = summary_of(scenario(motion, duration, **RIG), tmp_path)
+def test_the_rig_from_its_motor_encoders(motion: str, duration: float) -> None:
+    summary, _ = summary_of(scenario(motion, duration, **RIG))
     assert summary.completed, summary.not_completed_because
     assert summary.assembly_mode_changes == CROSSINGS[motion]
     error, torque = largest(summary)
@@ -64,7 +64,7 @@ def root_mean_square(series: RunSeries) -> float:
 
 
 @pytest.mark.parametrize("plant", [LIGHT_AND_STIFF, HEAVY_AND_EASY], ids=["light and stiff", "heavy and easy"])
-def test_the_observer_takes_the_error_of_a_wrong_model(plant: dict[str, float], tmp_path: Path) -> None:
+def test_the_observer_takes_the_error_of_a_wrong_model(plant: dict[str, float]) -> None:
     """With gains at which a robot not as believed is about 1 mm off, and with the default ones."""
     for gains, without, reached in (
         ({"kp": 900.0, "kd": 60.0}, 0.7e-3, 0.25e-3),
@@ -73,7 +73,7 @@ def test_the_observer_takes_the_error_of_a_wrong_model(plant: dict[str, float], 
         errors = []
         for rate in (0.0, 40.0):
             run = scenario("middle", 1.0, plant=plant, unified={**gains, "observer_rate": rate})
-            summary, series = summary_of(run, tmp_path / f"{rate}{len(gains)}")
+            summary, series = summary_of(run)
             assert summary.completed, summary.not_completed_because
             errors.append(root_mean_square(series))
         assert errors[0] > without
@@ -89,10 +89,10 @@ def test_the_observer_takes_the_error_of_a_wrong_model(plant: dict[str, float], 
     ],
 )
 def test_shipped_motions_that_meet_type_1(
-    name: str, mode_changes: tuple[int, int], error: float, torque: float, tmp_path: Path
+    name: str, mode_changes: tuple[int, int], error: float, torque: float
 ) -> None:
     run = load_scenario(name)
-    summary, series = summary_of(run, tmp_path)
+    summary, series = summary_of(run)
     assert summary.completed, summary.not_completed_because
     assert (summary.assembly_mode_changes, summary.working_mode_changes) == mode_changes
     assert summary.planned_working_mode_changes == mode_changes[1]
@@ -109,22 +109,22 @@ def test_shipped_motions_that_meet_type_1(
 @pytest.mark.parametrize("plant", [LIGHT_AND_STIFF, HEAVY_AND_EASY], ids=["light and stiff", "heavy and easy"])
 @pytest.mark.parametrize("duration", [0.5, 3.0])
 def test_a_robot_that_is_not_as_believed_still_changes_its_working_mode(
-    duration: float, plant: dict[str, float], tmp_path: Path
+    duration: float, plant: dict[str, float]
 ) -> None:
     """Slowly too, where a leg that is not held on its way would fall back to the side from which it came."""
     content = load_scenario("type1_working_mode").model_dump(mode="json")
     content["segment_duration"] = duration
     content["plant"] |= plant
-    summary, _ = summary_of(Scenario.model_validate(content), tmp_path)
+    summary, _ = summary_of(Scenario.model_validate(content))
     assert summary.completed, summary.not_completed_because
     error, torque = largest(summary)
     assert error < 0.2e-3
     assert torque < 1.5
 
 
-def test_at_rest_on_the_boundary_the_stretched_leg_stays(tmp_path: Path) -> None:
+def test_at_rest_on_the_boundary_the_stretched_leg_stays() -> None:
     """From 0.98 s to 1.02 s the reference rests there; the leg keeps to it although the platform does not feel it."""
-    _, series = summary_of(load_scenario("type1_boundary"), tmp_path)
+    _, series = summary_of(load_scenario("type1_boundary"))
     resting = (series.time > 0.98) & (series.time < 1.02)
     assert np.max(np.abs(np.sin(series.joint_position[resting, 1]))) < 5e-3
 
