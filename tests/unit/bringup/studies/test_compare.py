@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 
 import pytest
-from fivebar_control.laws.laws import SCHEMES
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app

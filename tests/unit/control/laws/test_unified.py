@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from fivebar_control.laws.laws import UnifiedLaw
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
