@@ -18,7 +18,7 @@ from fivebar_control.laws.ctc import CtcSettings
 from fivebar_control.laws.gains import Gains
 from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.multi_model import ReducedCtcSettings
-from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedController, find_controller
+from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedController, controller_problem, find_controller
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
 from fivebar_control.laws.vhc_joint import VhcJointSettings
@@ -27,7 +27,7 @@ from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan
 from fivebar_description.imu import ImuDescription
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
-from fivebar_description.settings import Section, read_settings
+from fivebar_description.settings import Section, Setting, read_settings
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
 from fivebar_sim.options import ImuOptions, PlantOptions
@@ -138,11 +138,17 @@ class EkfSection(StrictModel):
         return EkfSettings(**self.model_dump(exclude={"feed_forward"}))
 
 
+CONTROLLER = Setting(
+    f"Who makes the motion: {', '.join(CONTROLLERS)}, or my_package.my_law:LAW for a law from elsewhere.",
+    check=controller_problem,
+)
+
+
 class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
-    controller: str = "multi_cartesian"
+    controller: Annotated[str, CONTROLLER] = "multi_cartesian"
     robot: str = "dextar"
     working_mode: Mode = (1, -1)
     working_modes: Annotated[tuple[Mode, ...], Field(strict=False)] | None = None
@@ -162,12 +168,6 @@ class Scenario(StrictModel):
     ekf: EkfSection = EkfSection()
     safety: SafetySection = SafetySection()
     tracking_error_limit: Positive = 0.05
-
-    @field_validator("controller")
-    @classmethod
-    def _is_known(cls, name: str) -> str:
-        find_controller(name)
-        return name
 
     @model_validator(mode="after")
     def _settings_of_its_law(self) -> Scenario:
@@ -292,7 +292,9 @@ class Scenario(StrictModel):
         return TunedController(scheme, *(TunedLaw(law, self._settings_of(law)) for law in scheme.laws))
 
     def _settings_of(self, law: Law) -> tuple[Any, ...]:
-        settings: Any = SECTIONS[law.name](self) if law.name in SECTIONS else read_settings(self.law, law.settings)
+        settings: Any = (
+            SECTIONS[law.name](self) if law.name in SECTIONS else read_settings(self.law, law.settings, "law")
+        )
         if getattr(settings, "torque_limit", 0.0) is None:
             settings = settings._replace(torque_limit=self.plant.torque_limit)
         return cast(tuple[Any, ...], settings)

@@ -2,50 +2,55 @@
 
 ros2 launch fivebar_bringup robot.launch.py scenario:=middle_robot hardware:=emulated out:=runs/rehearsed
 ros2 launch fivebar_bringup robot.launch.py scenario:=mine.yaml hardware:=socketcan drives:=/path/to/drives.yaml
+
+On emulated drives it is the rehearsal that `fivebar run SCENARIO --hardware emulated` makes, and ends with it. On real
+drives the nodes stay until one of them ends or you stop them; `fivebar report DIRECTORY` then makes the report.
 """
 
-from pathlib import Path
-
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, EmitEvent, OpaqueFunction, RegisterEventHandler
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    ExecuteProcess,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+)
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
 
-from fivebar_bringup.runs.graph import Mode, crossing_graph
-from fivebar_bringup.runs.rehearsal import Rehearsal, refuse_unfit, write_drive_files
-from fivebar_bringup.runs.run_directory import new_run_directory
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.runs.graph import Hardware, Mode
+from fivebar_bringup.runs.launching import drive_processes, run_command
+
+STOP_TIMEOUT = "30"
+"""Time (s) that a process has after Ctrl-C to stop in order."""
 
 
-def start_graph(context):
-    """Return the nodes of the chosen scenario; where one of them ends, all do, and the drives stop by themselves."""
-    scenario = load_scenario(LaunchConfiguration("scenario").perform(context))
-    refuse_unfit(scenario)
-    out = LaunchConfiguration("out").perform(context)
-    run = new_run_directory(Path(out) if out else None, scenario)
-    run.parameters.mkdir()
-    if LaunchConfiguration("hardware").perform(context) == "emulated":
-        rehearsal = Rehearsal(write_drive_files(scenario, run.path))
-        nodes = crossing_graph(scenario, Mode.REALTIME, run.bag, rehearsal)
-    else:
-        drives = LaunchConfiguration("drives").perform(context)
-        nodes = crossing_graph(scenario, Mode.REALTIME, run.bag, drives=drives)
-    actions = []
-    for node in nodes:
-        parameters = run.parameters / f"{node.executable}.yaml"
-        parameters.write_text(node.parameter_file(), encoding="utf-8")
-        action = Node(
-            package=node.package,
-            executable=node.executable,
-            name=node.executable,
-            parameters=[str(parameters)],
-            output="screen",
-        )
-        ended = EmitEvent(event=Shutdown(reason=f"{node.executable} has ended; now: fivebar report {run.path}"))
-        actions += [action, RegisterEventHandler(OnProcessExit(target_action=action, on_exit=[ended]))]
-    return actions
+def start_experiment(context):
+    """Return the processes of the experiment, and what ends the launch."""
+    names = ("scenario", "hardware", "drives", "out")
+    scenario, hardware, drives, out = (LaunchConfiguration(name).perform(context) for name in names)
+    if hardware == "emulated":
+        command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED)
+        return [*process("fivebar_run", command)]
+    directory, started = drive_processes(scenario, drives, out)
+    said = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
+    return [said, *(action for one in started for action in process(one.name, one.command))]
+
+
+def process(name, command):
+    """Return a process with which the launch ends, and fails where it fails."""
+    action = ExecuteProcess(
+        cmd=list(command), name=name, output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
+    )
+
+    def end(event, context):
+        if event.returncode != 0:
+            raise RuntimeError(f"{name} failed: exit status {event.returncode}")
+        return [EmitEvent(event=Shutdown(reason=f"{name} has ended"))]
+
+    return action, RegisterEventHandler(OnProcessExit(target_action=action, on_exit=end))
 
 
 def generate_launch_description():
@@ -60,6 +65,6 @@ def generate_launch_description():
                 "drives", default_value="dextar_socketcan", description="With socketcan: configuration of the drives."
             ),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
-            OpaqueFunction(function=start_graph),
+            OpaqueFunction(function=start_experiment),
         ]
     )

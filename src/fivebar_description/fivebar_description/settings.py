@@ -15,8 +15,20 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import BeforeValidator, ConfigDict, GetCoreSchemaHandler, PlainSerializer, Strict, TypeAdapter
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    Strict,
+    TypeAdapter,
+    ValidationError,
+)
 from pydantic_core import CoreSchema, core_schema
+
+from fivebar_description.strict_yaml import InputError, problems_in
+
+STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 S = TypeVar("S", bound=tuple[Any, ...])
 
@@ -190,14 +202,17 @@ def from_parameters(settings: type[S], values: Mapping[str, Any]) -> S:
     return settings(**found)
 
 
-def read_settings(content: Mapping[str, Any], settings: type[S]) -> S:
-    """Return settings from keys with values.
+def read_settings(content: Mapping[str, Any], settings: type[S], section: str) -> S:
+    """Return settings from keys with values of a section.
 
     Raises:
-        ValueError: a key is unknown, or a value does not fit (pydantic's ValidationError).
+        InputError: a key is unknown, or a value does not fit.
     """
-    reader: TypeAdapter[S] = TypeAdapter(settings, config=ConfigDict(strict=True, allow_inf_nan=False))
-    return reader.validate_python(dict(content))
+    reader: TypeAdapter[S] = TypeAdapter(settings, config=STRICT)
+    try:
+        return reader.validate_python(dict(content))
+    except ValidationError as error:
+        raise InputError(problems_in(error, f"{section}.")) from error
 
 
 def _mapping(content: Any) -> Any:

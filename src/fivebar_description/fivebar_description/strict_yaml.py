@@ -98,8 +98,12 @@ def validate(content: object, model: type[M], source: str) -> M:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        problems = "; ".join(_problem(detail) for detail in error.errors(include_url=False))
-        raise InputError(f"{source}: {problems}") from error
+        raise InputError(f"{source}: {problems_in(error)}") from error
+
+
+def problems_in(error: ValidationError, section: str = "") -> str:
+    """Return what is wrong in one line, every key with the section that it stands in."""
+    return "; ".join(section + _problem(detail) for detail in error.errors(include_url=False))
 
 
 def _problem(detail: Any) -> str:

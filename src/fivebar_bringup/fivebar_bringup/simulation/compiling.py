@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import glob
 import hashlib
 import re
@@ -15,6 +16,7 @@ import numba
 DIGEST = re.compile(r"[0-9a-f]{16}")
 
 _compiled: dict[FunctionType, Any] = {}
+_callees: dict[FunctionType, Any] = {}
 
 
 def compiled(function: Callable[..., Any]) -> Any:
@@ -28,11 +30,39 @@ def compiled(function: Callable[..., Any]) -> Any:
     """
     plain = _plain(function)
     if plain not in _compiled:
-        _compiled[plain] = _machine_code(_rebound(plain), keep=False)
+        _compiled[plain] = _machine_code(_rebound(plain))
     return _compiled[plain]
 
 
-def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any]) -> Any:
+def _callee(function: FunctionType) -> Any:
+    """Return a function compiled for compiled callers alone: what Python needs to call it takes half of the time."""
+    if function not in _callees:
+        wrapped = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        _callees[function] = _machine_code(_rebound(function), **wrapped)
+    return _callees[function]
+
+
+class Kept:
+    """A compiled function whose machine code is kept on disk."""
+
+    def __init__(self, dispatcher: Any, lock: Path) -> None:
+        """Wrap a dispatcher of numba; `lock` is a file beside its machine code."""
+        self.dispatcher = dispatcher
+        self._lock = lock
+        self._called = False
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it; of several processes that need the machine code at once one compiles and the others load it."""
+        if self._called:
+            return self.dispatcher(*arguments)
+        with self._lock.open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            result = self.dispatcher(*arguments)
+        self._called = True
+        return result
+
+
+def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any]) -> Kept:
     """Return the same, with its machine code kept on disk between processes.
 
     `bound` are functions that take the place of the ones which the function knows under these names.
@@ -45,9 +75,11 @@ def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any])
     name = "_".join([plain.__qualname__, *(one.__name__ for one in bound.values())])
     copy = _rebound(plain)
     copy.__qualname__ = f"{name}_{digest(plain)}"
-    kept = _machine_code(copy, keep=True)
-    _remove_outdated(Path(kept.stats.cache_path), Path(plain.__code__.co_filename).stem, name, copy)
-    return kept
+    kept = _machine_code(copy, cache=True)
+    folder, module = Path(kept.stats.cache_path), Path(plain.__code__.co_filename).stem
+    folder.mkdir(parents=True, exist_ok=True)
+    _remove_outdated(folder, module, name, copy)
+    return Kept(kept, folder / f"{module}.{name}.lock")
 
 
 def _remove_outdated(folder: Path, module: str, name: str, kept: FunctionType) -> None:
@@ -73,14 +105,14 @@ def digest(function: Callable[..., Any]) -> str:
     return total.hexdigest()[:16]
 
 
-def _machine_code(function: FunctionType, keep: bool) -> Any:
-    """Return a dispatcher of numba.
+def _machine_code(function: FunctionType, **options: bool) -> Any:
+    """Return a dispatcher of numba with some more of its options.
 
     Division by zero gives infinity or NaN, as the equations expect; sums keep their order, so that results are those of
     the plain functions; everything is put into one function, which makes the loop a third faster; the interpreter's
     lock is not held, so that threads run side by side.
     """
-    return numba.njit(error_model="numpy", fastmath=False, forceinline=True, nogil=True, cache=keep)(function)
+    return numba.njit(error_model="numpy", fastmath=False, forceinline=True, nogil=True, **options)(function)
 
 
 def _plain(function: Callable[..., Any]) -> FunctionType:
@@ -98,7 +130,7 @@ def _with_names(function: FunctionType, names: dict[str, FunctionType]) -> Funct
 
 
 def _rebound(function: FunctionType) -> FunctionType:
-    callees = {name: compiled(value) for name, value in _globals_of(function) if isinstance(value, FunctionType)}
+    callees = {name: _callee(value) for name, value in _globals_of(function) if isinstance(value, FunctionType)}
     return _with_names(function, callees)
 
 

@@ -95,18 +95,18 @@ class Law(NamedTuple):
         return torque_topic(self.topic_name or self.name)
 
 
-def check_law(law: Law, source: str) -> None:
+def check_law(law: Law) -> None:
     """Refuse a law that cannot run.
 
     Raises:
         InputError: its name is no word for a topic, or its settings have no defaults.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", law.name):
-        raise InputError(f"{source}: name {law.name!r}: expected a word of lower-case letters, digits and underscores")
+        raise InputError(f"name {law.name!r}: expected a word of lower-case letters, digits and underscores")
     try:
         law.settings()
     except TypeError as error:
-        raise InputError(f"{source}: settings {law.settings.__name__}: every field needs a default: {error}") from error
+        raise InputError(f"settings {law.settings.__name__}: every field needs a default: {error}") from error
 
 
 def no_step(robot: FiveBar, instant: Instant, memory: None, settings: None) -> tuple[Torque, None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
+from collections.abc import Collection
 from functools import cache
 from typing import NamedTuple
 
@@ -107,11 +108,15 @@ def find_controller(name: str) -> Controller:
     Raises:
         InputError: there is none of that name, or the law cannot be loaded.
     """
-    if name in CONTROLLERS:
-        return CONTROLLERS[name]
-    if PLUGIN.fullmatch(name):
-        return Controller(name, _plugin(name))
-    raise InputError(_unknown("controller", name, CONTROLLERS))
+    problem = controller_problem(name)
+    if problem is not None:
+        raise InputError(f"controller: {name!r}: {problem}")
+    return CONTROLLERS[name] if name in CONTROLLERS else Controller(name, _plugin(name))
+
+
+def controller_problem(name: str) -> str | None:
+    """Return why there is no such controller, None where there is one."""
+    return _problem(name, CONTROLLERS)
 
 
 def find_law(name: str) -> Law:
@@ -120,11 +125,27 @@ def find_law(name: str) -> Law:
     Raises:
         InputError: there is none of that name, or it cannot be loaded.
     """
-    if name in LAWS:
-        return LAWS[name]
-    if PLUGIN.fullmatch(name):
-        return _plugin(name)
-    raise InputError(_unknown("law", name, LAWS))
+    problem = law_problem(name)
+    if problem is not None:
+        raise InputError(f"law: {name!r}: {problem}")
+    return LAWS[name] if name in LAWS else _plugin(name)
+
+
+def law_problem(name: str) -> str | None:
+    """Return why there is no such law, None where there is one."""
+    return _problem(name, LAWS)
+
+
+def _problem(name: str, known: Collection[str]) -> str | None:
+    if name in known:
+        return None
+    if not PLUGIN.fullmatch(name):
+        return f"expected one of {', '.join(known)}, or my_package.my_law:LAW"
+    try:
+        _plugin(name)
+    except InputError as error:
+        return str(error)
+    return None
 
 
 def default_tuning(controller: Controller) -> TunedController:
@@ -133,20 +154,21 @@ def default_tuning(controller: Controller) -> TunedController:
     return TunedController(controller, *tuned)
 
 
-def _unknown(kind: str, name: str, known: dict[str, Controller] | dict[str, Law]) -> str:
-    return f"{kind}: {name!r}: expected one of {', '.join(known)}, or my_package.my_law:LAW"
-
-
 @cache
 def _plugin(name: str) -> Law:
+    """Return a law from elsewhere.
+
+    Raises:
+        InputError: says why it cannot be loaded; the name is the caller's to say.
+    """
     module, _, entry = name.partition(":")
     try:
         law = getattr(importlib.import_module(module), entry)
     except (ImportError, AttributeError) as error:
-        raise InputError(f"controller: {name!r}: cannot be loaded: {error}") from error
+        raise InputError(f"cannot be loaded: {error}") from error
     if not isinstance(law, Law):
-        raise InputError(f"controller: {name!r}: expected a fivebar_control.laws.law.Law, found {type(law).__name__}")
-    check_law(law, f"controller: {name!r}")
+        raise InputError(f"expected a fivebar_control.laws.law.Law, found {type(law).__name__}")
+    check_law(law)
     if law.name in LAWS and law != LAWS[law.name]:
-        raise InputError(f"controller: {name!r}: the name {law.name!r} is taken, expected another one")
+        raise InputError(f"the name {law.name!r} is taken, expected another one")
     return law

@@ -13,7 +13,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
-from fivebar_control.laws.registry import find_law
+from fivebar_control.laws.registry import find_law, law_problem
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.model_parameters import RATE, ROBOT, WORKING_MODE
@@ -46,7 +46,6 @@ from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
-from fivebar_description.strict_yaml import InputError
 
 DEADLINE_LOOKS = 4
 """How often within a deadline the blender looks whether it has passed."""
@@ -58,11 +57,7 @@ BLENDED = "blended"
 
 
 def _no_such_law(name: str) -> str | None:
-    try:
-        candidate_topic(name)
-    except InputError as error:
-        return str(error)
-    return None
+    return None if name == BLENDED else law_problem(name)
 
 
 def candidate_topic(candidates: str) -> Topic:

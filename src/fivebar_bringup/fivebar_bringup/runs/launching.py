@@ -1,0 +1,64 @@
+"""What the launch files start: the same run as `fivebar run`, or the same processes where real drives are moved."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, Scheduling, processes
+from fivebar_bringup.runs.rehearsal import refuse_unfit
+from fivebar_bringup.runs.run_directory import new_run_directory
+from fivebar_bringup.scenario import load_scenario
+
+COMMAND = (sys.executable, "-m", "fivebar_bringup.cli.main")
+
+
+class LaunchedProcess(NamedTuple):
+    """One process that a launch file starts: its name, and the words of its command."""
+
+    name: str
+    command: tuple[str, ...]
+
+
+def run_command(
+    scenario: str, mode: Mode, out: str, hardware: Hardware, environment: Mapping[str, str] = os.environ
+) -> tuple[str, ...]:
+    """Return the command that makes a run in the DDS domain of a shell, so that its tools see the nodes.
+
+    It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 where the run
+    completed.
+    """
+    words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID", "0")]
+    if mode is Mode.REALTIME and hardware is Hardware.SIMULATED:
+        words.append("--realtime")
+    if hardware is Hardware.EMULATED:
+        words += ["--hardware", hardware.value]
+    if out:
+        words += ["--out", out]
+    return tuple(words)
+
+
+def drive_processes(scenario: str, drives: str, out: str) -> tuple[Path, tuple[LaunchedProcess, ...]]:
+    """Return the directory of a run on real drives, and the processes that `fivebar run` would start for it.
+
+    The control chain shares one process under real-time priority. The bridge waits to be activated.
+
+    Raises:
+        InputError: the scenario cannot be run on drives, or the directory cannot be used.
+    """
+    loaded = load_scenario(scenario)
+    refuse_unfit(loaded)
+    run = new_run_directory(Path(out) if out else None, loaded)
+    run.parameters.mkdir()
+    nodes = crossing_graph(loaded, Mode.REALTIME, run.bag, drives=drives)
+    started = []
+    for process in processes(nodes, Mode.REALTIME, loaded.rate_hz, Scheduling(priority=DEFAULT_PRIORITY)):
+        parameters = run.parameters / f"{process.name}.yaml"
+        parameters.write_text(process.parameter_file(), encoding="utf-8")
+        command = (sys.executable, *process.command, "--ros-args", "--params-file", str(parameters))
+        started.append(LaunchedProcess(process.name, command))
+    return run.path, tuple(started)
