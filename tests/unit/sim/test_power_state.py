@@ -61,6 +61,9 @@ def test_bit_7_resets_when_it_rises_and_not_while_it_stays() -> None:
     assert not machine.control(NO_VOLTAGE)
     assert machine.control(RESET)
     assert machine.state is PowerState.SWITCH_ON_DISABLED
+    # whatever the other bits were before
+    for before in (SHUTDOWN, SWITCH_ON, ENABLE):
+        assert after(before, RESET, tripped=True).state is PowerState.SWITCH_ON_DISABLED
     # nor does one that was set before the fault came
     machine = after(SHUTDOWN | RESET)
     assert machine.state is PowerState.READY

@@ -154,6 +154,25 @@ def test_a_reading_that_is_left_out_costs_no_time(dextar: FiveBar) -> None:
     assert started.fault is None
 
 
+@pytest.mark.parametrize("left_out", [False, True])
+def test_over_a_gap_an_encoder_that_reads_the_same_is_not_taken_for_a_frozen_one(
+    dextar: FiveBar, left_out: bool
+) -> None:
+    """Where readings are missing the prediction is a guess. Without gaps the same readings are a fault."""
+    started = estimator(dextar)
+    step, truth = started._filter, Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
+    stays = math.nan
+    for sample in range(50):
+        q = inverse_geometry(dextar, 1, -1, truth.x, truth.y)
+        if sample <= 30:
+            stays = q.q11
+        if sample <= 30 or sample % 2 == 0 or not left_out:
+            started.take(sample, stays, q.q21, 0.7, -0.6)
+        truth = step.advance(truth, 0.7, -0.6)
+    frozen = started.fault is not None and started.fault.name == "encoder_frozen"
+    assert frozen != left_out
+
+
 def test_after_a_long_gap_the_estimate_is_lost(dextar: FiveBar) -> None:
     q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
     started = estimator(dextar)

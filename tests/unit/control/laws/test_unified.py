@@ -365,6 +365,47 @@ def type_3_robot(dextar: FiveBar) -> FiveBar:
     return FiveBar(leg(-0.05, 0.1, 0.1), leg(0.05, 0.06, 0.04), 0.5)
 
 
+@pytest.mark.parametrize("rate", [1.0, 40.0, 400.0])
+def test_away_from_the_locus_the_error_fades_at_the_rate_of_the_observer(
+    rate: float, robot: FiveBar, regular_states: States
+) -> None:
+    """Where torque costs next to nothing S is the unit matrix: exp(-rate T) of the error is left of either motor's."""
+    true, believed, push = (0.3, -0.2), (-0.1, 0.1), (0.4, 0.5)
+    settings = UnifiedSettings(weight=1e-9, observer_rate=rate)
+    left = math.exp(-rate * PERIOD)
+    for state in regular_states(20, 93):
+        mapped = input_map(robot, state)
+        assert mapped is not None
+        ax, ay = expected(mapped, (push[0] + true[0], push[1] + true[1]))
+        thought = expected(mapped, (push[0] + believed[0], push[1] + believed[1]))
+        memory = UnifiedMemory(*believed, False, *push, state.vx - ax * PERIOD, state.vy - ay * PERIOD, *thought)
+        found = observed_disturbance(mapped, state, memory, settings, PERIOD)
+        wanted = tuple(t + left * (b - t) for t, b in zip(true, believed, strict=True))
+        assert found == pytest.approx(wanted, rel=1e-5, abs=1e-7)
+
+
+def test_without_an_observer_no_sample_depends_on_the_one_before(dextar: FiveBar) -> None:
+    """Its period may be infinite, for a law that is asked for single instants."""
+    settings = UnifiedSettings(observer_rate=0.0)
+    state = state_from_platform(dextar, 1, -1, 0.01, 0.12, 0.1, -0.2)
+    reference = reference_near(dextar, state)
+    first, memory = unified_step(dextar, state, reference, NOTHING_KNOWN, settings, math.inf)
+    assert all(math.isfinite(value) for value in first)
+    again = state_from_platform(dextar, 1, -1, 0.02, 0.13, -0.3, 0.1)
+    memory = unified_step(dextar, again, reference, memory, settings, math.inf)[1]
+    assert unified_step(dextar, state, reference, memory, settings, math.inf)[0] == first
+
+
+def test_a_heavy_platform_has_an_input_map_too(dextar: FiveBar) -> None:
+    """With 50 kg the platform hardly moves, which is no singularity: against Pinocchio."""
+    heavy = dextar._replace(mass=50.0)
+    for state in (state_from_platform(heavy, 1, -1, 0.0, y, 0.3, -0.4) for y in (0.12, 0.16, 0.05)):
+        mapped = input_map(heavy, state)
+        assert mapped is not None
+        found = expected(mapped, (0.7, -0.3))
+        assert found == pytest.approx(acceleration_by_pinocchio(heavy, state, 0.7, -0.3), abs=1e-9)
+
+
 def test_after_an_undefined_torque_nothing_is_learned_but_what_was_known_stays(dextar: FiveBar) -> None:
     """What acted while there was no torque is not known. The disturbance found before that still is."""
     robot, settings = type_3_robot(dextar), UnifiedSettings(kp=0.0, kd=0.0)

@@ -134,6 +134,24 @@ def test_type_2_distance_where_it_is_known(dextar: FiveBar) -> None:
     assert type2_distance(dextar, state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0)) < 1e-15
 
 
+def test_type_2_distance_where_both_distal_links_turn_alike_is_unknown(dextar: FiveBar) -> None:
+    """Parallel legs: to first order no way leads off the locus or towards it."""
+    parallel = state_from_joints(dextar, 1.0, 0.7, 1.0, 0.7, 0.0, 0.0, 0.0, 0.0)
+    assert type2_distance(dextar, parallel) == math.inf
+    nearly = state_from_joints(dextar, 1.0, 0.7, 1.01, 0.7, 0.0, 0.0, 0.0, 0.0)
+    assert 0.0 < type2_distance(dextar, nearly) < math.inf
+
+
+def test_type_2_distance_of_distal_links_at_right_angles_is_a_number(dextar: FiveBar) -> None:
+    """Rounding puts det A beyond 1 for some of them."""
+    beyond = 0
+    for theta in np.linspace(0.1, 3.0, 200).tolist():
+        square = state_from_joints(dextar, 1.0, theta - 1.0, 2.0, theta + 0.5 * math.pi - 2.0, 0.0, 0.0, 0.0, 0.0)
+        beyond += abs(det_a(square)) > 1.0
+        assert type2_distance(dextar, square) > 0.0
+    assert beyond > 0
+
+
 def test_type_1_distance_and_margin(dextar: FiveBar) -> None:
     state = state_from_platform(dextar, 1, -1, 0.03, 0.12, 0.0, 0.0)
     assert type1_distance(dextar, state) == pytest.approx(0.18 - math.hypot(0.089, 0.12), abs=1e-16)
@@ -188,6 +206,9 @@ def test_what_is_within_the_tolerance_is_singular(dextar: FiveBar, tolerance: fl
         assert classify(dextar, nearly_aligned, tolerance).kind is kind
     on_bound = state_from_joints(dextar, 1.0, 0.4, 2.0, 1.1, 0.0, 0.0, 0.0, 0.0)
     assert classify(dextar, on_bound, type1_margin(on_bound)).kind is SingularityType.TYPE_1
+    on_bound = state_from_joints(dextar, 1.0, 1.5, 1.4, 1.3, 0.0, 0.0, 0.0, 0.0)
+    assert type1_margin(on_bound) > inverse_condition(on_bound) > 0.0
+    assert classify(dextar, on_bound, inverse_condition(on_bound)).kind is SingularityType.TYPE_2
 
 
 def test_class_distances_and_tolerance(dextar: FiveBar) -> None:

@@ -1,0 +1,258 @@
+"""Changes the core one operator or number at a time and looks whether a unit test notices: `make mutants`.
+
+Each mutant is one small change in the body of one function, made by Cosmic Ray's operators in a copy of the workspace.
+The unit tests that `selection.toml` names for its module run until one fails. They run in a fork of a process that has
+imported all that does not change, which takes most of the time of a short test run.
+
+Usage: run.py [MODULE ...], a module as `laws/unified` or a folder as `laws`; all of `selection.toml` without any.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import multiprocessing
+import os
+import resource
+import shutil
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy
+import pinocchio
+import pytest
+import scipy.optimize
+import scipy.stats
+from cosmic_ray.ast import ast_nodes, get_ast
+from cosmic_ray.mutating import MutationVisitor
+from cosmic_ray.plugins import get_operator
+from hypothesis import Phase, settings
+
+IMPORTED_ONCE = (numpy, pinocchio, scipy.optimize, scipy.stats)
+
+ROOT = Path(__file__).resolve().parents[2]
+CORE = Path("src/fivebar_control/fivebar_control")
+PACKAGES = ("fivebar_description", "fivebar_control", "fivebar_sim", "fivebar_bringup")
+RESULTS = ROOT / "runs" / "mutants.txt"
+
+OPERATORS = (
+    *(f"ReplaceBinaryOperator_{pair}" for pair in ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul", "Mod_Mul", "Pow_Mul")),
+    *(f"ReplaceComparisonOperator_{pair}" for pair in ("Eq_NotEq", "NotEq_Eq", "Is_IsNot", "IsNot_Is")),
+    *(f"ReplaceComparisonOperator_{pair}" for pair in ("Lt_LtE", "LtE_Lt", "Gt_GtE", "GtE_Gt")),
+    *(f"ReplaceComparisonOperator_{pair}" for pair in ("Lt_Gt", "LtE_GtE", "Gt_Lt", "GtE_LtE")),
+    "ReplaceUnaryOperator_Delete_USub",
+    "ReplaceUnaryOperator_Delete_Not",
+    "ReplaceAndWithOr",
+    "ReplaceOrWithAnd",
+    "ReplaceTrueWithFalse",
+    "ReplaceFalseWithTrue",
+    "ReplaceBreakWithContinue",
+    "ReplaceContinueWithBreak",
+    "AddNot",
+    "NumberReplacer",
+    "ZeroIterationForLoop",
+)
+"""Of Cosmic Ray's operators those that do not only exchange one mistake for another."""
+
+CPU_LIMIT = 5.0
+"""A mutant that takes so many times as long as the unchanged module, and 10 s, runs for ever: that is noticed, too."""
+
+EXAMPLES = 50
+"""Of each property: a quarter of what `make test` tries, since properties take most of the time."""
+
+
+class Module(NamedTuple):
+    """A module, as `laws/unified`, and the arguments of the test run that has to notice its mutants."""
+
+    name: str
+    arguments: tuple[str, ...]
+
+    @property
+    def path(self) -> Path:
+        return CORE / f"{self.name}.py"
+
+
+class Mutant(NamedTuple):
+    """One change: the line, by which operator, the line's text before and after, the whole text, and the time limit."""
+
+    module: Module
+    line: int
+    operator: str
+    before: str
+    after: str
+    text: str
+    limit: float
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("modules", nargs="*", metavar="MODULE", help="such as laws/unified, or a folder: laws")
+    parser.add_argument("--jobs", type=int, default=2, help="mutants at a time (default: 2)")
+    options = parser.parse_args()
+    with open(Path(__file__).with_name("selection.toml"), "rb") as file:
+        selection = tomllib.load(file)
+    least = selection["run"]["least"]
+    if wrong := unmatched(selection):
+        print(f"selection.toml: expected the unit tests of every module and no others: {', '.join(wrong)}")
+        return 2
+    modules = chosen(selection, options.modules)
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        workspace = copied(ROOT, Path(folder) / "unchanged")
+        mutants = []
+        for module in modules:
+            code, seconds = tested(workspace, module, CPU_LIMIT * 1e3)
+            if code != 0:
+                print(f"{module.name}: its tests fail without any change: pytest {' '.join(module.arguments)}")
+                return 2
+            mutants += list(mutants_of(workspace, module, 10.0 + CPU_LIMIT * seconds))
+        print(f"{len(mutants)} mutants of {len(modules)} modules")
+        context = multiprocessing.get_context("fork")
+        judged: list[tuple[Mutant, bool]] = []
+        with context.Pool(options.jobs, begin, (workspace,)) as pool:
+            for module in modules:
+                found = list(pool.imap(judge, [mutant for mutant in mutants if mutant.module == module]))
+                judged += found
+                print(row(module.name, found), flush=True)
+                keep(judged)
+    print(row("all", judged))
+    print(f"those not noticed: {RESULTS.relative_to(ROOT)}")
+    return 0 if sum(noticed for _, noticed in judged) >= least * len(judged) else 1
+
+
+def row(name: str, judged: list[tuple[Mutant, bool]]) -> str:
+    """Return how many mutants were noticed, in words and per cent."""
+    noticed = sum(noticed for _, noticed in judged)
+    return f"{name:28}{noticed:5} of {len(judged):5} noticed, {100.0 * noticed / max(len(judged), 1):5.1f} %"
+
+
+def keep(judged: list[tuple[Mutant, bool]]) -> None:
+    """Write down the mutants that were not noticed, with the line before and after."""
+    RESULTS.parent.mkdir(exist_ok=True)
+    with open(RESULTS, "w", encoding="utf-8") as file:
+        for mutant in sorted(mutant for mutant, noticed in judged if not noticed):
+            print(f"{mutant.module.path}:{mutant.line}: {mutant.operator}", file=file)
+            print(f"    - {mutant.before}\n    + {mutant.after}", file=file)
+
+
+def chosen(selection: dict[str, dict[str, list[str]]], names: list[str]) -> list[Module]:
+    """Return the modules of the selection that are asked for, all without a name."""
+    without = " or ".join(selection["run"]["without"])
+    found = [
+        Module(f"{folder}/{name}", (*(f"tests/unit/{file}" for file in files), "-k", f"not ({without})"))
+        for folder, section in selection.items()
+        if folder != "run"
+        for name, files in section.items()
+    ]
+    known = {module.name for module in found} | {module.name.split("/")[0] for module in found}
+    for name in names:
+        if name not in known:
+            raise SystemExit(f"{name}: expected one of {', '.join(sorted(known))}")
+    return [module for module in found if not names or {module.name, module.name.split("/")[0]} & set(names)]
+
+
+def unmatched(selection: dict[str, dict[str, list[str]]]) -> list[str]:
+    """Return the modules with functions that the selection lacks in its folders, and those in it that do not exist."""
+    found = []
+    for folder, section in selection.items():
+        if folder != "run":
+            paths = {path.stem: path for path in (ROOT / CORE / folder).glob("*.py")}
+            functions = {name for name, path in paths.items() if "def " in path.read_text(encoding="utf-8")}
+            found += [f"{folder}/{name}" for name in sorted(functions - set(section) | set(section) - set(paths))]
+    return found
+
+
+def copied(original: Path, workspace: Path) -> Path:
+    """Copy what the tests need of a workspace into a new folder and return that."""
+    for folder in ("src", "tests"):
+        shutil.copytree(original / folder, workspace / folder, ignore=shutil.ignore_patterns("*.egg-info"))
+    shutil.copy2(original / "pyproject.toml", workspace)
+    return workspace
+
+
+def mutants_of(workspace: Path, module: Module, limit: float) -> Iterator[Mutant]:
+    """Return the mutants of a module: those that compile, within functions. What is outside of them is settings."""
+    source = (workspace / module.path).read_text(encoding="utf-8")
+    lines = source.splitlines()
+    bodies = [
+        range(node.body[0].lineno, (node.end_lineno or 0) + 1)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.FunctionDef)
+    ]
+    for name in OPERATORS:
+        operator = get_operator(f"core/{name}")()
+        places = [place for node in ast_nodes(get_ast(source)) for place in operator.mutation_positions(node)]
+        for occurrence, ((line, _), _) in enumerate(places):
+            text = MutationVisitor.mutate_code(source, operator, occurrence)
+            if text is None or text == source or not any(line in body for body in bodies):
+                continue
+            try:
+                compile(text, module.name, "exec")
+            except SyntaxError:
+                continue
+            changed = text.splitlines()
+            at = next(number for number, pair in enumerate(zip(lines, changed, strict=False)) if pair[0] != pair[1])
+            yield Mutant(module, at + 1, name, lines[at].strip(), changed[at].strip(), text, limit)
+
+
+_workspace = Path()
+"""Of this process of the pool."""
+
+
+def begin(unchanged: Path) -> None:
+    global _workspace
+    _workspace = copied(unchanged, unchanged.with_name(str(os.getpid())))
+
+
+def judge(mutant: Mutant) -> tuple[Mutant, bool]:
+    """Return a mutant and whether its tests fail."""
+    path = _workspace / mutant.module.path
+    unchanged = path.read_text(encoding="utf-8")
+    path.write_text(mutant.text, encoding="utf-8")
+    try:
+        code, _ = tested(_workspace, mutant.module, mutant.limit)
+    finally:
+        path.write_text(unchanged, encoding="utf-8")
+    # 1 is a test that fails; 2 and 4 are a module or a conftest that cannot be imported
+    if code >= 0 and code not in (0, 1, 2, 4):
+        raise RuntimeError(f"{mutant.module.name}:{mutant.line}: pytest ended with {code}")
+    return mutant, code != 0
+
+
+class QuickProperties:
+    """A plugin of pytest's: whether a property fails is all that counts, not the simplest example that it fails for."""
+
+    def pytest_collection(self) -> None:
+        quick = {"phases": (Phase.explicit, Phase.generate), "max_examples": EXAMPLES}
+        settings.register_profile("mutants", settings.default, **quick)
+        settings.load_profile("mutants")
+
+
+def tested(workspace: Path, module: Module, limit: float) -> tuple[int, float]:
+    """Return pytest's exit code for a module's tests, negative where it was stopped, and the CPU time (s) it took."""
+    child = os.fork()
+    if child == 0:
+        code = 70
+        try:
+            resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))
+            quiet = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(quiet, 1)
+            os.dup2(quiet, 2)
+            os.chdir(workspace)
+            # only what does not change is kept compiled: a changed file may be as long and as new as the one before it
+            sys.dont_write_bytecode = workspace == _workspace
+            os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+            sys.path[:0] = [str(workspace / "src" / package) for package in PACKAGES]
+            options = ("-x", "-q", "-p", "no:cacheprovider", "--rootdir", str(workspace))
+            code = int(pytest.main([*options, *module.arguments], [QuickProperties()]))
+        finally:
+            os._exit(code)
+    _, status, usage = os.wait4(child, 0)
+    return os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime
+
+
+if __name__ == "__main__":
+    sys.exit(main())
