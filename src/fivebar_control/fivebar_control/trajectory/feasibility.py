@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from scipy.optimize import brentq
+
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
@@ -208,13 +210,7 @@ class _Watch:
 
     def _boundary(self, inside: float, outside: float, bound: float) -> float:
         """Return when kappa passes a bound between two times (s)."""
-        while abs(outside - inside) > BOUNDARY_TOLERANCE:
-            middle = 0.5 * (inside + outside)
-            if self._kappa(middle) < bound:
-                inside = middle
-            else:
-                outside = middle
-        return inside
+        return float(brentq(lambda t: self._kappa(t) - bound, inside, outside, xtol=BOUNDARY_TOLERANCE))
 
     def _look(self, sample: int) -> Look:
         seen = self._seen.get(sample)
