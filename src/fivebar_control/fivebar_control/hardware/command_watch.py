@@ -34,7 +34,7 @@ class CommandWatch:
         """Take the command that answers a sample."""
         self.answered, self._torques, self._came = sample, torques, now
 
-    def pardon(self, sample: int, now: float) -> None:
+    def rearm(self, sample: int, now: float) -> None:
         """Hold zero torque, as fresh as if it had just come for a sample: the operator has reset the fault."""
         if self.answered >= 0:
             self.take(sample, ZERO, now)
