@@ -14,8 +14,8 @@ from typing import NamedTuple
 from fivebar_control.estimation.covariance import (
     Covariance,
     ProcessNoise,
-    Row,
     Transition,
+    Vector6,
     diagonal,
     measured,
     process_noise,
@@ -172,7 +172,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
     determinant = w_xx * w_yy - w_xy * w_yx
     i_xx, i_xy, i_yx, i_yy = w_yy / determinant, -w_xy / determinant, -w_yx / determinant, w_xx / determinant
     # W^-1 (2 - W) = 2 W^-1 - 1
-    u: Row = (
+    u: Vector6 = (
         h * (i_xx * a.p_xx + i_xy * a.p_yx),
         h * (i_xx * a.p_xy + i_xy * a.p_yy),
         2.0 * i_xx - 1.0,
@@ -180,7 +180,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
         h * (i_xx * a.t_x1 + i_xy * a.t_y1),
         h * (i_xx * a.t_x2 + i_xy * a.t_y2),
     )
-    v: Row = (
+    v: Vector6 = (
         h * (i_yx * a.p_xx + i_yy * a.p_yx),
         h * (i_yx * a.p_xy + i_yy * a.p_yy),
         2.0 * i_yx,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.estimation.covariance import Row
+from fivebar_control.estimation.covariance import Vector6
 from fivebar_control.estimation.ekf import Belief, EkfSettings, EncoderFilter, Estimate
 from fivebar_control.estimation.encoder import CountedAngle
 from fivebar_control.estimation.frozen import FrozenWatch
@@ -58,7 +58,7 @@ class JointEstimate(NamedTuple):
     position: tuple[float, float, float, float]
     velocity: tuple[float, float, float, float]
     effort: tuple[float, float, float, float]
-    deviations: Row
+    deviations: Vector6
     disturbance: tuple[float, float]
 
 

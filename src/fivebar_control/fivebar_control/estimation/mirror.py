@@ -71,7 +71,7 @@ def deviations(mirror: Mirror, covariance: Covariance) -> float:
     return math.sqrt(max(0.0, (vv * s * s - 2.0 * pv * s * ds + pp * ds * ds) / determinant))
 
 
-class Look(NamedTuple):
+class AmbiguityCheck(NamedTuple):
     """What a sample shows of the ambiguity.
 
     Attributes:
@@ -83,7 +83,7 @@ class Look(NamedTuple):
     deviations: float
 
 
-def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -> Look:
+def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -> AmbiguityCheck:
     """Return what a belief shows, after `near` samples near the locus; past the dwell limit (s) nothing is tested."""
     x, y, vx, vy, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
@@ -91,9 +91,9 @@ def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -
     kappa = inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)
     near = near + 1 if kappa < NEAR_LOCUS else 0
     if near * model.period > dwell_limit or not kappa < TEST_KAPPA:
-        return Look(near, math.inf)
+        return AmbiguityCheck(near, math.inf)
     mirror = mirrored(model.robot, leg1, leg2, belief)
-    return Look(near, 0.0 if mirror is None else deviations(mirror, belief.covariance))
+    return AmbiguityCheck(near, 0.0 if mirror is None else deviations(mirror, belief.covariance))
 
 
 class MirrorWatch:

@@ -16,7 +16,7 @@ from canopen.sdo.exceptions import SdoError
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
-from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, Goal, State, next_controlword, reached
+from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
 from fivebar_control.hardware.drive_link import DriveLink, Reading
 from fivebar_control.hardware.drive_setup import DriveSetup
@@ -48,7 +48,7 @@ Torques = tuple[float, float]
 ZERO: Torques = (0.0, 0.0)
 
 
-class Cycle(NamedTuple):
+class Exchange(NamedTuple):
     """What one exchange brought: a reading of each drive, None where its answer is missing, and what is wrong."""
 
     readings: tuple[Reading | None, Reading | None]
@@ -90,7 +90,7 @@ class DriveBus:
         )
         self._news = threading.Condition()
         self._unknown = self._malformed = 0
-        self._goal = Goal.OFF
+        self._goal = PowerTarget.OFF
         self._enabled = False
         self._reset_words: deque[int] = deque()
         self._send_fault: Fault | None = None
@@ -115,7 +115,7 @@ class DriveBus:
         return Counters(self._unknown, self._malformed, self._port.unreadable)
 
     @property
-    def states(self) -> tuple[State, State]:
+    def states(self) -> tuple[DriveState, DriveState]:
         """The drives' states as of the last exchange."""
         return self.links[0].state, self.links[1].state
 
@@ -195,11 +195,11 @@ class DriveBus:
         Raises:
             DriveError: a fault, or they are not enabled within `timeout` (s). They are told to switch off then.
         """
-        self._goal = Goal.ENABLED
+        self._goal = PowerTarget.ENABLED
         try:
-            self._cycle_until(Goal.ENABLED, timeout)
+            self._cycle_until(PowerTarget.ENABLED, timeout)
         except DriveError:
-            self._goal = Goal.OFF
+            self._goal = PowerTarget.OFF
             self.write(ZERO)
             raise
         self._enabled = True
@@ -213,21 +213,21 @@ class DriveBus:
         self.write(ZERO)
         self.exchange()
         self._enabled = False
-        self._goal = Goal.DISABLED
-        self._cycle_until(Goal.DISABLED, timeout)
+        self._goal = PowerTarget.DISABLED
+        self._cycle_until(PowerTarget.DISABLED, timeout)
 
     def switch_off(self) -> None:
         """Remove power from both drives with the next frames, without waiting for it."""
         self._enabled = False
-        self._goal = Goal.OFF
+        self._goal = PowerTarget.OFF
         self._reset_words.clear()
         self.write(ZERO)
 
     def quick_stop(self) -> None:
         """Command zero torque and, where they were to be enabled, a quick stop (controlword bit 2 = 0)."""
         self._enabled = False
-        if self._goal is Goal.ENABLED:
-            self._goal = Goal.QUICK_STOP
+        if self._goal is PowerTarget.ENABLED:
+            self._goal = PowerTarget.QUICK_STOP
         self.write(ZERO)
 
     def reset(self, timeout: float) -> None:
@@ -241,9 +241,9 @@ class DriveBus:
         self._send_fault = None
         # a bridge that was started again knows nothing of their states yet
         self.exchange_paced()
-        if State.FAULT in self.states:
+        if DriveState.FAULT in self.states:
             self._enabled = False
-            self._goal = Goal.OFF
+            self._goal = PowerTarget.OFF
             self._reset_words.extend(word for word in FAULT_RESET_SEQUENCE for _ in range(RESET_HOLD_CYCLES))
         end = time.monotonic() + timeout
         while True:
@@ -254,19 +254,21 @@ class DriveBus:
                 self._reset_words.clear()
                 raise DriveError(fault or Fault("drive_stuck", f"no fault reset within {timeout:g} s"))
 
-    def _cycle_until(self, goal: Goal, timeout: float) -> None:
+    def _cycle_until(self, goal: PowerTarget, timeout: float) -> None:
         end = time.monotonic() + timeout
         while True:
             fault = self.exchange_paced().fault
-            if all(reached(state, goal) for state in self.states) and (goal is not Goal.ENABLED or fault is None):
+            if all(reached(state, goal) for state in self.states) and (
+                goal is not PowerTarget.ENABLED or fault is None
+            ):
                 return
-            if fault is not None and goal is Goal.ENABLED:
+            if fault is not None and goal is PowerTarget.ENABLED:
                 raise DriveError(fault)
             if time.monotonic() > end:
                 states = ", ".join(f"{link.place} is {link.state.value}" for link in self.links)
                 raise DriveError(fault or Fault("drive_stuck", f"not {goal.value} within {timeout:g} s: {states}"))
 
-    def exchange_paced(self) -> Cycle:
+    def exchange_paced(self) -> Exchange:
         """Wait for the next period, then command zero torque and exchange: a cycle without a control law."""
         period = self._drives.sync_period_us / MICROSECONDS
         now = time.monotonic()
@@ -275,7 +277,7 @@ class DriveBus:
         self.write(ZERO)
         return self.exchange()
 
-    def exchange(self) -> Cycle:
+    def exchange(self) -> Exchange:
         """Send SYNC and gather both drives' answers until all are there or the deadline has passed."""
         with self._news:
             for link in self.links:
@@ -291,7 +293,7 @@ class DriveBus:
             )
             readings = self.links[0].close_cycle(), self.links[1].close_cycle()
             fault = self._fault()
-        return Cycle(readings, fault)
+        return Exchange(readings, fault)
 
     def _fault(self) -> Fault | None:
         if self._port.off:
@@ -304,7 +306,7 @@ class DriveBus:
             if fault is not None:
                 return fault
         for link in self.links:
-            if self._enabled and link.state is not State.ENABLED:
+            if self._enabled and link.state is not DriveState.ENABLED:
                 return Fault("drive_dropped_out", f"{link.place}: {link.state.value}, expected operation enabled")
         return None
 
@@ -318,14 +320,14 @@ class DriveBus:
             ValueError: a torque is not finite; zero has been sent instead.
         """
         finite = all(math.isfinite(torque) for torque in torques)
-        live = self._enabled and all(link.state is State.ENABLED and not link.silent for link in self.links)
+        live = self._enabled and all(link.state is DriveState.ENABLED and not link.silent for link in self.links)
         if self._enabled and not live:
             self._enabled = False
-            self._goal = Goal.QUICK_STOP
+            self._goal = PowerTarget.QUICK_STOP
         reset_word = self._reset_words.popleft() if self._reset_words else None
         for link, torque in zip(self.links, torques, strict=True):
             word = next_controlword(link.state, self._goal)
-            if reset_word is not None and link.state is State.FAULT:
+            if reset_word is not None and link.state is DriveState.FAULT:
                 word = reset_word
             raw = torque_raw(link.scale, torque) if live and finite else 0
             self._send(COMMAND_BASE + link.drive.node_id, command_data(word, raw))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.cia402 import State, state_of
+from fivebar_control.hardware.cia402 import DriveState, state_of
 from fivebar_control.hardware.configuration import MICROSECONDS, Drive
 from fivebar_control.hardware.fault import ERROR_RESET, emergency_name
 from fivebar_control.hardware.frames import NMT_STATES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
@@ -47,7 +47,7 @@ class DriveLink:
         self._emergency_cycles = 0
 
     @property
-    def state(self) -> State:
+    def state(self) -> DriveState:
         """The state that its last statusword tells."""
         return state_of(self.statusword)
 
@@ -113,7 +113,7 @@ class DriveLink:
 
     def fault(self, now: float) -> Fault | None:
         """Return what is wrong with the drive, the most telling first."""
-        if self.state in (State.FAULT, State.FAULT_REACTION):
+        if self.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
             cause = "no emergency message" if self._emergency is None else _words(self._emergency)
             return Fault("drive_fault", f"{self.place}: statusword 0x{self.statusword:04X}, {cause}")
         # the statusword of the fault that it tells of may come with the next answer

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.command_watch import CommandWatch
 from fivebar_control.hardware.configuration import DriveFile
-from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus, Torques
+from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange, Torques
 from fivebar_control.hardware.drive_link import Reading
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.interface import ALL_WELL
@@ -23,14 +23,14 @@ LATE_PERIODS = 1.5
 """A cycle that begins later than so many periods after the last one counts as an overrun."""
 
 
-class Sample(NamedTuple):
+class MeasuredSample(NamedTuple):
     """A sample to publish: its number and the reading of each drive."""
 
     number: int
     readings: tuple[Reading, Reading]
 
 
-class Outcome(NamedTuple):
+class ServiceOutcome(NamedTuple):
     """Whether a request of the operator was met, and what to tell the operator."""
 
     success: bool
@@ -155,7 +155,7 @@ class DriveSession:
         """Whether the bus is open."""
         return self._bus is not None
 
-    def cycle(self, now: float) -> Sample | None:
+    def cycle(self, now: float) -> MeasuredSample | None:
         """Run one cycle: check the torque's age, exchange with the drives; return the sample to publish, if any."""
         self._overruns += now - self._began > LATE_PERIODS / self._drives.rate_hz
         self._began = now
@@ -178,13 +178,13 @@ class DriveSession:
             return self._measured(cycle)
         return None
 
-    def _measured(self, cycle: Cycle) -> Sample | None:
+    def _measured(self, cycle: Exchange) -> MeasuredSample | None:
         """Return the sample of a cycle; None where a drive has not answered: nothing is published unmeasured."""
         first, second = cycle.readings
         if first is None or second is None:
             self._incomplete += 1
             return None
-        return Sample(self.sample, (first, second))
+        return MeasuredSample(self.sample, (first, second))
 
     def command(self, sample: int | None, torques: Torques, now: float) -> bool:
         """Take the torques (Nm) that answer a sample; return whether they answer one that may be answered now."""
@@ -205,40 +205,40 @@ class DriveSession:
             self.bus.quick_stop()
         self._on_latch(fault, own)
 
-    def emergency_stop(self) -> Outcome:
+    def emergency_stop(self) -> ServiceOutcome:
         """Remove power from both drives at once."""
         if self._bus is not None:
             self._bus.switch_off()
         self.latch(Fault("emergency_stop", "asked for by service"))
         if self._bus is None:
-            return Outcome(False, "not configured: nothing to stop")
-        return Outcome(True, "power off asked of both drives")
+            return ServiceOutcome(False, "not configured: nothing to stop")
+        return ServiceOutcome(True, "power off asked of both drives")
 
-    def reset(self, clock: Callable[[], float]) -> Outcome:
+    def reset(self, clock: Callable[[], float]) -> ServiceOutcome:
         """Reset the drives' faults and clear the latched one; the drives stay off."""
         message = f"cleared {self.fault}" if self.fault is not None else "no fault was latched"
         if self._bus is not None:
             try:
                 self._bus.reset(self._enable_timeout)
             except DriveError as error:
-                return Outcome(False, f"still there: {error.fault}")
+                return ServiceOutcome(False, f"still there: {error.fault}")
             if self.active and not self._bus.enabled:
                 message += "; the drives are off, dextar_bridge/enable switches them on"
         self.fault = None
         self._watch.rearm(self.sample, clock())
-        return Outcome(True, message)
+        return ServiceOutcome(True, message)
 
-    def enable(self, clock: Callable[[], float]) -> Outcome:
+    def enable(self, clock: Callable[[], float]) -> ServiceOutcome:
         """Enable both drives again after a reset."""
         if not self.active:
-            return Outcome(False, "not active: activate the node instead")
+            return ServiceOutcome(False, "not active: activate the node instead")
         if self.fault is not None:
-            return Outcome(False, f"reset first: {self.fault}")
+            return ServiceOutcome(False, f"reset first: {self.fault}")
         try:
             self.bus.enable(self._enable_timeout)
-            outcome = Outcome(True, "both drives are enabled")
+            outcome = ServiceOutcome(True, "both drives are enabled")
         except DriveError as error:
             self.latch(error.fault)
-            outcome = Outcome(False, str(error.fault))
+            outcome = ServiceOutcome(False, str(error.fault))
         self._watch.rearm(self.sample, clock())
         return outcome

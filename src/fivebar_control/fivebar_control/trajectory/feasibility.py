@@ -11,7 +11,7 @@ from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.refusal import place
@@ -98,7 +98,7 @@ class Feasibility(NamedTuple):
         return next((figure for figure in self.figures if figure.name == name), None)
 
 
-class Look(NamedTuple):
+class ReferenceSample(NamedTuple):
     """What the screen sees of the reference at one sample: torque (Nm), speed (rad/s), |sin q_i2|, kappa, place (m)."""
 
     torque: float
@@ -109,14 +109,14 @@ class Look(NamedTuple):
     y: float
 
 
-class Stay(NamedTuple):
+class Dwell(NamedTuple):
     """A stretch of time (s) during which kappa is below a bound."""
 
     start: float
     end: float
 
 
-def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: Limits) -> Feasibility:
+def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits) -> Feasibility:
     """Judge a plan: torque, joint speeds, distance to Type 1, stays near Type 2, rests and directions.
 
     Torque and speed are those of the reference at the samples of `rate_hz`, the only ones that a controller sees.
@@ -142,7 +142,7 @@ def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, 
     return Feasibility(tuple(figures))
 
 
-def stays_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Stay]:
+def stays_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Dwell]:
     """Return when a motion is near the Type 2 locus: at its crossings, and where it comes close without crossing."""
     return _Watch(robot, plan, rate_hz, default_tuning(CONTROLLERS["unified"])).stays(NEAR_LOCUS)
 
@@ -154,7 +154,7 @@ class _Watch:
         self._robot, self._plan, self._rate_hz = robot, plan, rate_hz
         self._needed = ReferenceTorque(robot, plan, rate_hz, follower)
         self._last = plan.path.samples(rate_hz)
-        self._seen: dict[int, Look] = {}
+        self._seen: dict[int, ReferenceSample] = {}
         self._first = self._first_look()
 
     def worst(self, name: str, field: str, limit: float, at_most: bool, unit: str = "") -> Figure:
@@ -181,7 +181,7 @@ class _Watch:
         platform = self._plan.path.at(t)
         return Figure(REST, kappa, limit, False, t, platform.x, platform.y)
 
-    def stays(self, bound: float) -> list[Stay]:
+    def stays(self, bound: float) -> list[Dwell]:
         """Return the stretches of time with kappa below a bound, their ends to the microsecond."""
         known = {sample / self._rate_hz: self._look(sample).kappa for sample in self._first}
         # a quick crossing may fall between two samples
@@ -194,14 +194,14 @@ class _Watch:
             if near[index] and (index == 0 or not near[index - 1]):
                 start = t if index == 0 else self._boundary(t, times[index - 1], bound)
             if near[index] and (index + 1 == len(times) or not near[index + 1]):
-                stays.append(Stay(start, t if index + 1 == len(times) else self._boundary(t, times[index + 1], bound)))
+                stays.append(Dwell(start, t if index + 1 == len(times) else self._boundary(t, times[index + 1], bound)))
         return stays
 
-    def stay_at(self, t: float, bound: float) -> Stay:
+    def stay_at(self, t: float, bound: float) -> Dwell:
         """Return the stretch of time with kappa below a bound that holds the moment of a crossing (s)."""
         return next(stay for stay in self.stays(bound) if stay.start <= t <= stay.end)
 
-    def longest(self, name: str, stays: list[Stay], limit: float) -> Figure:
+    def longest(self, name: str, stays: list[Dwell], limit: float) -> Figure:
         """Return the figure of the longest stay, at its middle."""
         longest = max(stays, key=lambda stay: stay.end - stay.start)
         middle = 0.5 * (longest.start + longest.end)
@@ -212,12 +212,12 @@ class _Watch:
         """Return when kappa passes a bound between two times (s)."""
         return float(brentq(lambda t: self._kappa(t) - bound, inside, outside, xtol=BOUNDARY_TOLERANCE))
 
-    def _look(self, sample: int) -> Look:
+    def _look(self, sample: int) -> ReferenceSample:
         seen = self._seen.get(sample)
         if seen is None:
             reference = self._reference(sample / self._rate_hz)
             state = reference.state
-            seen = self._seen[sample] = Look(
+            seen = self._seen[sample] = ReferenceSample(
                 torque=_largest(*self._needed(sample, reference)),
                 speed=_largest(state.leg1.dq1, state.leg2.dq1),
                 # a motion that is planned in the motors' angles is meant to meet Type 1

@@ -18,7 +18,7 @@ ESTIMATED_DWELL = 0.15
 its reference."""
 
 
-class Limits(NamedTuple):
+class MotionLimits(NamedTuple):
     """What a motion has to keep.
 
     Attributes:
@@ -48,10 +48,10 @@ class Limits(NamedTuple):
 
 def limits_of(
     follower: TunedController,
-    torque: float = Limits().torque,
-    motor_speed: float = Limits().motor_speed,
+    torque: float = MotionLimits().torque,
+    motor_speed: float = MotionLimits().motor_speed,
     speed_step: float = 0.0,
-) -> Limits:
+) -> MotionLimits:
     """Return the limits that a controller needs.
 
     A blended controller works in the motors' angles away from the locus, and what is small there is large in the plane
@@ -64,7 +64,7 @@ def limits_of(
         motor_speed: allowed for either motor joint (rad/s).
         speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones.
     """
-    limits = Limits(torque=torque, motor_speed=motor_speed)
+    limits = MotionLimits(torque=torque, motor_speed=motor_speed)
     if speed_step > 0.0:
         limits = limits._replace(dwell=ESTIMATED_DWELL)
     if not follower.controller.blended:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.trajectory.feasibility import Feasibility, screen, stays_near_locus
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_control.trajectory.sight import Point
@@ -37,7 +37,7 @@ class Task(NamedTuple):
     working_mode: tuple[int, int]
     rate_hz: int
     follower: TunedController
-    limits: Limits
+    limits: MotionLimits
 
     def plan(self, waypoints: Sequence[Point], durations: Sequence[float]) -> Plan:
         """Return the plan of rest-to-rest segments, with ballistic zones.

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.trajectory.limits import limits_of
-from fivebar_control.trajectory.motion_queue import Order
+from fivebar_control.trajectory.motion_queue import PlanningRequest
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.transfer import Speed, plan_transfer
@@ -57,7 +57,7 @@ class PlanningProcess:
         self._lifeline: Connection | None = None
         self._planned: Future[Planned] | None = None
 
-    def ask(self, order: Order) -> None:
+    def ask(self, order: PlanningRequest) -> None:
         """Hand in a request; returns at once."""
         try:
             self._planned = self._running().submit(plan_order, self._conditions, order)
@@ -120,7 +120,7 @@ def _end_with(lifeline: Connection) -> None:
     os._exit(0)
 
 
-def plan_order(conditions: Conditions, order: Order) -> Planned:
+def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     """Plan a request for the law without switching, the only one that follows requests."""
     follower = default_tuning(CONTROLLERS["unified"])
     try:

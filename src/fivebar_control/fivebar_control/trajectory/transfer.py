@@ -17,7 +17,7 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.trajectory.feasibility import Feasibility
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.pacing import NoPace, Pace, Task, pace_of, slowest_pace
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
 from fivebar_control.trajectory.postures import (
@@ -31,7 +31,7 @@ from fivebar_control.trajectory.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.trajectory.sight import Point, look_along
 from fivebar_description.parameters import FiveBar
 
-DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), Limits()
+DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), MotionLimits()
 """The law without switching, within the limits as they come."""
 
 SAME_PLACE = 1e-6
@@ -98,7 +98,7 @@ def plan_transfer(
     assembly: int | None,
     rate_hz: int,
     follower: TunedController = DEFAULT_FOLLOWER,
-    limits: Limits = DEFAULT_LIMITS,
+    limits: MotionLimits = DEFAULT_LIMITS,
     duration: float | Speed = Speed.COMFORTABLE,
 ) -> Transfer:
     """Plan a motion from a rest at `start` to one at `goal` (m) in an assembly mode, the sign of det A.

@@ -14,12 +14,12 @@ from multiprocessing import connection
 
 import pytest
 
-from fivebar_control.trajectory.motion_queue import Order
+from fivebar_control.trajectory.motion_queue import PlanningRequest
 from fivebar_control.trajectory.planning_process import Conditions, Planned, PlanningProcess
 
 CONDITIONS = Conditions("dextar", 100, 2.0, 50.0)
-NEAR = Order((0.0, 0.15), (1, -1), (0.0, 0.14), 0, 0.0)
-FAR = Order((0.0, 0.15), (1, -1), (0.3, 0.15), 0, 0.0)
+NEAR = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.14), 0, 0.0)
+FAR = PlanningRequest((0.0, 0.15), (1, -1), (0.3, 0.15), 0, 0.0)
 DEADLINE = 60.0
 DIED = "the planning process has died"
 
@@ -85,11 +85,11 @@ def test_closing_ends_a_plan_under_way(planning: PlanningProcess) -> None:
 
 PARENT = f"""
 import multiprocessing, time
-from fivebar_control.trajectory.motion_queue import Order
+from fivebar_control.trajectory.motion_queue import PlanningRequest
 from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess
 if __name__ == "__main__":
     planning = PlanningProcess(Conditions(*{tuple(CONDITIONS)!r}))
-    planning.ask(Order(*{tuple(NEAR)!r}))
+    planning.ask(PlanningRequest(*{tuple(NEAR)!r}))
     while planning.answer() is None:
         time.sleep(0.01)
     print(multiprocessing.active_children()[0].pid, flush=True)
