@@ -11,7 +11,7 @@ from typing import NamedTuple
 Vector6 = tuple[float, float, float, float, float, float]
 Covariance = tuple[Vector6, Vector6, Vector6, Vector6, Vector6, Vector6]
 Transition = tuple[Vector6, Vector6, Vector6, Vector6]
-"""d (x, y, vx, vy) / d (x, y, vx, vy, d1, d2) over a period; the disturbances stay what they are."""
+"""d (x, y, vx, vy) / d (x, y, vx, vy, d1, d2) over a period; the disturbances are constant in it."""
 
 
 def diagonal(values: Vector6) -> Covariance:
@@ -39,7 +39,7 @@ def _dot(one: Vector6, other: Vector6) -> float:
 
 
 class ProcessNoise(NamedTuple):
-    """What one period adds: white noise on both accelerations, and a random walk of each disturbance.
+    """Process noise of one period: white noise on both accelerations, and a random walk of each disturbance.
 
     Attributes:
         position, mixed, velocity: variances and covariance of each coordinate and its rate (m^2, m^2/s, m^2/s^2).
@@ -108,7 +108,7 @@ def measured(covariance: Covariance, n_x: float, n_y: float, variance: float) ->
 
 
 def _less(row: Vector6, column: Vector6, factor: float, inverse: float) -> Vector6:
-    # the product before the quotient: it commutes, so that the result stays symmetric
+    # multiply before dividing: the product commutes, so the result is symmetric to the last bit
     return (
         row[0] - factor * column[0] * inverse,
         row[1] - factor * column[1] * inverse,

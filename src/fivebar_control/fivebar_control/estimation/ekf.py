@@ -3,7 +3,7 @@
 The state is (x, y, vx, vy, d1, d2): the platform's position and velocity, and one disturbance torque per motor as a
 random walk. It lives in platform coordinates because (x, working mode) fixes the joint angles on both sides of the
 Type 2 locus: the measurement, the inverse geometry of the two motor angles, is single-valued there, and so the filter
-follows a change of assembly mode by itself as long as its velocity tells it that the robot went through.
+follows a change of assembly mode without a switch, as long as the estimated velocity shows that the robot crossed.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Belief(NamedTuple):
 
 
 class EkfSettings(NamedTuple):
-    """What the filter assumes.
+    """Settings of the filter.
 
     Attributes:
         acceleration_noise: density of the acceleration that the model does not know (m/s^2 per root Hz). It is what
@@ -75,10 +75,10 @@ class EkfSettings(NamedTuple):
 
 
 class FilterModel(NamedTuple):
-    """What the filter's steps need to know.
+    """Constants of the filter's steps.
 
     Attributes:
-        robot, mode1, mode2: the robot that the filter believes in, and its working mode.
+        robot, mode1, mode2: the nominal robot and its working mode.
         period: sampling period (s).
         step, steps: of the integration, over half a period (s).
         noise: what one period adds to the covariance.

@@ -1,4 +1,4 @@
-"""The power state machine of CiA 402 (IEC 61800-7-201): what a statusword says and which controlword comes next."""
+"""The power state machine of CiA 402 (IEC 61800-7-201): decoding statuswords and choosing the next controlword."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class DriveState(Enum):
 
 
 class PowerTarget(Enum):
-    """What we want of a drive.
+    """The power state that a drive is to reach.
 
     OFF removes power at once, QUICK_STOP lets the drive stop in its own way (0x605A), DISABLED steps down in order,
     ENABLED steps up.
@@ -52,7 +52,7 @@ ENABLE_OPERATION = 0x0F
 FAULT_RESET = 0x80
 
 FAULT_RESET_SEQUENCE = (DISABLE_VOLTAGE, FAULT_RESET, DISABLE_VOLTAGE)
-"""Reset acts on the rising edge of bit 7; the last word leaves the drive without any wish to be enabled."""
+"""Reset acts on the rising edge of bit 7; the last word leaves the drive disabled."""
 
 _ENABLING = {
     DriveState.SWITCH_ON_DISABLED: SHUTDOWN,
@@ -76,7 +76,7 @@ POWERED = frozenset({DriveState.SWITCHED_ON, DriveState.ENABLED, DriveState.QUIC
 
 
 def state_of(statusword: int) -> DriveState:
-    """Return the state that a statusword (0x6041) tells."""
+    """Return the state that a statusword (0x6041) encodes."""
     for mask, value, state in STATUS_TABLE:
         if statusword & mask == value:
             return state

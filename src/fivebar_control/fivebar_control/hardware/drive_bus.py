@@ -1,4 +1,4 @@
-"""Two drives on one CAN bus as one thing: open, set up, enable, exchange figures once per SYNC, disable, close."""
+"""Two drives on one CAN bus as one thing: open, set up, enable, exchange data once per SYNC, disable, close."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ ZERO: Torques = (0.0, 0.0)
 
 
 class Exchange(NamedTuple):
-    """What one exchange brought: a reading of each drive, None where its answer is missing, and what is wrong."""
+    """Result of one exchange: a reading of each drive, None where its answer is missing, and a fault."""
 
     readings: tuple[Reading | None, Reading | None]
     fault: Fault | None
@@ -88,7 +88,7 @@ class DriveBus:
             DriveLink(ACTIVE_JOINTS[0], drives.pair[0], drives.sync_period_us, drives.missing_limit),
             DriveLink(ACTIVE_JOINTS[1], drives.pair[1], drives.sync_period_us, drives.missing_limit),
         )
-        self._news = threading.Condition()
+        self._received = threading.Condition()
         self._unknown = self._malformed = 0
         self._goal = PowerTarget.OFF
         self._enabled = False
@@ -129,7 +129,7 @@ class DriveBus:
         self._port.close()
 
     def release(self) -> None:
-        """Let the drives go, once they are off: they no longer watch our heartbeat, so that its end is no fault.
+        """Release the drives once they are off: they stop supervising our heartbeat, so that its end is no fault.
 
         A drive that does not answer is left as it is.
         """
@@ -157,7 +157,7 @@ class DriveBus:
         except (can.CanError, OSError) as error:
             raise DriveError(Fault("bus_error", str(error))) from error
         finally:
-            # answers that nobody waits for would pile up
+            # late answers would accumulate
             self._network.subscribers.clear()
         self._wait_operational()
 
@@ -173,8 +173,8 @@ class DriveBus:
     def _wait_operational(self) -> None:
         end = time.monotonic() + max(drive.heartbeat_timeout_ms for drive in self._drives.pair) / 1e3
         while any(link.nmt_state != OPERATIONAL for link in self.links):
-            with self._news:
-                self._news.wait(self._drives.master.heartbeat_ms / 1e3)
+            with self._received:
+                self._received.wait(self._drives.master.heartbeat_ms / 1e3)
             if time.monotonic() > end:
                 silent = next(link for link in self.links if link.nmt_state != OPERATIONAL)
                 raise DriveError(Fault("drive_missing", f"{silent.place}: no heartbeat in operational state"))
@@ -279,15 +279,15 @@ class DriveBus:
 
     def exchange(self) -> Exchange:
         """Send SYNC and gather both drives' answers until all are there or the deadline has passed."""
-        with self._news:
+        with self._received:
             for link in self.links:
                 link.expect()
         if self._heartbeat_due is None:
             self._heartbeat_due = 0.0
         self.tend()
         self._send(SYNC_ID, b"")
-        with self._news:
-            self._news.wait_for(
+        with self._received:
+            self._received.wait_for(
                 lambda: self.links[0].complete and self.links[1].complete,
                 self._drives.gather_deadline_us / MICROSECONDS,
             )
@@ -355,8 +355,8 @@ class DriveBus:
             for answer in self._network.subscribers.get(can_id, ()):
                 answer(can_id, bytearray(data), 0.0)
         else:
-            with self._news:
+            with self._received:
                 link = self.links[frame.drive]
                 link.take(frame, time.monotonic())
                 if isinstance(frame, Heartbeat) or link.complete:
-                    self._news.notify_all()
+                    self._received.notify_all()

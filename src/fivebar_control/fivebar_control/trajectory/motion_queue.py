@@ -18,7 +18,7 @@ the sign of det A at the goal, the two signs of the working mode, and the durati
 
 
 class GoalRefused(PlanRefused):
-    """A request that is not taken; says why."""
+    """A request that is not accepted, and the reason."""
 
 
 class Goal(NamedTuple):
@@ -60,7 +60,7 @@ def _sign(name: str, value: float) -> int:
 
 
 class PlanningRequest(NamedTuple):
-    """What the planner is asked for: from one rest (m) to another one in a working mode; 0 is "as it comes"."""
+    """A request to the planner: from one rest (m) to another one in a working mode; 0 is "as it comes"."""
 
     start: Point
     working_mode: tuple[int, int]
@@ -72,8 +72,8 @@ class PlanningRequest(NamedTuple):
 class MotionQueue:
     """Gives the reference of every sample, and takes a request whenever the robot is to be at rest.
 
-    Its methods take numbers of samples of the reference. Nothing here plans: a request becomes an order, and the motion
-    that answers it begins at a sample that is still to come, from where the reference rests.
+    Its methods take numbers of samples of the reference. Nothing here plans: a goal becomes a planning request, and the
+    motion that answers it begins at a sample that is still to come, from where the reference rests.
     """
 
     def __init__(self, plan: Plan, rate_hz: int) -> None:
@@ -124,7 +124,7 @@ class MotionQueue:
             GoalRefused: nothing was ordered, the robot is not at rest by then, or the path begins elsewhere.
         """
         if not self._requested or sample < self.resting_from():
-            raise GoalRefused("there is no order that this motion could answer")
+            raise GoalRefused("there is no request that this motion could answer")
         self._requested = False
         here, there = self.at(sample), path.at(0.0)
         if (here.x, here.y) != (there.x, there.y):
@@ -132,7 +132,7 @@ class MotionQueue:
         self._before, self._motion = self._motion, ScheduledPath(path, sample)
 
     def cancel(self) -> None:
-        """Forget the order: its planning has failed."""
+        """Withdraw the request: its planning has failed."""
         self._requested = False
 
 

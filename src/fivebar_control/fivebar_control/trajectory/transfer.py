@@ -45,7 +45,7 @@ ATTEMPTS = 6
 
 
 class TransferRefused(PlanRefused):
-    """There is no feasible motion; says why."""
+    """There is no feasible motion; the message gives the reason."""
 
 
 class Speed(StrEnum):
@@ -56,7 +56,7 @@ class Speed(StrEnum):
 
 
 class Branch(NamedTuple):
-    """A crossing in words that tell the branches of the locus apart.
+    """A crossing, with the branch of the locus that it crosses.
 
     Attributes:
         crossing: as planned.
@@ -115,7 +115,7 @@ def plan_transfer(
         duration: of the whole motion (s), or how to choose it.
 
     Raises:
-        TransferRefused: there is no feasible motion, or none was found; says why.
+        TransferRefused: there is no feasible motion, or none was found.
     """
     task = Task(robot, working_mode, rate_hz, follower, limits)
     for name, point in (("start", start), ("goal", goal)):
@@ -150,7 +150,7 @@ class _Search:
         self._slowest: dict[tuple[Point, Point], Plan | NoPace] = {}
 
     def found(self, needed: int) -> _Timed:
-        """Return the motion: the straight line where it crosses no oftener than needed, else the best way known."""
+        """Return the motion: the straight line where it crosses no more often than needed, else the best way known."""
         straight = self._timed((self._start, self._goal))
         slowest = self._pass(self._start, self._goal)
         if not isinstance(slowest, NoPace) and len(slowest.crossings) <= needed:

@@ -21,8 +21,8 @@ from fivebar_control.trajectory.feasibility import (
     ZONE_STAY,
     Feasibility,
     Figure,
+    dwells_near_locus,
     screen,
-    stays_near_locus,
 )
 from fivebar_control.trajectory.limits import MotionLimits, limits_of
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
@@ -88,7 +88,7 @@ def test_on_the_locus_the_torque_is_finite(dextar: FiveBar) -> None:
 def test_the_stay_near_the_locus_equals_dense_sampling(dextar: FiveBar) -> None:
     plan = planned(dextar, *MIDDLE, duration=4.0)
     seen = [t for t, kappa in dense(dextar, plan, 80_000) if kappa < 0.05]
-    ((start, end),) = stays_near_locus(dextar, plan, RATE_HZ)
+    ((start, end),) = dwells_near_locus(dextar, plan, RATE_HZ)
     assert (start, end) == pytest.approx((seen[0], seen[-1]), abs=1e-4)
     # to first order kappa grows from 0 with the rate at the crossing
     assert end - start == pytest.approx(2.0 * 0.05 / plan.crossings[0].kappa_rate, rel=0.02)
@@ -112,7 +112,7 @@ def test_a_near_miss_counts_as_a_stay(dextar: FiveBar) -> None:
     assert not verdict.feasible
     assert not figure(verdict, REST).kept
     assert not figure(verdict, DWELL).kept
-    assert len(stays_near_locus(dextar, plan, RATE_HZ)) == 1
+    assert len(dwells_near_locus(dextar, plan, RATE_HZ)) == 1
 
 
 def test_the_type_1_margin_is_that_of_the_cosine_rule(dextar: FiveBar) -> None:
@@ -194,9 +194,9 @@ def test_a_crossing_between_two_samples_is_a_stay(dextar: FiveBar) -> None:
     for sample in range(plan.path.samples(25) + 1):
         p = plan.path.at(sample / 25)
         assert inverse_condition(state_from_platform(dextar, 1, -1, p.x, p.y, p.vx, p.vy)) > 0.05
-    (stay,) = stays_near_locus(dextar, plan, 25)
-    assert stay.start < crossing.time < stay.end
-    assert stay.end - stay.start == pytest.approx(2.0 * 0.05 / crossing.kappa_rate, rel=0.02)
+    (dwell,) = dwells_near_locus(dextar, plan, 25)
+    assert dwell.start < crossing.time < dwell.end
+    assert dwell.end - dwell.start == pytest.approx(2.0 * 0.05 / crossing.kappa_rate, rel=0.02)
 
 
 @pytest.mark.parametrize("leg", [1, 2])
