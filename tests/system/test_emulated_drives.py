@@ -17,9 +17,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fivebar_control.hardware.cia402 import State
+from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import load_drives
-from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus
+from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange
 from fivebar_description.share import share_file
 
 pytestmark = pytest.mark.clock
@@ -31,7 +31,7 @@ DEADLINE = 30.0
 RATE_HZ = 100
 """Slow enough for a machine that has other work to do."""
 
-ON, OFF = (State.ENABLED, State.ENABLED), (State.SWITCH_ON_DISABLED, State.SWITCH_ON_DISABLED)
+ON, OFF = (DriveState.ENABLED, DriveState.ENABLED), (DriveState.SWITCH_ON_DISABLED, DriveState.SWITCH_ON_DISABLED)
 
 
 class Drives:
@@ -101,7 +101,7 @@ def bus(tmp_path: Path, bus_section: dict[str, object], drives: Drives) -> Itera
         yield bus
 
 
-def cycles_until(bus: DriveBus, condition: Callable[[Cycle], bool]) -> Cycle:
+def cycles_until(bus: DriveBus, condition: Callable[[Exchange], bool]) -> Exchange:
     end = time.monotonic() + DEADLINE
     while time.monotonic() < end:
         cycle = bus.exchange_paced()
@@ -110,7 +110,7 @@ def cycles_until(bus: DriveBus, condition: Callable[[Cycle], bool]) -> Cycle:
     raise AssertionError("not seen before the deadline")
 
 
-def fault_name(cycle: Cycle) -> str:
+def fault_name(cycle: Exchange) -> str:
     return cycle.fault.name if cycle.fault is not None else ""
 
 

@@ -16,7 +16,7 @@ from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.options import ImuOptions, PlantOptions
-from fivebar_sim.sensors import Drives, Encoder
+from fivebar_sim.sensors import Encoder, TorqueOutput
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
@@ -77,7 +77,7 @@ class Plant:
         period = 1.0 / rate_hz
         self._steps = math.ceil(period / MAX_STEP - 1e-9)
         self._step = period / self._steps
-        self._drives = Drives(options)
+        self._drives = TorqueOutput(options)
         self._imu = Imu(imu if imu is not None else ImuOptions(), rate_hz, options.seed)
         self._encoders = (
             None if options.encoder_counts is None else [Encoder(options.encoder_counts, period) for _ in JOINTS]

@@ -37,7 +37,7 @@ class Encoder:
         return measured, velocity
 
 
-class Drives:
+class TorqueOutput:
     """The two motor drives: a delay in whole samples, a torque step and a torque limit."""
 
     def __init__(self, options: PlantOptions) -> None:

@@ -11,19 +11,19 @@ from uuid import uuid4
 import can
 import pytest
 
-from fivebar_control.hardware.cia402 import State
+from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import DriveFile, Identity, load_drives
-from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus
+from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange
 from fivebar_control.hardware.fault import DriveError
 from fivebar_sim.drives.commands import obey
 from fivebar_sim.drives.configuration import load_emulation
-from fivebar_sim.drives.drive import Injection
+from fivebar_sim.drives.drive import InjectedFault
 from fivebar_sim.drives.emulation import Emulation
 from fivebar_sim.drives.power_state import PowerState
 
 PERIOD_US = 10_000
 DEADLINE = 20.0
-ON, OFF = (State.ENABLED, State.ENABLED), (State.SWITCH_ON_DISABLED, State.SWITCH_ON_DISABLED)
+ON, OFF = (DriveState.ENABLED, DriveState.ENABLED), (DriveState.SWITCH_ON_DISABLED, DriveState.SWITCH_ON_DISABLED)
 PUSH = (0.8, -0.8)
 
 
@@ -91,7 +91,7 @@ def bus(bench: Bench) -> Iterator[DriveBus]:
         yield bus
 
 
-def cycles_until(bus: DriveBus, condition: Callable[[Cycle], bool]) -> Cycle:
+def cycles_until(bus: DriveBus, condition: Callable[[Exchange], bool]) -> Exchange:
     end = time.monotonic() + DEADLINE
     while time.monotonic() < end:
         cycle = bus.exchange_paced()
@@ -107,11 +107,11 @@ def settled(condition: Callable[[], bool]) -> None:
         time.sleep(0.001)
 
 
-def fault_name(cycle: Cycle) -> str:
+def fault_name(cycle: Exchange) -> str:
     return cycle.fault.name if cycle.fault is not None else ""
 
 
-def push(bus: DriveBus, cycles: int) -> Cycle:
+def push(bus: DriveBus, cycles: int) -> Exchange:
     for _ in range(cycles):
         bus.write(PUSH)
         cycle = bus.exchange()
@@ -204,10 +204,10 @@ def test_a_fault_stops_both_and_needs_reset_and_enable(bench: Bench, bus: DriveB
     bus.set_up()
     bus.enable(5.0)
     push(bus, 3)
-    bench.emulation.drives[0].inject(Injection.FAULT)
+    bench.emulation.drives[0].inject(InjectedFault.FAULT)
     cycle = cycles_until(bus, lambda cycle: cycle.fault is not None and "7305" in str(cycle.fault))
     assert str(cycle.fault).startswith("drive_fault: q11 (node 1): statusword 0x02")
-    cycles_until(bus, lambda _: bus.states == (State.FAULT, State.SWITCH_ON_DISABLED))
+    cycles_until(bus, lambda _: bus.states == (DriveState.FAULT, DriveState.SWITCH_ON_DISABLED))
     push(bus, 5)
     assert [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0]
     assert not bus.enabled
@@ -225,8 +225,8 @@ def with_option(drives: DriveFile, option: int) -> DriveFile:
     return drives.model_copy(update={"drives": drives.drives.model_copy(update={"q11": q11, "q21": q21})})
 
 
-@pytest.mark.parametrize(("option", "ends"), [(0, OFF), (2, OFF), (6, (State.QUICK_STOP, State.QUICK_STOP))])
-def test_a_quick_stop_does_what_its_option_says(bench: Bench, option: int, ends: tuple[State, State]) -> None:
+@pytest.mark.parametrize(("option", "ends"), [(0, OFF), (2, OFF), (6, (DriveState.QUICK_STOP, DriveState.QUICK_STOP))])
+def test_a_quick_stop_does_what_its_option_says(bench: Bench, option: int, ends: tuple[DriveState, DriveState]) -> None:
     """0: no torque at once; 2: the drive brakes, then switches off; 6: it brakes and stays powered."""
     with DriveBus(with_option(bench.drives, option), bench.open()) as bus:
         bus.set_up()
@@ -256,16 +256,16 @@ def test_a_quick_stop_does_what_its_option_says(bench: Bench, option: int, ends:
 def test_a_lost_drive_is_noticed_by_the_age_of_its_heartbeat(bench: Bench, bus: DriveBus) -> None:
     bus.set_up()
     bus.enable(5.0)
-    bench.emulation.drives[1].inject(Injection.LOST)
+    bench.emulation.drives[1].inject(InjectedFault.LOST)
     cycles_until(bus, lambda cycle: cycle.readings[1] is None)
     cycle = cycles_until(bus, lambda cycle: fault_name(cycle) == "drive_lost")
     assert "q21 (node 2): last heartbeat" in str(cycle.fault)
     # nor is the other motor left with power
-    cycles_until(bus, lambda _: bus.states[0] is State.SWITCH_ON_DISABLED)
+    cycles_until(bus, lambda _: bus.states[0] is DriveState.SWITCH_ON_DISABLED)
     assert not bus.enabled
     # it cannot hear us either, so it stops by itself; once back, its fault is seen
     settled(lambda: bench.emulation.drives[1].state is PowerState.FAULT)
-    bench.emulation.drives[1].inject(Injection.NONE)
+    bench.emulation.drives[1].inject(InjectedFault.NONE)
     cycles_until(bus, lambda cycle: fault_name(cycle) == "drive_fault")
     bus.reset(5.0)
     bus.enable(5.0)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_sim.options import PlantOptions
-from fivebar_sim.sensors import Drives, Encoder
+from fivebar_sim.sensors import Encoder, TorqueOutput
 
 FREE = PlantOptions(torque_limit=None)
 TORQUE = st.floats(-50.0, 50.0)
@@ -42,14 +42,14 @@ def test_encoder_velocity_is_a_difference_of_counts() -> None:
 def test_drives_delay_by_whole_samples() -> None:
     commands = [(1.0, -1.0), (2.0, -2.0), (3.0, -3.0), (4.0, -4.0)]
     for delay in range(4):
-        drives = Drives(FREE._replace(delay_samples=delay))
+        drives = TorqueOutput(FREE._replace(delay_samples=delay))
         applied = [drives.apply(command) for command in commands]
         assert applied == [(0.0, 0.0)] * delay + commands[: 4 - delay]
 
 
 @given(torque=TORQUE, quantum=st.floats(1e-3, 1.0))
 def test_drives_round_to_the_nearest_step(torque: float, quantum: float) -> None:
-    applied, other = Drives(FREE._replace(torque_quantum=quantum)).apply((torque, -torque))
+    applied, other = TorqueOutput(FREE._replace(torque_quantum=quantum)).apply((torque, -torque))
     assert abs(applied - torque) <= 0.5 * quantum * (1.0 + 1e-9) + 1e-14
     assert applied / quantum == pytest.approx(round(applied / quantum), abs=1e-6)
     assert other == -applied
@@ -57,21 +57,21 @@ def test_drives_round_to_the_nearest_step(torque: float, quantum: float) -> None
 
 @given(torque1=TORQUE, torque2=TORQUE)
 def test_drives_limit_each_motor_by_itself(torque1: float, torque2: float) -> None:
-    applied = Drives(PlantOptions(torque_limit=5.0)).apply((torque1, torque2))
+    applied = TorqueOutput(PlantOptions(torque_limit=5.0)).apply((torque1, torque2))
     assert applied == tuple(math.copysign(min(abs(torque), 5.0), torque) for torque in (torque1, torque2))
 
 
 def test_the_limit_holds_after_rounding() -> None:
-    drives = Drives(PlantOptions(torque_limit=1.0, torque_quantum=0.3))
+    drives = TorqueOutput(PlantOptions(torque_limit=1.0, torque_quantum=0.3))
     assert drives.apply((1.1, -1.1)) == (1.0, -1.0)
 
 
 def test_an_infinite_torque_is_limited() -> None:
-    assert Drives(PlantOptions()).apply((math.inf, -math.inf)) == (10.0, -10.0)
+    assert TorqueOutput(PlantOptions()).apply((math.inf, -math.inf)) == (10.0, -10.0)
 
 
 @pytest.mark.parametrize("command", [(math.nan, 0.0), (0.0, math.nan)])
 @pytest.mark.parametrize("delay", [0, 2])
 def test_a_torque_that_is_not_a_number_does_not_become_the_limit(command: tuple[float, float], delay: int) -> None:
     with pytest.raises(ValueError, match="is not a number"):
-        Drives(PlantOptions(delay_samples=delay)).apply(command)
+        TorqueOutput(PlantOptions(delay_samples=delay)).apply(command)

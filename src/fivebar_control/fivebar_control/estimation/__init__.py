@@ -1,1 +1,1 @@
-"""What is inferred from measurements."""
+"""State estimation from motor encoders and applied torques, and the check by the IMU."""

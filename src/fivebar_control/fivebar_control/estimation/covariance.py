@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-Row = tuple[float, float, float, float, float, float]
-Covariance = tuple[Row, Row, Row, Row, Row, Row]
-Transition = tuple[Row, Row, Row, Row]
-"""d (x, y, vx, vy) / d (x, y, vx, vy, d1, d2) over a period; the disturbances stay what they are."""
+Vector6 = tuple[float, float, float, float, float, float]
+Covariance = tuple[Vector6, Vector6, Vector6, Vector6, Vector6, Vector6]
+Transition = tuple[Vector6, Vector6, Vector6, Vector6]
+"""d (x, y, vx, vy) / d (x, y, vx, vy, d1, d2) over a period; the disturbances are constant in it."""
 
 
-def diagonal(values: Row) -> Covariance:
+def diagonal(values: Vector6) -> Covariance:
     """Return the covariance of independent states with these variances."""
     a, b, c, d, e, f = values
     return (
@@ -27,7 +27,7 @@ def diagonal(values: Row) -> Covariance:
     )
 
 
-def _dot(one: Row, other: Row) -> float:
+def _dot(one: Vector6, other: Vector6) -> float:
     return (
         one[0] * other[0]
         + one[1] * other[1]
@@ -39,7 +39,7 @@ def _dot(one: Row, other: Row) -> float:
 
 
 class ProcessNoise(NamedTuple):
-    """What one period adds: white noise on both accelerations, and a random walk of each disturbance.
+    """Process noise of one period: white noise on both accelerations, and a random walk of each disturbance.
 
     Attributes:
         position, mixed, velocity: variances and covariance of each coordinate and its rate (m^2, m^2/s, m^2/s^2).
@@ -68,10 +68,10 @@ def propagated(covariance: Covariance, transition: Transition, noise: ProcessNoi
     f0, f1, f2, f3 = transition
     p0, p1, p2, p3, p4, p5 = covariance
     # P is symmetric: the dot product with its row j is that with its column j
-    g1: Row = (_dot(f1, p0), _dot(f1, p1), _dot(f1, p2), _dot(f1, p3), _dot(f1, p4), _dot(f1, p5))
-    g0: Row = (_dot(f0, p0), _dot(f0, p1), _dot(f0, p2), _dot(f0, p3), _dot(f0, p4), _dot(f0, p5))
-    g2: Row = (_dot(f2, p0), _dot(f2, p1), _dot(f2, p2), _dot(f2, p3), _dot(f2, p4), _dot(f2, p5))
-    g3: Row = (_dot(f3, p0), _dot(f3, p1), _dot(f3, p2), _dot(f3, p3), _dot(f3, p4), _dot(f3, p5))
+    g1: Vector6 = (_dot(f1, p0), _dot(f1, p1), _dot(f1, p2), _dot(f1, p3), _dot(f1, p4), _dot(f1, p5))
+    g0: Vector6 = (_dot(f0, p0), _dot(f0, p1), _dot(f0, p2), _dot(f0, p3), _dot(f0, p4), _dot(f0, p5))
+    g2: Vector6 = (_dot(f2, p0), _dot(f2, p1), _dot(f2, p2), _dot(f2, p3), _dot(f2, p4), _dot(f2, p5))
+    g3: Vector6 = (_dot(f3, p0), _dot(f3, p1), _dot(f3, p2), _dot(f3, p3), _dot(f3, p4), _dot(f3, p5))
     xx, yy = _dot(g0, f0) + noise.position, _dot(g1, f1) + noise.position
     uu, vv = _dot(g2, f2) + noise.velocity, _dot(g3, f3) + noise.velocity
     xy, xv, yu, uv = _dot(g0, f1), _dot(g0, f3), _dot(g1, f2), _dot(g2, f3)
@@ -86,7 +86,7 @@ def propagated(covariance: Covariance, transition: Transition, noise: ProcessNoi
     )
 
 
-def measured(covariance: Covariance, n_x: float, n_y: float, variance: float) -> tuple[Covariance, Row]:
+def measured(covariance: Covariance, n_x: float, n_y: float, variance: float) -> tuple[Covariance, Vector6]:
     """Return the covariance after a measurement n_x x + n_y y + noise, and the gain (6) for its innovation."""
     p0, p1, p2, p3, p4, p5 = covariance
     a = p0[0] * n_x + p0[1] * n_y
@@ -96,7 +96,7 @@ def measured(covariance: Covariance, n_x: float, n_y: float, variance: float) ->
     e = p4[0] * n_x + p4[1] * n_y
     f = p5[0] * n_x + p5[1] * n_y
     inverse = 1.0 / (n_x * a + n_y * b + variance)
-    column: Row = (a, b, c, d, e, f)
+    column: Vector6 = (a, b, c, d, e, f)
     return (
         _less(p0, column, a, inverse),
         _less(p1, column, b, inverse),
@@ -107,8 +107,8 @@ def measured(covariance: Covariance, n_x: float, n_y: float, variance: float) ->
     ), (a * inverse, b * inverse, c * inverse, d * inverse, e * inverse, f * inverse)
 
 
-def _less(row: Row, column: Row, factor: float, inverse: float) -> Row:
-    # the product before the quotient: it commutes, so that the result stays symmetric
+def _less(row: Vector6, column: Vector6, factor: float, inverse: float) -> Vector6:
+    # multiply before dividing: the product commutes, so the result is symmetric to the last bit
     return (
         row[0] - factor * column[0] * inverse,
         row[1] - factor * column[1] * inverse,

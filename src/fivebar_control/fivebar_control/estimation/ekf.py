@@ -3,7 +3,7 @@
 The state is (x, y, vx, vy, d1, d2): the platform's position and velocity, and one disturbance torque per motor as a
 random walk. It lives in platform coordinates because (x, working mode) fixes the joint angles on both sides of the
 Type 2 locus: the measurement, the inverse geometry of the two motor angles, is single-valued there, and so the filter
-follows a change of assembly mode by itself as long as its velocity tells it that the robot went through.
+follows a change of assembly mode without a switch, as long as the estimated velocity shows that the robot crossed.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import NamedTuple
 from fivebar_control.estimation.covariance import (
     Covariance,
     ProcessNoise,
-    Row,
     Transition,
+    Vector6,
     diagonal,
     measured,
     process_noise,
@@ -53,7 +53,7 @@ class Belief(NamedTuple):
 
 
 class EkfSettings(NamedTuple):
-    """What the filter assumes.
+    """Settings of the filter.
 
     Attributes:
         acceleration_noise: density of the acceleration that the model does not know (m/s^2 per root Hz). It is what
@@ -75,10 +75,10 @@ class EkfSettings(NamedTuple):
 
 
 class FilterModel(NamedTuple):
-    """What the filter's steps need to know.
+    """Constants of the filter's steps.
 
     Attributes:
-        robot, mode1, mode2: the robot that the filter believes in, and its working mode.
+        robot, mode1, mode2: the nominal robot and its working mode.
         period: sampling period (s).
         step, steps: of the integration, over half a period (s).
         noise: what one period adds to the covariance.
@@ -172,7 +172,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
     determinant = w_xx * w_yy - w_xy * w_yx
     i_xx, i_xy, i_yx, i_yy = w_yy / determinant, -w_xy / determinant, -w_yx / determinant, w_xx / determinant
     # W^-1 (2 - W) = 2 W^-1 - 1
-    u: Row = (
+    u: Vector6 = (
         h * (i_xx * a.p_xx + i_xy * a.p_yx),
         h * (i_xx * a.p_xy + i_xy * a.p_yy),
         2.0 * i_xx - 1.0,
@@ -180,7 +180,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
         h * (i_xx * a.t_x1 + i_xy * a.t_y1),
         h * (i_xx * a.t_x2 + i_xy * a.t_y2),
     )
-    v: Row = (
+    v: Vector6 = (
         h * (i_yx * a.p_xx + i_yy * a.p_yx),
         h * (i_yx * a.p_xy + i_yy * a.p_yy),
         2.0 * i_yx,

@@ -1,9 +1,9 @@
-"""What a reading of an incremental encoder says about the angle, and how surely.
+"""Measurement model of an incremental encoder: the angle and its variance for each reading.
 
-The encoder rounds down to a count. A reading that has just changed says more than a single one: the angle crossed the
-count's edge within the last period. A reading that stays says less each time: its error is the same as before, and a
-filter that took it for a new one would grow sure of it. On the locus, where the motors turn round, half a count is a
-millimetre of the platform.
+The encoder rounds down to a count. A reading that has just changed carries more information than a single one: the
+angle crossed the count's edge within the last period. A repeated reading carries less each time: its error is that of
+the reading before, and a filter that took it as independent would become overconfident. On the locus, where the motors
+reverse, half a count is a millimetre of the platform.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LEAST_TRAVEL = 0.2
 """Least travel since the edge that is assumed, in counts: the speed from which it follows is an estimate."""
 
 LONGEST_STAY = 20
-"""Samples of one reading after which it is not trusted less any more."""
+"""Repetitions of a reading beyond which its variance does not grow further."""
 
 
 class Angle(NamedTuple):
@@ -29,17 +29,17 @@ class Angle(NamedTuple):
 
 
 def first_angle(count: float, reading: float) -> Angle:
-    """Return what the first reading (rad) says: uniformly distributed over the count (rad) above it."""
+    """Return the angle for the first reading (rad): uniformly distributed over the count (rad) above it."""
     return _uniform(count, reading, 1)
 
 
 def next_stay(last: float, stay: int, reading: float) -> int:
-    """Return for how many samples a reading (rad) has stayed; `last` and `stay` are those of the sample before."""
+    """Return for how many samples a reading (rad) has been the same; `last` and `stay` are of the sample before."""
     return min(stay + 1, LONGEST_STAY) if reading == last else 1
 
 
 def next_angle(count: float, rate_hz: int, last: float, stay: int, reading: float, speed: float) -> Angle:
-    """Return what a reading (rad) after another says.
+    """Return the angle for a reading (rad) after another.
 
     Args:
         count: angle of a count (rad), 0 for an exact encoder.
@@ -77,12 +77,12 @@ class CountedAngle:
         self._stay = 1
 
     def first(self, reading: float) -> Angle:
-        """Return what the first reading (rad) says."""
+        """Return the angle for the first reading (rad)."""
         self._last, self._stay = reading, 1
         return first_angle(self.count, reading)
 
     def next(self, reading: float, speed: float) -> Angle:
-        """Return what the next reading (rad) says, at an expected speed (rad/s)."""
+        """Return the angle for the next reading (rad), at an expected speed (rad/s)."""
         last = reading if self._last is None else self._last
         self._last, self._stay = reading, next_stay(last, self._stay, reading)
         return next_angle(self.count, self._rate_hz, last, self._stay, reading, speed)

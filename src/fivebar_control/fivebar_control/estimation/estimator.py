@@ -1,4 +1,4 @@
-"""From motor readings to the joint states that the controllers take: what the node and the offline runner call.
+"""State estimator: from motor readings to the joint states that the controllers use, for node and offline runner.
 
 Moments. Sample k is measured at t_k, and the command that answers it acts from t_(k+d) on, d being the drives' delay
 in samples. The filter's estimate at t_k is therefore advanced by d periods under the torques that are on their way, the
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.estimation.covariance import Row
+from fivebar_control.estimation.covariance import Vector6
 from fivebar_control.estimation.ekf import Belief, EkfSettings, EncoderFilter, Estimate
 from fivebar_control.estimation.encoder import CountedAngle
 from fivebar_control.estimation.frozen import FrozenWatch
@@ -22,11 +22,11 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar
 
 LONGEST_GAP = 10
-"""Samples without a reading over which the filter predicts; beyond them its estimate is lost."""
+"""Samples without a reading over which the filter predicts; after a longer gap the estimate is lost."""
 
 
 class Drives(NamedTuple):
-    """What the estimator knows of encoders and drives.
+    """Parameters of encoders and drives for the estimator.
 
     Attributes:
         encoder_counts: per revolution of each motor, None for exact angles.
@@ -39,34 +39,34 @@ class Drives(NamedTuple):
     torque_limit: float | None = None
 
     def limited(self, torque: float) -> float:
-        """Return what becomes of a commanded torque (Nm)."""
+        """Return a commanded torque (Nm) limited as by the drives."""
         if self.torque_limit is None:
             return torque
         return max(-self.torque_limit, min(self.torque_limit, torque))
 
 
 class JointEstimate(NamedTuple):
-    """What is published for a sample.
+    """The estimate that is published for a sample.
 
     Attributes:
         position, velocity: of q11, q12, q21, q22 (rad, rad/s) when the answering torque begins to act.
         effort: applied torque over the period before the sample (Nm), 0 for the passive joints.
         deviations: standard deviations of x, y (m), vx, vy (m/s), d1, d2 (Nm) when the sample was measured.
-        disturbance: d1, d2 (Nm), what acts on the motors besides the torques that are known.
+        disturbance: d1, d2 (Nm), estimated torques on the motors besides the commanded ones.
     """
 
     position: tuple[float, float, float, float]
     velocity: tuple[float, float, float, float]
     effort: tuple[float, float, float, float]
-    deviations: Row
+    deviations: Vector6
     disturbance: tuple[float, float]
 
 
 class StateEstimator:
-    """The filter over a run: starts from the homing posture, and latches the first fault."""
+    """The filter over a run: initialised from the homing posture; latches the first fault."""
 
     def __init__(self, robot: FiveBar, homing: Homing, rate_hz: int, drives: Drives, settings: EkfSettings) -> None:
-        """Make an estimator for a robot that stands still in a declared posture.
+        """Make an estimator for a robot at rest in a declared posture.
 
         Raises:
             HomingContradicted: the declared posture contradicts itself.
@@ -89,23 +89,23 @@ class StateEstimator:
         self._last = 0
 
     def commanded(self, sample: int, tau1: float, tau2: float) -> None:
-        """Take note of the torque (Nm) that was commanded in answer to a sample; of several the first counts."""
+        """Record the torque (Nm) that was commanded in answer to a sample; repeated commands are ignored."""
         if self._drives.delay_samples > 0:
             self._commands.setdefault(sample, (self._drives.limited(tau1), self._drives.limited(tau2)))
 
     def awaits(self, sample: int) -> bool:
-        """Return whether a command that still acts on the moment of this sample's answer has not been noted."""
+        """Return whether a command that affects this sample's estimate has not been recorded yet."""
         return self._drives.delay_samples > 0 and sample - 1 not in self._commands
 
     def take(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> JointEstimate:
         """Return the joint states for a sample's motor angles (rad) and the torques applied before it (Nm).
 
-        A command that was not noted is taken for that of the sample before it, as the drives do.
+        A missing command is replaced by that of the sample before it, as the drives do.
 
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
-        belief = self._believe(sample, q11, q21, tau1, tau2)
+        belief = self._update(sample, q11, q21, tau1, tau2)
         x, y, vx, vy, _, _ = self._advanced(sample, belief.estimate)
         state = state_from_platform(self._robot, self._homing.mode1, self._homing.mode2, x, y, vx, vy)
         leg1, leg2 = state.leg1, state.leg2
@@ -118,7 +118,7 @@ class StateEstimator:
             )
             if self._answer is not None:
                 return self._answer._replace(effort=effort)
-        elif (reason := self._watch.look(belief)) is not None:
+        elif (reason := self._watch.check(belief)) is not None:
             self._latch("estimate_ambiguous", f"at sample {sample}: {reason}")
         variances = (row[i] for i, row in enumerate(belief.covariance))
         a, b, c, d, e, f = (math.sqrt(max(0.0, variance)) for variance in variances)
@@ -126,7 +126,7 @@ class StateEstimator:
         self._answer = JointEstimate(position, velocity, effort, deviations, disturbance)
         return self._answer
 
-    def _believe(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> Belief:
+    def _update(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> Belief:
         one, two = self._encoders
         if self.belief is None:
             angle1, angle2 = one.first(q11), two.first(q21)
@@ -135,12 +135,12 @@ class StateEstimator:
             self.belief = self._filter.begin(x, y, angle1.variance)
         else:
             expected = self.belief
-            # a reading that was left out leaves a gap, over which the torque is taken for that of its last period
+            # over a gap in the readings the torque is assumed to be that of its last period
             for _ in range(min(max(sample - self._last, 1), LONGEST_GAP)):
                 expected = self._filter.predict(expected, tau1, tau2)
             if sample - self._last > LONGEST_GAP:
                 self._latch("estimate_lost", f"no motor readings from sample {self._last + 1} to {sample - 1}")
-            reason = self._frozen.look((q11, q21), expected.estimate, sample - self._last > 1)
+            reason = self._frozen.check((q11, q21), expected.estimate, sample - self._last > 1)
             if reason is not None:
                 self._latch("encoder_frozen", f"at sample {sample} {reason}")
             speed1, speed2 = self._filter.motor_speeds(expected.estimate)

@@ -1,8 +1,8 @@
-"""Notices an encoder that stands still although its motor must be turning.
+"""Detection of a frozen encoder: its reading is constant although the motor must be turning.
 
-A reading that stays is no fault by itself: at rest, and where a motor turns round, the angle is within the same count
-for many samples. But then the filter expects it there, too. Where it keeps expecting another angle while the reading
-stays, the reading is not of this robot.
+A constant reading is no fault by itself: at rest, and where a motor reverses, the angle is within the same count for
+many samples, and the filter predicts it there, too. Where the predictions keep differing from a constant reading, the
+encoder is frozen.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ FEWEST = 3
 """Readings in a row that are the same before an encoder is suspected."""
 
 LONGEST = 10
-"""Readings in a row over which is summed: the half count of a robot at rest must not add up for ever."""
+"""Readings in a row over which the differences are summed: half a count at rest must not accumulate for ever."""
 
 COUNTS = 10.0
 ANGLE = 1e-3
-"""An encoder is frozen when the distances of what the filter expected add up to so many counts and this angle (rad)."""
+"""An encoder is frozen when the differences from the predictions sum to this many counts and this angle (rad)."""
 
 
 class FrozenWatch:
-    """Compares both motors' readings with what the filter expected of them."""
+    """Compares both motors' readings with the filter's predictions."""
 
     def __init__(self, robot: FiveBar, mode1: int, mode2: int, count: float) -> None:
         """Make a watch for encoders with counts of a size (rad), 0 for exact ones."""
@@ -34,8 +34,8 @@ class FrozenWatch:
         self._stays = [1, 1]
         self._beyond = [0.0, 0.0]
 
-    def look(self, readings: tuple[float, float], expected: Estimate, gap: bool) -> str | None:
-        """Return what is wrong, None for nothing.
+    def check(self, readings: tuple[float, float], expected: Estimate, gap: bool) -> str | None:
+        """Return the fault in words, None for none.
 
         Args:
             readings: of both motors (rad); call it once per sample.

@@ -1,4 +1,4 @@
-"""Where the filter starts: a posture in which the robot was put by somebody, checked against the encoders."""
+"""Initialisation of the filter: the declared homing posture, checked against the encoders."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 
 MIN_HOMING_KAPPA = 0.1
-"""Least 1/cond(A) of a homing posture: nearer to the locus the encoders do not tell the assembly mode apart."""
+"""Least 1/cond(A) of a homing posture: nearer to the locus the encoders do not determine the assembly mode."""
 
 
 class HomingContradicted(InputError):
-    """The declared posture is impossible, or the encoders say that the robot is not in it."""
+    """The declared posture is impossible or contradicts the encoders."""
 
 
 class Homing(NamedTuple):
@@ -47,7 +47,7 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
     kappa = inverse_condition(state)
     if kappa < MIN_HOMING_KAPPA:
         raise HomingContradicted(
-            f"homing_contradicted: at {place} the assembly mode cannot be told: 1/cond(A) = {kappa:.3f},"
+            f"homing_contradicted: at {place} the assembly mode is ambiguous: 1/cond(A) = {kappa:.3f},"
             f" expected at least {MIN_HOMING_KAPPA}"
         )
     if assembly_mode(state) != homing.assembly:

@@ -1,4 +1,4 @@
-"""The acceleration check of section 4.3: an independent look at whether the platform follows its reference."""
+"""The acceleration check of section 4.3: an independent check that the platform follows its reference."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SATURATION_MARGIN = 0.999
 class ImuCheck:
     """Compares the magnitude of the measured acceleration with the desired one, sample by sample.
 
-    What the IMU adds is taken off: its bias, its orientation, gravity, and the acceleration of its mounting point
-    relative to the platform point. That last part and the low-pass are worked out from the reference, so that the
-    measured side stays a measurement.
+    The IMU's own contributions are removed: its bias, its orientation, gravity, and the acceleration of its mounting
+    point relative to the platform point. The last one and the low-pass are computed from the reference, so that the
+    measured side is a measurement only.
     """
 
     def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, imu: ImuDescription) -> None:
@@ -35,7 +35,7 @@ class ImuCheck:
     def error(self, measured: Vector3, desired: Platform) -> float:
         """Return the measured minus the desired magnitude of the platform's acceleration (m/s^2).
 
-        Call it once for every sample, since the low-pass has a memory.
+        Call it once for every sample, since the low-pass has a state.
 
         Args:
             measured: the accelerometer's reading (m/s^2) in its own frame.
@@ -46,7 +46,7 @@ class ImuCheck:
         return math.hypot(along - lever_x, across - lever_y) - math.hypot(desired_x, desired_y)
 
     def saturated(self, measured: Vector3) -> bool:
-        """Return whether an axis is at the end of its range, so that the reading says too little."""
+        """Return whether an axis is at the end of its range, so that the reading is not usable."""
         return any(abs(component) >= SATURATION_MARGIN * self._imu.range for component in measured)
 
     def _in_link_frame(self, measured: Vector3) -> tuple[float, float]:

@@ -1,9 +1,9 @@
-"""Whether the other assembly mode would explain the encoders as well.
+"""Detection of an ambiguous assembly mode: whether the mirrored posture explains the encoders as well.
 
 Motor angles alone fit two postures, mirror images in the line through both elbows, which meet on the Type 2 locus.
 There the two histories of a robot, "it went through" and "it turned back", agree in every angle so far and differ in
-nothing but the sign of the velocity across that line. Only the platform's momentum tells them apart, so the estimate
-is worth no more than its velocity is certain: a slow crossing leaves both open.
+nothing but the sign of the velocity across that line. Only the platform's momentum distinguishes them, so the estimate
+is as reliable as its velocity is certain: after a slow crossing both remain possible.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition_of
 from fivebar_description.parameters import FiveBar
 
 TEST_KAPPA = 0.1
-"""Within this 1/cond(A) the mirrored state is tested; further off it is many millimetres away."""
+"""Within this 1/cond(A) the mirrored state is tested; farther from the locus it is many millimetres away."""
 
 
 class Mirror(NamedTuple):
@@ -71,8 +71,8 @@ def deviations(mirror: Mirror, covariance: Covariance) -> float:
     return math.sqrt(max(0.0, (vv * s * s - 2.0 * pv * s * ds + pp * ds * ds) / determinant))
 
 
-class Look(NamedTuple):
-    """What a sample shows of the ambiguity.
+class AmbiguityCheck(NamedTuple):
+    """Result of the ambiguity test of one sample.
 
     Attributes:
         near: consecutive samples near the locus so far.
@@ -83,38 +83,41 @@ class Look(NamedTuple):
     deviations: float
 
 
-def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -> Look:
-    """Return what a belief shows, after `near` samples near the locus; past the dwell limit (s) nothing is tested."""
+def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -> AmbiguityCheck:
+    """Return the ambiguity test of a belief after `near` samples near the locus.
+
+    Past the dwell limit (s) nothing is tested.
+    """
     x, y, vx, vy, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
     kappa = inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)
     near = near + 1 if kappa < NEAR_LOCUS else 0
     if near * model.period > dwell_limit or not kappa < TEST_KAPPA:
-        return Look(near, math.inf)
+        return AmbiguityCheck(near, math.inf)
     mirror = mirrored(model.robot, leg1, leg2, belief)
-    return Look(near, 0.0 if mirror is None else deviations(mirror, belief.covariance))
+    return AmbiguityCheck(near, 0.0 if mirror is None else deviations(mirror, belief.covariance))
 
 
 class MirrorWatch:
-    """Looks at every sample for the moment from which on the assembly mode is no longer known."""
+    """Checks every sample whether the assembly mode is still known."""
 
     def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings) -> None:
-        """Bind the watch to a robot, its working mode, the sampling rate and the limits."""
+        """Bind the test to a robot, its working mode, the sampling rate and the limits."""
         self._model = filter_model(robot, mode1, mode2, rate_hz, settings)
         self._settings = settings
         self._near = 0
 
-    def look(self, belief: Belief) -> str | None:
+    def check(self, belief: Belief) -> str | None:
         """Return why the estimate of this sample is ambiguous, None where it is not; call it once per sample."""
-        look = look_at(self._model, self._settings.dwell_limit, self._near, belief)
-        self._near = look.near
-        dwelt = look.near * self._model.period
+        found = look_at(self._model, self._settings.dwell_limit, self._near, belief)
+        self._near = found.near
+        dwelt = found.near * self._model.period
         if dwelt > self._settings.dwell_limit:
             return f"1/cond(A) below {NEAR_LOCUS} for {dwelt:.3f} s, limit {self._settings.dwell_limit:g} s"
-        if look.deviations >= self._settings.mirror_deviations:
+        if found.deviations >= self._settings.mirror_deviations:
             return None
         return (
-            f"the other assembly mode is {look.deviations:.1f} standard deviations away,"
+            f"the other assembly mode is {found.deviations:.1f} standard deviations away,"
             f" limit {self._settings.mirror_deviations:g}"
         )

@@ -1,4 +1,4 @@
-"""How full the CAN bus is."""
+"""Load of the CAN bus."""
 
 from __future__ import annotations
 

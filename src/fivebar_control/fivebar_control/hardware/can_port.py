@@ -1,4 +1,4 @@
-"""The CAN interface: opening it, sending, and a thread that receives whatever comes and survives it."""
+"""The CAN interface: opening it, sending, and a receiving thread that no frame can end."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def open_bus(bus: Bus) -> can.BusABC:
 
 
 class CanPort:
-    """An open CAN interface. Frames are handed on in a thread of their own; what cannot be one is counted."""
+    """An open CAN interface. A thread of its own passes received frames on; others are counted."""
 
     def __init__(self, bus: can.BusABC, handle: Callable[[int, bytes], None]) -> None:
         """Start to receive; `handle` gets id and data of every data frame with an 11-bit id."""
@@ -74,10 +74,10 @@ class CanPort:
                     self._take(message)
             except (can.CanOperationError, OSError):
                 self.unreadable += 1
-                # an interface that has gone fails at once, again and again
+                # a lost interface fails at once, again and again
                 self._ending.wait(0.001)
             except Exception:
-                # whatever a frame can break, the next one must still be heard
+                # whatever a frame breaks, the next one must still be received
                 self.unreadable += 1
 
     def _take(self, message: can.Message) -> None:

@@ -1,11 +1,11 @@
-"""The power state machine of CiA 402 (IEC 61800-7-201): what a statusword says and which controlword comes next."""
+"""The power state machine of CiA 402 (IEC 61800-7-201): decoding statuswords and choosing the next controlword."""
 
 from __future__ import annotations
 
 from enum import Enum
 
 
-class State(Enum):
+class DriveState(Enum):
     """State of a drive; UNKNOWN is a statusword that the standard does not define."""
 
     NOT_READY = "not ready to switch on"
@@ -19,8 +19,8 @@ class State(Enum):
     UNKNOWN = "unknown"
 
 
-class Goal(Enum):
-    """What we want of a drive.
+class PowerTarget(Enum):
+    """The power state that a drive is to reach.
 
     OFF removes power at once, QUICK_STOP lets the drive stop in its own way (0x605A), DISABLED steps down in order,
     ENABLED steps up.
@@ -33,14 +33,14 @@ class Goal(Enum):
 
 
 STATUS_TABLE = (
-    (0x4F, 0x00, State.NOT_READY),
-    (0x4F, 0x40, State.SWITCH_ON_DISABLED),
-    (0x6F, 0x21, State.READY),
-    (0x6F, 0x23, State.SWITCHED_ON),
-    (0x6F, 0x27, State.ENABLED),
-    (0x6F, 0x07, State.QUICK_STOP),
-    (0x4F, 0x0F, State.FAULT_REACTION),
-    (0x4F, 0x08, State.FAULT),
+    (0x4F, 0x00, DriveState.NOT_READY),
+    (0x4F, 0x40, DriveState.SWITCH_ON_DISABLED),
+    (0x6F, 0x21, DriveState.READY),
+    (0x6F, 0x23, DriveState.SWITCHED_ON),
+    (0x6F, 0x27, DriveState.ENABLED),
+    (0x6F, 0x07, DriveState.QUICK_STOP),
+    (0x4F, 0x0F, DriveState.FAULT_REACTION),
+    (0x4F, 0x08, DriveState.FAULT),
 )
 """Mask, value under the mask, state. No word fits two rows."""
 
@@ -52,56 +52,56 @@ ENABLE_OPERATION = 0x0F
 FAULT_RESET = 0x80
 
 FAULT_RESET_SEQUENCE = (DISABLE_VOLTAGE, FAULT_RESET, DISABLE_VOLTAGE)
-"""Reset acts on the rising edge of bit 7; the last word leaves the drive without any wish to be enabled."""
+"""Reset acts on the rising edge of bit 7; the last word leaves the drive disabled."""
 
 _ENABLING = {
-    State.SWITCH_ON_DISABLED: SHUTDOWN,
-    State.READY: SWITCH_ON,
-    State.SWITCHED_ON: ENABLE_OPERATION,
-    State.ENABLED: ENABLE_OPERATION,
+    DriveState.SWITCH_ON_DISABLED: SHUTDOWN,
+    DriveState.READY: SWITCH_ON,
+    DriveState.SWITCHED_ON: ENABLE_OPERATION,
+    DriveState.ENABLED: ENABLE_OPERATION,
 }
 
 _DISABLING = {
-    State.ENABLED: SWITCH_ON,
-    State.SWITCHED_ON: SHUTDOWN,
+    DriveState.ENABLED: SWITCH_ON,
+    DriveState.SWITCHED_ON: SHUTDOWN,
 }
 
 _STOPPING = {
-    State.ENABLED: STOP_QUICKLY,
-    State.QUICK_STOP: STOP_QUICKLY,
+    DriveState.ENABLED: STOP_QUICKLY,
+    DriveState.QUICK_STOP: STOP_QUICKLY,
 }
 
-POWERED = frozenset({State.SWITCHED_ON, State.ENABLED, State.QUICK_STOP, State.FAULT_REACTION})
+POWERED = frozenset({DriveState.SWITCHED_ON, DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION})
 """States in which the power stage may be live."""
 
 
-def state_of(statusword: int) -> State:
-    """Return the state that a statusword (0x6041) tells."""
+def state_of(statusword: int) -> DriveState:
+    """Return the state that a statusword (0x6041) encodes."""
     for mask, value, state in STATUS_TABLE:
         if statusword & mask == value:
             return state
-    return State.UNKNOWN
+    return DriveState.UNKNOWN
 
 
-def next_controlword(state: State, goal: Goal) -> int:
+def next_controlword(state: DriveState, goal: PowerTarget) -> int:
     """Return the controlword (0x6040) that brings a drive one step nearer to the goal.
 
     A fault and an unknown word get `DISABLE_VOLTAGE`: nothing here resets a fault. So does a quick stop that is active,
     unless it is wanted.
     """
-    if goal is Goal.ENABLED:
+    if goal is PowerTarget.ENABLED:
         return _ENABLING.get(state, DISABLE_VOLTAGE)
-    if goal is Goal.DISABLED:
+    if goal is PowerTarget.DISABLED:
         return _DISABLING.get(state, DISABLE_VOLTAGE)
-    if goal is Goal.QUICK_STOP:
+    if goal is PowerTarget.QUICK_STOP:
         return _STOPPING.get(state, DISABLE_VOLTAGE)
     return DISABLE_VOLTAGE
 
 
-def reached(state: State, goal: Goal) -> bool:
+def reached(state: DriveState, goal: PowerTarget) -> bool:
     """Return whether a drive is where it should be; a drive in fault is off, too."""
-    if goal is Goal.ENABLED:
-        return state is State.ENABLED
-    if goal is Goal.QUICK_STOP and state is State.QUICK_STOP:
+    if goal is PowerTarget.ENABLED:
+        return state is DriveState.ENABLED
+    if goal is PowerTarget.QUICK_STOP and state is DriveState.QUICK_STOP:
         return True
-    return state in (State.SWITCH_ON_DISABLED, State.NOT_READY, State.FAULT)
+    return state in (DriveState.SWITCH_ON_DISABLED, DriveState.NOT_READY, DriveState.FAULT)

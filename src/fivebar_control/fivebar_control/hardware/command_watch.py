@@ -1,4 +1,4 @@
-"""Which torque is in force, and whether it is still fresh."""
+"""Watchdog of the torque command: which one is in force, and whether it is stale."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class CommandWatch:
     """Holds the newest torque command. Times are seconds of a steady clock, given by the caller.
 
     A command is stale when it came too long ago, or when the sample that it answers was measured too many samples ago.
-    Before the first command of a run there is nothing to be stale: the torque is zero.
+    Before the first command of a run the torque is zero and no command is stale.
     """
 
     def __init__(self, timeout: float, rate_hz: int) -> None:
@@ -34,8 +34,8 @@ class CommandWatch:
         """Take the command that answers a sample."""
         self.answered, self._torques, self._came = sample, torques, now
 
-    def pardon(self, sample: int, now: float) -> None:
-        """Hold zero torque, as fresh as if it had just come for a sample: the operator has reset the fault."""
+    def rearm(self, sample: int, now: float) -> None:
+        """Hold zero torque and restart the timeout at a sample: the operator has reset the fault."""
         if self.answered >= 0:
             self.take(sample, ZERO, now)
 

@@ -1,4 +1,4 @@
-"""What is particular to one robot's bus and drives, read from a file and checked before anything is sent."""
+"""Configuration of one robot's bus and drives, read from a file and validated before anything is sent."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Bus(StrictModel):
 class Master(StrictModel):
     """Section `master`: our own node, whose heartbeat the drives watch.
 
-    A drive that has not heard it for `timeout_ms` must stop by itself (0x1016).
+    A drive that has not received it for `timeout_ms` must stop by itself (0x1016).
     """
 
     node_id: NodeId = 127
@@ -79,7 +79,7 @@ class Stall(StrictModel):
 
 
 class Drive(StrictModel):
-    """One drive: how its raw figures translate, and what it may do.
+    """One drive: its scaling, limits and supervision.
 
     Attributes:
         node_id: its CANopen node id.

@@ -1,4 +1,4 @@
-"""Two drives on one CAN bus as one thing: open, set up, enable, exchange figures once per SYNC, disable, close."""
+"""Two drives on one CAN bus as one thing: open, set up, enable, exchange data once per SYNC, disable, close."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from canopen.sdo.exceptions import SdoError
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
-from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, Goal, State, next_controlword, reached
+from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
 from fivebar_control.hardware.drive_link import DriveLink, Reading
 from fivebar_control.hardware.drive_setup import DriveSetup
@@ -48,8 +48,8 @@ Torques = tuple[float, float]
 ZERO: Torques = (0.0, 0.0)
 
 
-class Cycle(NamedTuple):
-    """What one exchange brought: a reading of each drive, None where its answer is missing, and what is wrong."""
+class Exchange(NamedTuple):
+    """Result of one exchange: a reading of each drive, None where its answer is missing, and a fault."""
 
     readings: tuple[Reading | None, Reading | None]
     fault: Fault | None
@@ -88,9 +88,9 @@ class DriveBus:
             DriveLink(ACTIVE_JOINTS[0], drives.pair[0], drives.sync_period_us, drives.missing_limit),
             DriveLink(ACTIVE_JOINTS[1], drives.pair[1], drives.sync_period_us, drives.missing_limit),
         )
-        self._news = threading.Condition()
+        self._received = threading.Condition()
         self._unknown = self._malformed = 0
-        self._goal = Goal.OFF
+        self._goal = PowerTarget.OFF
         self._enabled = False
         self._reset_words: deque[int] = deque()
         self._send_fault: Fault | None = None
@@ -115,7 +115,7 @@ class DriveBus:
         return Counters(self._unknown, self._malformed, self._port.unreadable)
 
     @property
-    def states(self) -> tuple[State, State]:
+    def states(self) -> tuple[DriveState, DriveState]:
         """The drives' states as of the last exchange."""
         return self.links[0].state, self.links[1].state
 
@@ -129,7 +129,7 @@ class DriveBus:
         self._port.close()
 
     def release(self) -> None:
-        """Let the drives go, once they are off: they no longer watch our heartbeat, so that its end is no fault.
+        """Release the drives once they are off: they stop supervising our heartbeat, so that its end is no fault.
 
         A drive that does not answer is left as it is.
         """
@@ -157,7 +157,7 @@ class DriveBus:
         except (can.CanError, OSError) as error:
             raise DriveError(Fault("bus_error", str(error))) from error
         finally:
-            # answers that nobody waits for would pile up
+            # late answers would accumulate
             self._network.subscribers.clear()
         self._wait_operational()
 
@@ -173,8 +173,8 @@ class DriveBus:
     def _wait_operational(self) -> None:
         end = time.monotonic() + max(drive.heartbeat_timeout_ms for drive in self._drives.pair) / 1e3
         while any(link.nmt_state != OPERATIONAL for link in self.links):
-            with self._news:
-                self._news.wait(self._drives.master.heartbeat_ms / 1e3)
+            with self._received:
+                self._received.wait(self._drives.master.heartbeat_ms / 1e3)
             if time.monotonic() > end:
                 silent = next(link for link in self.links if link.nmt_state != OPERATIONAL)
                 raise DriveError(Fault("drive_missing", f"{silent.place}: no heartbeat in operational state"))
@@ -195,11 +195,11 @@ class DriveBus:
         Raises:
             DriveError: a fault, or they are not enabled within `timeout` (s). They are told to switch off then.
         """
-        self._goal = Goal.ENABLED
+        self._goal = PowerTarget.ENABLED
         try:
-            self._cycle_until(Goal.ENABLED, timeout)
+            self._cycle_until(PowerTarget.ENABLED, timeout)
         except DriveError:
-            self._goal = Goal.OFF
+            self._goal = PowerTarget.OFF
             self.write(ZERO)
             raise
         self._enabled = True
@@ -213,21 +213,21 @@ class DriveBus:
         self.write(ZERO)
         self.exchange()
         self._enabled = False
-        self._goal = Goal.DISABLED
-        self._cycle_until(Goal.DISABLED, timeout)
+        self._goal = PowerTarget.DISABLED
+        self._cycle_until(PowerTarget.DISABLED, timeout)
 
     def switch_off(self) -> None:
         """Remove power from both drives with the next frames, without waiting for it."""
         self._enabled = False
-        self._goal = Goal.OFF
+        self._goal = PowerTarget.OFF
         self._reset_words.clear()
         self.write(ZERO)
 
     def quick_stop(self) -> None:
         """Command zero torque and, where they were to be enabled, a quick stop (controlword bit 2 = 0)."""
         self._enabled = False
-        if self._goal is Goal.ENABLED:
-            self._goal = Goal.QUICK_STOP
+        if self._goal is PowerTarget.ENABLED:
+            self._goal = PowerTarget.QUICK_STOP
         self.write(ZERO)
 
     def reset(self, timeout: float) -> None:
@@ -241,9 +241,9 @@ class DriveBus:
         self._send_fault = None
         # a bridge that was started again knows nothing of their states yet
         self.exchange_paced()
-        if State.FAULT in self.states:
+        if DriveState.FAULT in self.states:
             self._enabled = False
-            self._goal = Goal.OFF
+            self._goal = PowerTarget.OFF
             self._reset_words.extend(word for word in FAULT_RESET_SEQUENCE for _ in range(RESET_HOLD_CYCLES))
         end = time.monotonic() + timeout
         while True:
@@ -254,19 +254,21 @@ class DriveBus:
                 self._reset_words.clear()
                 raise DriveError(fault or Fault("drive_stuck", f"no fault reset within {timeout:g} s"))
 
-    def _cycle_until(self, goal: Goal, timeout: float) -> None:
+    def _cycle_until(self, goal: PowerTarget, timeout: float) -> None:
         end = time.monotonic() + timeout
         while True:
             fault = self.exchange_paced().fault
-            if all(reached(state, goal) for state in self.states) and (goal is not Goal.ENABLED or fault is None):
+            if all(reached(state, goal) for state in self.states) and (
+                goal is not PowerTarget.ENABLED or fault is None
+            ):
                 return
-            if fault is not None and goal is Goal.ENABLED:
+            if fault is not None and goal is PowerTarget.ENABLED:
                 raise DriveError(fault)
             if time.monotonic() > end:
                 states = ", ".join(f"{link.place} is {link.state.value}" for link in self.links)
                 raise DriveError(fault or Fault("drive_stuck", f"not {goal.value} within {timeout:g} s: {states}"))
 
-    def exchange_paced(self) -> Cycle:
+    def exchange_paced(self) -> Exchange:
         """Wait for the next period, then command zero torque and exchange: a cycle without a control law."""
         period = self._drives.sync_period_us / MICROSECONDS
         now = time.monotonic()
@@ -275,23 +277,23 @@ class DriveBus:
         self.write(ZERO)
         return self.exchange()
 
-    def exchange(self) -> Cycle:
+    def exchange(self) -> Exchange:
         """Send SYNC and gather both drives' answers until all are there or the deadline has passed."""
-        with self._news:
+        with self._received:
             for link in self.links:
                 link.expect()
         if self._heartbeat_due is None:
             self._heartbeat_due = 0.0
         self.tend()
         self._send(SYNC_ID, b"")
-        with self._news:
-            self._news.wait_for(
+        with self._received:
+            self._received.wait_for(
                 lambda: self.links[0].complete and self.links[1].complete,
                 self._drives.gather_deadline_us / MICROSECONDS,
             )
             readings = self.links[0].close_cycle(), self.links[1].close_cycle()
             fault = self._fault()
-        return Cycle(readings, fault)
+        return Exchange(readings, fault)
 
     def _fault(self) -> Fault | None:
         if self._port.off:
@@ -304,7 +306,7 @@ class DriveBus:
             if fault is not None:
                 return fault
         for link in self.links:
-            if self._enabled and link.state is not State.ENABLED:
+            if self._enabled and link.state is not DriveState.ENABLED:
                 return Fault("drive_dropped_out", f"{link.place}: {link.state.value}, expected operation enabled")
         return None
 
@@ -318,14 +320,14 @@ class DriveBus:
             ValueError: a torque is not finite; zero has been sent instead.
         """
         finite = all(math.isfinite(torque) for torque in torques)
-        live = self._enabled and all(link.state is State.ENABLED and not link.silent for link in self.links)
+        live = self._enabled and all(link.state is DriveState.ENABLED and not link.silent for link in self.links)
         if self._enabled and not live:
             self._enabled = False
-            self._goal = Goal.QUICK_STOP
+            self._goal = PowerTarget.QUICK_STOP
         reset_word = self._reset_words.popleft() if self._reset_words else None
         for link, torque in zip(self.links, torques, strict=True):
             word = next_controlword(link.state, self._goal)
-            if reset_word is not None and link.state is State.FAULT:
+            if reset_word is not None and link.state is DriveState.FAULT:
                 word = reset_word
             raw = torque_raw(link.scale, torque) if live and finite else 0
             self._send(COMMAND_BASE + link.drive.node_id, command_data(word, raw))
@@ -353,8 +355,8 @@ class DriveBus:
             for answer in self._network.subscribers.get(can_id, ()):
                 answer(can_id, bytearray(data), 0.0)
         else:
-            with self._news:
+            with self._received:
                 link = self.links[frame.drive]
                 link.take(frame, time.monotonic())
                 if isinstance(frame, Heartbeat) or link.complete:
-                    self._news.notify_all()
+                    self._received.notify_all()

@@ -1,18 +1,18 @@
-"""What is known about one drive from its frames: last figures, ages, and what is wrong with it."""
+"""State of one drive from its frames: last values, their ages, and its fault."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.cia402 import State, state_of
+from fivebar_control.hardware.cia402 import DriveState, state_of
 from fivebar_control.hardware.configuration import MICROSECONDS, Drive
 from fivebar_control.hardware.fault import ERROR_RESET, emergency_name
 from fivebar_control.hardware.frames import NMT_STATES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
 from fivebar_control.hardware.units import position_rad, scale_of, torque_nm, velocity_rad_s
 
 EMERGENCY_CYCLES = 2
-"""Cycles after which an emergency message without a fault in the statusword is taken for what it is."""
+"""Cycles after which an emergency message without a fault in the statusword counts as a fault."""
 
 
 class Reading(NamedTuple):
@@ -47,8 +47,8 @@ class DriveLink:
         self._emergency_cycles = 0
 
     @property
-    def state(self) -> State:
-        """The state that its last statusword tells."""
+    def state(self) -> DriveState:
+        """The state that its last statusword encodes."""
         return state_of(self.statusword)
 
     @property
@@ -107,13 +107,13 @@ class DriveLink:
         self._still = self._still + self._period * cycles if same and pushed else 0.0
 
     def forget(self) -> None:
-        """Forget past emergencies and standstill: the operator has seen them."""
+        """Clear past emergencies and standstill: the operator has reset them."""
         self._emergency = None
         self._still = 0.0
 
     def fault(self, now: float) -> Fault | None:
-        """Return what is wrong with the drive, the most telling first."""
-        if self.state in (State.FAULT, State.FAULT_REACTION):
+        """Return the drive's fault, the most specific first; None without one."""
+        if self.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
             cause = "no emergency message" if self._emergency is None else _words(self._emergency)
             return Fault("drive_fault", f"{self.place}: statusword 0x{self.statusword:04X}, {cause}")
         # the statusword of the fault that it tells of may come with the next answer

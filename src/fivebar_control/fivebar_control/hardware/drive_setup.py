@@ -100,13 +100,13 @@ class DriveSetup:
     def _select_mode(self) -> None:
         self._write(0x6060, 0, "<b", CYCLIC_SYNCHRONOUS_TORQUE)
         end = time.monotonic() + self._drives.sdo_timeout_ms / 1e3
-        # each look is an exchange on the bus, which is what paces this loop
+        # each read is an exchange on the bus, which paces this loop
         while (mode := self._read(0x6061, 0, "<b")) != CYCLIC_SYNCHRONOUS_TORQUE:
             if time.monotonic() > end:
                 self._fail("drive_mode", f"0x6061 says mode {mode}, expected 10 (cyclic synchronous torque)")
 
     def _write_interpolation_period(self) -> None:
-        """Tell the drive the SYNC period as mantissa and power of ten (0x60C2), where it wants to know."""
+        """Write the SYNC period as mantissa and power of ten (0x60C2), where the drive has the object."""
         mantissa, exponent = self._drives.sync_period_us, -6
         while mantissa % 10 == 0:
             mantissa, exponent = mantissa // 10, exponent + 1

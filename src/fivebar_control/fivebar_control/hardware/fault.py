@@ -6,7 +6,7 @@ from fivebar_control.fault import Fault
 
 
 class DriveError(Exception):
-    """The drives cannot be brought to where they should be."""
+    """The drives cannot reach the requested state."""
 
     def __init__(self, fault: Fault) -> None:
         super().__init__(str(fault))

@@ -1,4 +1,4 @@
-"""CAN frames of two CiA 402 drives: which ids there are, and what a frame's bytes say. Nothing in here raises."""
+"""CAN frames of two CiA 402 drives: identifiers and decoding. Nothing in here raises."""
 
 from __future__ import annotations
 
@@ -83,14 +83,14 @@ class Malformed(NamedTuple):
 
 
 class MastersOwn(NamedTuple):
-    """A frame that only the master sends: our own one come back, or that of a second master."""
+    """A frame that only the master sends: our own one echoed, or that of a second master."""
 
 
 Frame = Status | Effort | Heartbeat | Emergency | SdoAnswer | MastersOwn | Malformed
 
 
 class FrameReader:
-    """Tells what a frame says, given the two drives."""
+    """Decodes frames of the two drives."""
 
     def __init__(self, drives: tuple[Drive, Drive], master: int) -> None:
         """Make a reader for two drives and the node id of the master."""
@@ -103,7 +103,7 @@ class FrameReader:
         self._efforts = tuple(_TORQUE_AND_VELOCITY if drive.velocity_in_pdo else _TORQUE for drive in drives)
 
     def read(self, can_id: int, data: bytes) -> Frame:
-        """Return what a data frame with an 11-bit id says."""
+        """Return a decoded data frame with an 11-bit id."""
         base, drive = self._kinds.get(can_id, (-1, 0))
         if base == STATUS_BASE and len(data) == _STATUS.size:
             return Status(drive, *_STATUS.unpack(data))

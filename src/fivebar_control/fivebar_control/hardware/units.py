@@ -1,4 +1,4 @@
-"""Raw figures of a drive and what they mean at the joint: counts and rad, units of torque and Nm, speeds."""
+"""Conversion between a drive's raw values and the joint: counts and rad, units of torque and Nm, speeds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TURN = 2.0 * math.pi
 
 
 class Scale(NamedTuple):
-    """Factors between a drive's raw figures and the joint, all with the joint's sign.
+    """Factors between a drive's raw values and the joint, all with the joint's sign.
 
     Attributes:
         counts_per_rad: counts of 0x6064 per rad of the joint.

@@ -1,4 +1,4 @@
-"""Where to cut off: between the noise of the encoders and the bandwidth of the motion.
+"""Choice of the cut-off frequencies: between the noise of the encoders and the bandwidth of the motion.
 
 An encoder of resolution d rounds with a variance of d^2 / 12, spread evenly over all frequencies up to half the
 sampling rate f_s: a density of d^2 / (6 f_s). Differentiated twice and cut off at f_c, that leaves an acceleration
@@ -39,7 +39,7 @@ SMALLEST_STEPS = (1, 2, 3, 4, 5)
 """Counts that the smallest step of a recording may have."""
 
 LEAST_STEPS = 20
-"""Changes of the readings without which nothing is said about an encoder."""
+"""Fewest changes of the readings from which the resolution is inferred."""
 
 MOST_COUNTS = 1e5
 """Largest step in counts: readings whose smallest step is finer than that are exact."""
@@ -82,7 +82,7 @@ def choose_cutoffs(angles: FloatArray, rate_hz: float) -> Cutoffs:
 
     The noise of readings that are not counts follows from the upper half of the spectrum.
     """
-    # here, because it takes as long to load as the rest of a command that may not need it
+    # imported here: it takes as long to load as the rest of a command that may not need it
     from scipy.signal import periodogram
 
     resolution = encoder_resolution(angles)

@@ -1,4 +1,4 @@
-"""The filtered inverse dynamics, one equation per motor and row, with what cannot be trusted left out.
+"""The filtered inverse dynamics, one equation per motor and row, without the samples that are not reliable.
 
 Angles go through the differentiating filter, and the regressor is worked out at every sample from what it gives. The
 torques go through that filter's own kernel, and the regressor and the torques both through the parallel filter: what
@@ -31,24 +31,24 @@ PARAMETERS = ("zz_11R", "zz_21R", "m", "f_s11", "f_s21", "f_off11", "f_off21")
 """What is identified, by the names of the parameter file, in the order of the regressor's columns."""
 
 LEAST_KAPPA = 0.15
-"""Least 1/cond(A) of a sample: nearer to the Type 2 locus A^-T magnifies what little is wrong with the angles."""
+"""Least 1/cond(A) of a sample: nearer to the Type 2 locus A^-T amplifies small errors of the angles."""
 
 SLOW_WIDTHS = 3.0
-"""A motor is slow below so many widths of the smoothed sign(), where friction is not told by its direction alone."""
+"""A motor is slow below so many widths of the smoothed sign(), where friction depends on more than the direction."""
 
 SLOW_SHARE = 0.005
 """Part of the filters' weight that may lie on slow samples."""
 
 ROWS_PER_CUTOFF = 5.0
-"""Rows per period of the parallel filter's cut-off: more would say nothing new."""
+"""Rows per period of the parallel filter's cut-off: more would add no information."""
 
 
 class Record(NamedTuple):
-    """What a bag holds of the motors, on the grid of its samples; NaN where a sample is missing.
+    """Recorded motor angles and torques, on the grid of the samples; NaN where a sample is missing.
 
     Attributes:
         rate_hz: samples per second.
-        angles: [n, 2], q11 and q21 as the encoders have them (rad).
+        angles: [n, 2], q11 and q21 as measured by the encoders (rad).
         torques: [n, 2], held over the period before the sample (Nm).
         assembly: [n], sign of det A; 0 or NaN where it is not known.
     """

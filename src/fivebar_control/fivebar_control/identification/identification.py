@@ -30,7 +30,7 @@ LEAST_INDEPENDENT = 5.0
 """Independent rows that each motor must have."""
 
 LARGEST_CONDITION = 100.0
-"""Of the regressor with unit columns: beyond it some parameters cannot be told apart."""
+"""Of the regressor with unit columns: above it some parameters cannot be distinguished."""
 
 NAMED = 0.3
 """Least part of a parameter in the weakest direction for it to be named."""
@@ -46,11 +46,11 @@ NEVER_NEGATIVE = PARAMETERS[:5]
 
 
 class NotIdentifiable(InputError):
-    """The record does not tell the parameters; the text says which and why."""
+    """The record does not determine the parameters; the text names them and the reason."""
 
 
 class Identification(NamedTuple):
-    """What was identified, and how.
+    """Result of an identification.
 
     Attributes:
         fit: parameters in the order of `PARAMETERS`, intervals, residuals.
@@ -74,7 +74,7 @@ def parameter_values(robot: FiveBar) -> tuple[float, ...]:
 
 
 def identify(robot: FiveBar, record: Record) -> Identification:
-    """Return the parameters that a record tells; the robot gives lengths and the widths of its friction only.
+    """Return the parameters that a record determines; the robot gives lengths and the widths of its friction only.
 
     Raises:
         NotIdentifiable: the record is too short, excites too little, or does not fit the model.
@@ -143,7 +143,7 @@ def _refuse_ill_conditioned(found: Fit) -> None:
     names = [name for name, part in zip(PARAMETERS, found.weakest.tolist(), strict=True) if abs(part) > NAMED]
     text = f"{found.condition:.0f}" if math.isfinite(found.condition) else "infinite"
     raise NotIdentifiable(
-        f"the motion does not tell {' and '.join(names)} apart: the condition number of the regressor is {text},"
+        f"the motion does not distinguish {' and '.join(names)}: the condition number of the regressor is {text},"
         f" expected at most {LARGEST_CONDITION:.0f}; move both motors both ways, slowly and fast"
     )
 
@@ -163,7 +163,7 @@ def _refuse_without_information(found: Fit) -> None:
             continue
         if half >= abs(value):
             raise NotIdentifiable(
-                f"the motion says too little about {name}: {value:.3g} ± {half:.2g}, expected an interval narrower than"
+                f"the motion determines {name} too poorly: {value:.3g} ± {half:.2g}, expected an interval narrower than"
                 " the value"
             )
         if value < 0.0:

@@ -1,9 +1,9 @@
 """Weighted least squares of two motors' equations, with intervals that allow for correlated residuals.
 
 Each motor's rows are weighted by the inverse variance of its own residuals, iterated. Filtering makes neighbouring
-residuals alike, so that the textbook covariance, which takes every row for news, is far too small. The covariance here
-is the sandwich (X^T W X)^-1 S (X^T W X)^-1 in which S sums the products of the scores X^T W e of all pairs of rows up
-to a lag, fading out with Parzen's weights (Newey and West's idea, which keeps S positive).
+residuals alike, so that the textbook covariance, which takes every row as independent, is far too small. The covariance
+here is the sandwich (X^T W X)^-1 S (X^T W X)^-1 in which S sums the products of the scores X^T W e of all pairs of rows
+up to a lag, fading out with Parzen's weights (Newey and West's idea, which keeps S positive).
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ CONFIDENCE = 0.95
 
 ITERATIONS = 20
 SETTLED = 1e-9
-"""Relative change of the weights at which they are left."""
+"""Relative change of the weights at which the iteration ends."""
 
 
 class Fit(NamedTuple):
-    """What least squares found.
+    """Result of the least squares.
 
     Attributes:
         values: [p], the parameters.
         half_widths: [p], of their intervals at `CONFIDENCE`.
         covariance: [p, p].
         condition: condition number of the weighted regressor whose columns are scaled to unit length.
-        weakest: [p], the combination of the scaled parameters that the data tell least about, of unit length.
+        weakest: [p], the combination of the scaled parameters that the data determine least, of unit length.
         deviations: [2], standard deviation of each motor's residuals.
         residuals: [n, 2], measured minus predicted, NaN where a row was left out.
         independent: how many independent rows the covariance rests on.

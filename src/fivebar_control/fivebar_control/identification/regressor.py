@@ -19,7 +19,7 @@ from fivebar_description.parameters import FiveBar
 
 
 class PlatformLoad(NamedTuple):
-    """What the platform adds to a motion of the motors.
+    """The platform's load on the motors during a motion.
 
     Attributes:
         load1, load2: motor torques per mass of the platform (Nm/kg), rows of J^T xddot.

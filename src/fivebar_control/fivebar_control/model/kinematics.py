@@ -80,7 +80,7 @@ def state_from_joints(
 ) -> State:
     """Return the state from the four joint angles (rad) and rates (rad/s).
 
-    This is the one way from `joint_states` to the platform: the mean of both legs' forward kinematics.
+    The platform is the mean of both legs' forward kinematics; every conversion of `joint_states` goes through here.
     """
     leg1 = leg_from_joints(robot.leg1, q11, q12, dq11, dq12)
     leg2 = leg_from_joints(robot.leg2, q21, q22, dq21, dq22)
@@ -102,7 +102,7 @@ def _tip(parameters: LegParameters, leg: Leg) -> tuple[float, float, float, floa
 def state_from_platform(robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float) -> State:
     """Return the state from the platform's position (m) and velocity (m/s) in a working mode.
 
-    Regular on the Type 2 locus. Out of reach all joint figures are NaN.
+    Regular on the Type 2 locus. Out of reach all joint quantities are NaN.
     """
     q = inverse_geometry(robot, mode1, mode2, x, y)
     leg1 = leg_from_platform(robot.leg1, q.q11, q.q12, vx, vy)

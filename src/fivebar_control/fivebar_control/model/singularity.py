@@ -1,4 +1,4 @@
-"""Where the robot stands to its singularities: the singular values of A in closed form, margins and classes.
+"""Singularity analysis: the singular values of A in closed form, distances from the singular loci, classes.
 
 The rows of A are unit vectors, so with g = u_1 . u_2 and e = sign(g) the singular value decomposition A = U S V^T is
 s1 = sqrt(1 + |g|), s2 = |det A| / s1, U_1 = (1, e) / sqrt(2), v1 = (u_1 + e u_2) / |u_1 + e u_2|. On the locus A_s of
@@ -78,7 +78,7 @@ def inverse_condition_rate(state: State) -> float:
 def type1_margin(state: State) -> float:
     """Return min |sin q_i2|, from 0 at Type 1 (a leg stretched or folded, det B = 0) to 1."""
     one, two = abs(state.leg1.sin_q2), abs(state.leg2.sin_q2)
-    # min() would lose a NaN, a leg that does not reach
+    # min() would drop the NaN of a leg that is out of reach
     return one if one < two or math.isnan(one) else two
 
 

@@ -1,4 +1,4 @@
-"""One instant of the five-bar, as every controller needs it: both legs and the platform."""
+"""The state of the five-bar, both legs and the platform, and the quantities that are measured or desired."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Leg(NamedTuple):
-    """Leg i with all that the equations need of it; each sine and cosine is taken once.
+    """Leg i with all quantities that the equations use; each sine and cosine is computed once.
 
     Attributes:
         q1: active angle q_i1 (rad).

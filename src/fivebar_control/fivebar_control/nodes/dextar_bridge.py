@@ -21,14 +21,11 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.command_watch import CommandWatch
 from fivebar_control.hardware.configuration import load_drives
-from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus
-from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
 from fivebar_control.ros.model_parameters import RATE
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
-    ALL_WELL,
     CONTROL_QOS,
     DRIVES_STATE,
     FAULTS,
@@ -44,12 +41,6 @@ from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
-
-REPEAT_PERIOD = 0.1
-"""Time (s) between two publications of sample 0 while nobody has answered it."""
-
-LATE_PERIODS = 1.5
-"""A cycle that begins later than so many periods after the last one counts as an overrun."""
 
 SPECS = (
     RATE,
@@ -72,7 +63,7 @@ Transition = Callable[["DextarBridge", LifecycleState], TransitionCallbackReturn
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-def _told(transition: Transition) -> Transition:
+def _logged(transition: Transition) -> Transition:
     """Log what breaks a transition: rclpy goes on to on_error without a word."""
 
     @functools.wraps(transition)
@@ -87,45 +78,34 @@ def _told(transition: Transition) -> Transition:
 
 
 class DextarBridge(LifecycleNodeMixin, GraphNode):
-    """The bridge between the graph and the drives.
-
-    While active it exchanges with the drives on the steady clock. Sample 0 is published again and again, at zero
-    torque, until it is answered: a run begins where the robot stands. The command that answers sample k is written at
-    once and acts from sample k + 1 on.
-    """
+    """The bridge between the graph and the drives: lifecycle transitions, topics and services of a `DriveSession`."""
 
     def __init__(self) -> None:
         """Make the node, unconfigured."""
         GraphNode.__init__(self, "dextar_bridge")
         values = self.parameters(SPECS)
-        self._drives = load_drives(values["drives"])
+        drives = load_drives(values["drives"])
         self._rate_hz: int = values["rate_hz"]
-        if self._rate_hz != self._drives.rate_hz:
+        if self._rate_hz != drives.rate_hz:
             raise InputError(
-                f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {self._drives.rate_hz}, which is"
-                f" sync_period_us {self._drives.sync_period_us} of {values['drives']}"
+                f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {drives.rate_hz}, which is"
+                f" sync_period_us {drives.sync_period_us} of {values['drives']}"
             )
-        self._enable_timeout: float = values["enable_timeout_s"]
-        self._watch = CommandWatch(values["command_timeout_ms"] / 1e3, self._rate_hz)
-        self._bus: DriveBus | None = None
+        self._heartbeat_period = drives.master.heartbeat_ms / 2e3
+        timeout, enable_timeout = values["command_timeout_ms"] / 1e3, values["enable_timeout_s"]
+        self._session = DriveSession(drives, timeout, enable_timeout, self._on_latch)
         self._timer: Timer | None = None
-        self._active = False
-        self._fault: Fault | None = None
-        self._sample = 0
-        self._written = False
-        self._overruns = self._incomplete = 0
-        self._ticked = self._published = 0.0
         LifecycleNodeMixin.__init__(self)
         self._states = self.advertise(MOTOR_STATES)
         self._faults = self.advertise(FAULTS)
         self._state = self.advertise(DRIVES_STATE)
-        self._told = ""
-        self._tell_state()
+        self._published_state = ""
+        self._publish_state()
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
         self.listen(TORQUE_COMMAND, self._on_command)
-        # volatile on this side: faults of the past are the business of whoever reset them
+        # volatile on this side: past faults concern only whoever reset them
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         if values["autostart"]:
             self._awaited = {name for name in values["wait_for_nodes"] if name}
@@ -152,66 +132,47 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             return FAILURE
         return made
 
-    @_told
+    @_logged
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the bus and set up both drives; they stay without power."""
-        bus = None
-        try:
-            bus = DriveBus(self._drives)
-            bus.set_up()
-        except DriveError as error:
-            if bus is not None:
-                bus.close()
-            self._latch(error.fault)
+        if not self._session.open():
             return FAILURE
-        self._fault = None
-        self._tell_state()
-        self._bus = bus
-        for note in bus.notes:
+        self._publish_state()
+        for note in self._session.bus.notes:
             self.get_logger().info(f"not in the drive: {note}")
-        self._run_every(self._drives.master.heartbeat_ms / 2e3, bus.tend)
+        self._run_every(self._heartbeat_period, self._session.bus.tend)
         return SUCCESS
 
-    @_told
+    @_logged
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Enable both drives at zero torque and begin at sample 0."""
-        bus = self._open_bus()
-        if self._fault is not None:
-            self.get_logger().error(f"not activated: reset {self._fault.name} first")
+        if self._session.fault is not None:
+            self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
             return FAILURE
-        try:
-            bus.enable(self._enable_timeout)
-        except DriveError as error:
-            self._latch(error.fault)
+        if not self._session.activate(time.monotonic):
             return FAILURE
-        self._watch.begin()
-        self._sample = 0
-        self._written = False
-        self._ticked = time.monotonic()
-        self._published = 0.0
-        self._active = True
-        self._tell_state()
+        self._publish_state()
         self._run_every(1.0 / self._rate_hz, self._tick)
         return SUCCESS
 
-    @_told
+    @_logged
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Command zero torque, then switch both drives off."""
         self._power_off()
-        self._run_every(self._drives.master.heartbeat_ms / 2e3, self._open_bus().tend)
+        self._run_every(self._heartbeat_period, self._session.bus.tend)
         return SUCCESS
 
-    @_told
+    @_logged
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let the drives go and close the bus."""
+        """Release the drives and close the bus."""
         self._close()
-        self._fault = None
-        self._tell_state()
+        self._session.fault = None
+        self._publish_state()
         return SUCCESS
 
-    @_told
+    @_logged
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Do all that is left to be done, from any state."""
+        """Power off and close, from any state."""
         self._close()
         return SUCCESS
 
@@ -226,19 +187,10 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched, a warning for frames and samples that were not used."""
-        if self._fault is not None:
-            return DiagnosticStatus.ERROR, str(self._fault)
-        if self._bus is not None and (any(self._bus.counters) or self._overruns or self._incomplete):
-            unknown, malformed, unreadable = self._bus.counters
-            return DiagnosticStatus.WARN, (
-                f"frames not used: {unknown} unknown, {malformed} malformed, {unreadable} unreadable;"
-                f" {self._incomplete} samples without answer, {self._overruns} overruns"
-            )
-        return super().health()
-
-    def _open_bus(self) -> DriveBus:
-        assert self._bus is not None, "the lifecycle lets nobody come here before configure"
-        return self._bus
+        if self._session.fault is not None:
+            return DiagnosticStatus.ERROR, str(self._session.fault)
+        warning = self._session.warning
+        return super().health() if warning is None else (DiagnosticStatus.WARN, warning)
 
     def _run_every(self, period: float, callback: Callable[[], None]) -> None:
         """Replace the timer: heartbeats while inactive, cycles while active, nothing else."""
@@ -251,63 +203,32 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             self._timer = None
 
     def _power_off(self) -> None:
-        bus = self._open_bus()
-        self._active = False
+        self._session.active = False
         # before the samples cease, so that nobody takes their end for a fault
-        self._tell_state()
+        self._publish_state()
         self._cancel_timer()
-        try:
-            bus.disable(self._enable_timeout)
-        except DriveError as error:
-            bus.switch_off()
-            self._latch(error.fault)
+        self._session.power_off()
 
     def _close(self) -> None:
-        if self._bus is None:
+        if not self._session.is_open:
             return
-        if self._active:
+        if self._session.active:
             self._power_off()
         self._cancel_timer()
-        self._bus.release()
-        self._bus.close()
-        self._bus = None
+        self._session.close()
 
     def _tick(self) -> None:
-        """One cycle: see to the torque, exchange, publish."""
-        if not self._active:
+        if not self._session.active:
             # the timer's last call may have waited behind the transition that has ended it
             return
-        bus, now = self._open_bus(), time.monotonic()
-        self._overruns += now - self._ticked > LATE_PERIODS / self._rate_hz
-        self._ticked = now
-        stale = self._watch.fault(self._sample, now)
-        if stale is not None:
-            self._latch(stale)
-        if self._fault is not None:
-            bus.write(ZERO)
-        elif not self._written:
-            bus.write(self._watch.torques)
-        self._written = False
-        cycle = bus.exchange()
-        if cycle.fault is not None:
-            self._latch(cycle.fault)
-        if self._watch.answered >= 0:
-            self._sample += 1
-            self._publish(cycle)
-        elif now - self._published >= REPEAT_PERIOD:
-            self._published = now
-            self._publish(cycle)
-
-    def _publish(self, cycle: Cycle) -> None:
-        """Publish a sample, unless a drive has not answered: figures that were not measured are not made up."""
-        first, second = cycle.readings
-        if first is None or second is None:
-            self._incomplete += 1
+        sample = self._session.cycle(time.monotonic())
+        if sample is None:
             return
+        first, second = sample.readings
         self.note_answer()
         self._states.publish(
             joint_state(
-                sample_stamp_ns(self._sample, self._rate_hz),
+                sample_stamp_ns(sample.number, self._rate_hz),
                 ACTIVE_JOINTS,
                 (first.position, second.position),
                 (first.velocity, second.velocity),
@@ -322,87 +243,40 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             self.drop(TORQUE_COMMAND, str(error))
             return
         sample = sample_of_stamp(stamp_of(message), self._rate_hz)
-        if not self._active or sample is None or not self._watch.accepts(sample, self._sample):
-            self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._sample}")
-            return
-        self._watch.take(sample, (tau1, tau2), time.monotonic())
-        if self._fault is None:
-            self._open_bus().write((tau1, tau2))
-            self._written = True
+        if not self._session.command(sample, (tau1, tau2), time.monotonic()):
+            self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._session.sample}")
 
-    def _latch(self, fault: Fault, own: bool = True) -> None:
-        """Stop the drives and remember why; tell it where nobody else has."""
-        if self._fault is not None:
-            return
-        self._fault = fault
-        if self._active:
-            self._open_bus().quick_stop()
+    def _on_latch(self, fault: Fault, own: bool) -> None:
+        """Publish a fault that has stopped the drives, where no other node has."""
         if own:
             self._faults.publish(String(data=str(fault)))
-        self._tell_state()
+        self._publish_state()
         self.get_logger().error(f"zero torque and quick stop: {fault}")
 
     def _on_fault(self, message: String) -> None:
         """Stop the drives for another node's fault; one's own comes back too and changes nothing."""
-        if self._active:
-            self._latch(Fault.from_text(message.data), own=False)
+        if self._session.active:
+            self._session.latch(Fault.from_text(message.data), own=False)
 
-    def _tell_state(self) -> None:
-        """Publish on drives/state whether a torque would be obeyed, and why not."""
-        if self._fault is not None:
-            text = str(self._fault)
-        elif not self._active:
-            text = "drives_off: dextar_bridge is not active"
-        elif not self._open_bus().enabled:
-            text = "drives_off: dextar_bridge/enable switches them on"
-        else:
-            text = ALL_WELL
-        if text != self._told:
-            self._told = text
+    def _publish_state(self) -> None:
+        """Publish on drives/state whether a torque would be obeyed, and why not, where that has changed."""
+        text = self._session.state
+        if text != self._published_state:
+            self._published_state = text
             self._state.publish(String(data=text))
 
     def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._bus is not None:
-            self._bus.switch_off()
-        self._latch(Fault("emergency_stop", "asked for by service"))
-        response.success = self._bus is not None
-        response.message = "power off asked of both drives" if response.success else "not configured: nothing to stop"
+        response.success, response.message = self._session.emergency_stop()
         return response
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        fault, bus = self._fault, self._bus
-        response.success = True
-        response.message = f"cleared {fault}" if fault is not None else "no fault was latched"
-        if bus is not None:
-            try:
-                bus.reset(self._enable_timeout)
-            except DriveError as error:
-                response.success = False
-                response.message = f"still there: {error.fault}"
-                return response
-            if self._active and not bus.enabled:
-                response.message += "; the drives are off, dextar_bridge/enable switches them on"
-        self._fault = None
-        self._watch.pardon(self._sample, time.monotonic())
-        self._tell_state()
+        response.success, response.message = self._session.reset(time.monotonic)
+        self._publish_state()
         return response
 
     def _on_enable(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = False
-        if not self._active or self._bus is None:
-            response.message = "not active: activate the node instead"
-        elif self._fault is not None:
-            response.message = f"reset first: {self._fault}"
-        else:
-            try:
-                self._bus.enable(self._enable_timeout)
-                response.success = True
-                response.message = "both drives are enabled"
-            except DriveError as error:
-                self._latch(error.fault)
-                response.message = str(error.fault)
-            self._watch.pardon(self._sample, time.monotonic())
-            self._tell_state()
+        response.success, response.message = self._session.enable(time.monotonic)
+        self._publish_state()
         return response
 
 

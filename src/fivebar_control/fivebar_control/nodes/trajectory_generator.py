@@ -8,7 +8,7 @@ from std_msgs.msg import String
 
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform
-from fivebar_control.ros.goal_server import GoalDesk
+from fivebar_control.ros.goal_server import GoalServer
 from fivebar_control.ros.motion_parameters import declare_motion
 from fivebar_control.trajectory.hold import Hold
 from fivebar_control.trajectory.motion_queue import MotionQueue
@@ -50,7 +50,7 @@ class TrajectoryGenerator(SamplingNode):
         self._hold = Hold()
         self._references: dict[int, Platform] = {}
         self._queue = self._new_queue()
-        self._goals = GoalDesk(self, self._motion, self._queue)
+        self._goals = GoalServer(self, self._motion, self._queue)
         self._reference = self.advertise(REFERENCE)
         if self.parameters((AFTER_FAULT,))[AFTER_FAULT.name] == HOLD:
             # not awaited: without a last node there is nothing to hold for

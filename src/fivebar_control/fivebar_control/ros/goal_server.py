@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from fivebar_control.ros.model_parameters import ROBOT
 from fivebar_control.ros.motion_parameters import Motion
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess
 from fivebar_description.interface import GOAL, GOAL_STATUS
@@ -23,12 +23,21 @@ NOTICE = 2
 
 SPECS = (
     Spec("takes_goals", False, "Take requests on the topic goal: only where the unified controller follows."),
-    Spec("goal_torque_limit", Limits().torque, "Torque that both motors can give, for planning.", "Nm", 1e-3, 1e6),
-    Spec("goal_speed_limit", Limits().motor_speed, "Largest speed of both motors, for planning.", "rad/s", 1e-3, 1e4),
+    Spec(
+        "goal_torque_limit", MotionLimits().torque, "Torque that both motors can give, for planning.", "Nm", 1e-3, 1e6
+    ),
+    Spec(
+        "goal_speed_limit",
+        MotionLimits().motor_speed,
+        "Largest speed of both motors, for planning.",
+        "rad/s",
+        1e-3,
+        1e4,
+    ),
 )
 
 
-class GoalDesk:
+class GoalServer:
     """Hands requests to a planning process and its motions to the queue.
 
     Its node calls `attend` at every sample. Nothing here waits.
@@ -82,7 +91,7 @@ class GoalDesk:
                 raise GoalRefused("the run has not begun")
             if self._held:
                 raise GoalRefused("a fault holds the robot where it stands: begin a new run")
-            self._planning.ask(self._queue.order(self._sample + NOTICE, goal))
+            self._planning.ask(self._queue.request(self._sample + NOTICE, goal))
         except GoalRefused as refusal:
             self._tell("refused", list(message.position[:2]), reason=str(refusal))
             return

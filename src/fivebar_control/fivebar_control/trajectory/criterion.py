@@ -1,4 +1,4 @@
-"""The dynamic criterion (1.19, 2.4, 4.21): crossings that ask nothing of the direction in which nothing can be asked.
+"""The dynamic criterion (1.19, 2.4, 4.21): crossings that need no force along the uncontrollable direction.
 
 On the Type 2 locus m t_s^T xddot = 0 whatever the motors do, so a reference that has t_s^T xddot = 0 there can be
 tracked with bounded torque. On a straight path this is a vanishing acceleration along the path at the moment of
@@ -101,7 +101,7 @@ def _law_through(u: float, s: float) -> CriterionLaw:
 
 
 def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> float:
-    """Return m t_s^T xddot (N) of a motion: what the criterion (1.19) asks to vanish on the locus."""
+    """Return m t_s^T xddot (N) of a motion: which the criterion (1.19) requires to vanish on the locus."""
     state = state_from_platform(robot, mode1, mode2, motion.x, motion.y, motion.vx, motion.vy)
     svd = parallel_svd(state)
     return robot.mass * (svd.t_x * motion.ax + svd.t_y * motion.ay)

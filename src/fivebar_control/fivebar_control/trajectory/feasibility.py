@@ -1,32 +1,34 @@
-"""Whether a planned motion can be made, judged before the robot moves: figures, their limits, and where they occur."""
+"""Feasibility of a planned motion, checked before the robot moves: each figure, its limit, and where it is worst."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
+from scipy.optimize import brentq
+
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 
 COARSE_SAMPLES = 200
-"""Samples per segment of the first look; around crossings and extremes all samples are looked at."""
+"""Samples per segment of the coarse pass; around crossings and extremes every sample is evaluated."""
 
-CLOSE_LOOK = 0.06
-"""Time (s) before and after a crossing in which all samples are looked at."""
+CLOSE_RANGE = 0.06
+"""Time (s) before and after a crossing in which every sample is evaluated."""
 
 REST_ROOM = 2.0
 """A blended controller's rests have this many times the kappa at the edge of the widest zone: with less, motions that
 arrive quickly end beside the goal or fall back across the locus."""
 
 BOUNDARY_TOLERANCE = 1e-6
-"""Time (s) to which beginning and end of a stay near the locus are found."""
+"""Time (s) to which beginning and end of a dwell near the locus are found."""
 
 
 class Figure(NamedTuple):
@@ -96,8 +98,8 @@ class Feasibility(NamedTuple):
         return next((figure for figure in self.figures if figure.name == name), None)
 
 
-class Look(NamedTuple):
-    """What the screen sees of the reference at one sample: torque (Nm), speed (rad/s), |sin q_i2|, kappa, place (m)."""
+class ReferenceSample(NamedTuple):
+    """The reference at one sample: torque (Nm), speed (rad/s), |sin q_i2|, kappa, place (m)."""
 
     torque: float
     speed: float
@@ -107,69 +109,69 @@ class Look(NamedTuple):
     y: float
 
 
-class Stay(NamedTuple):
+class Dwell(NamedTuple):
     """A stretch of time (s) during which kappa is below a bound."""
 
     start: float
     end: float
 
 
-def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: Limits) -> Feasibility:
-    """Judge a plan: torque, joint speeds, distance to Type 1, stays near Type 2, rests and directions.
+def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits) -> Feasibility:
+    """Judge a plan: torque, joint speeds, distance to Type 1, dwells near Type 2, rests and directions.
 
     Torque and speed are those of the reference at the samples of `rate_hz`, the only ones that a controller sees.
     """
-    watch = _Watch(robot, plan, rate_hz, follower)
+    scan = _ReferenceScan(robot, plan, rate_hz, follower)
     zone_edge = max((2.0 * crossing.epsilon for crossing in plan.crossings), default=0.0)
     room = REST_ROOM if follower.controller.blended else 1.0
     figures = [
-        watch.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
-        watch.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
-        watch.worst(SERIAL, "serial", limits.serial_margin, False),
-        watch.worst_rest(max(limits.rest, room * zone_edge)),
+        scan.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
+        scan.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
+        scan.worst(SERIAL, "serial", limits.serial_margin, False),
+        scan.worst_rest(max(limits.rest, room * zone_edge)),
     ]
-    stays = watch.stays(NEAR_LOCUS)
-    if stays:
-        figures.append(watch.longest(DWELL, stays, limits.dwell))
+    dwells = scan.dwells(NEAR_LOCUS)
+    if dwells:
+        figures.append(scan.longest(DWELL, dwells, limits.dwell))
     if follower.controller.blended and plan.crossings:
-        zones = [watch.stay_at(crossing.time, 2.0 * crossing.epsilon) for crossing in plan.crossings]
-        figures.append(watch.longest(ZONE_STAY, zones, limits.zone_stay))
+        zones = [scan.dwell_at(crossing.time, 2.0 * crossing.epsilon) for crossing in plan.crossings]
+        figures.append(scan.longest(ZONE_STAY, zones, limits.zone_stay))
         least = min(plan.crossings, key=lambda crossing: crossing.authority)
         place = (least.time, least.x, least.y)
         figures.append(Figure(DIRECTION, least.authority, limits.authority, False, *place))
     return Feasibility(tuple(figures))
 
 
-def stays_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Stay]:
+def dwells_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Dwell]:
     """Return when a motion is near the Type 2 locus: at its crossings, and where it comes close without crossing."""
-    return _Watch(robot, plan, rate_hz, default_tuning(CONTROLLERS["unified"])).stays(NEAR_LOCUS)
+    return _ReferenceScan(robot, plan, rate_hz, default_tuning(CONTROLLERS["unified"])).dwells(NEAR_LOCUS)
 
 
-class _Watch:
-    """Looks at the reference, at each sample once."""
+class _ReferenceScan:
+    """Evaluates the reference, each sample once."""
 
     def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController) -> None:
         self._robot, self._plan, self._rate_hz = robot, plan, rate_hz
         self._needed = ReferenceTorque(robot, plan, rate_hz, follower)
         self._last = plan.path.samples(rate_hz)
-        self._seen: dict[int, Look] = {}
-        self._first = self._first_look()
+        self._seen: dict[int, ReferenceSample] = {}
+        self._coarse = self._coarse_samples()
 
     def worst(self, name: str, field: str, limit: float, at_most: bool, unit: str = "") -> Figure:
-        """Return the extreme of a field of the looks: around that of the first look, all samples are looked at."""
+        """Return the extreme of a field: every sample around that of the coarse pass is evaluated."""
         sign = -1.0 if at_most else 1.0
 
         def measure(sample: int) -> float:
-            value: float = getattr(self._look(sample), field)
+            value: float = getattr(self._sample(sample), field)
             # an undefined figure is the worst
             return -math.inf if math.isnan(value) else sign * value
 
-        first = self._first
+        first = self._coarse
         place = min(range(len(first)), key=lambda index: measure(first[index]))
         around = range(first[max(place - 1, 0)], first[min(place + 1, len(first) - 1)] + 1)
         sample = min(around, key=measure)
-        look = self._look(sample)
-        return Figure(name, getattr(look, field), limit, at_most, sample / self._rate_hz, look.x, look.y, unit)
+        seen = self._sample(sample)
+        return Figure(name, getattr(seen, field), limit, at_most, sample / self._rate_hz, seen.x, seen.y, unit)
 
     def worst_rest(self, limit: float) -> Figure:
         """Return the rest with the least kappa."""
@@ -179,49 +181,45 @@ class _Watch:
         platform = self._plan.path.at(t)
         return Figure(REST, kappa, limit, False, t, platform.x, platform.y)
 
-    def stays(self, bound: float) -> list[Stay]:
+    def dwells(self, bound: float) -> list[Dwell]:
         """Return the stretches of time with kappa below a bound, their ends to the microsecond."""
-        known = {sample / self._rate_hz: self._look(sample).kappa for sample in self._first}
+        known = {sample / self._rate_hz: self._sample(sample).kappa for sample in self._coarse}
         # a quick crossing may fall between two samples
         known.update((crossing.time, 0.0) for crossing in self._plan.crossings)
         times = sorted(known)
         near = [known[t] < bound for t in times]
-        stays = []
+        dwells = []
         start = times[0]
         for index, t in enumerate(times):
             if near[index] and (index == 0 or not near[index - 1]):
                 start = t if index == 0 else self._boundary(t, times[index - 1], bound)
             if near[index] and (index + 1 == len(times) or not near[index + 1]):
-                stays.append(Stay(start, t if index + 1 == len(times) else self._boundary(t, times[index + 1], bound)))
-        return stays
+                dwells.append(
+                    Dwell(start, t if index + 1 == len(times) else self._boundary(t, times[index + 1], bound))
+                )
+        return dwells
 
-    def stay_at(self, t: float, bound: float) -> Stay:
+    def dwell_at(self, t: float, bound: float) -> Dwell:
         """Return the stretch of time with kappa below a bound that holds the moment of a crossing (s)."""
-        return next(stay for stay in self.stays(bound) if stay.start <= t <= stay.end)
+        return next(dwell for dwell in self.dwells(bound) if dwell.start <= t <= dwell.end)
 
-    def longest(self, name: str, stays: list[Stay], limit: float) -> Figure:
-        """Return the figure of the longest stay, at its middle."""
-        longest = max(stays, key=lambda stay: stay.end - stay.start)
+    def longest(self, name: str, dwells: list[Dwell], limit: float) -> Figure:
+        """Return the figure of the longest dwell, at its middle."""
+        longest = max(dwells, key=lambda dwell: dwell.end - dwell.start)
         middle = 0.5 * (longest.start + longest.end)
         platform = self._plan.path.at(middle)
         return Figure(name, longest.end - longest.start, limit, True, middle, platform.x, platform.y, "s")
 
     def _boundary(self, inside: float, outside: float, bound: float) -> float:
         """Return when kappa passes a bound between two times (s)."""
-        while abs(outside - inside) > BOUNDARY_TOLERANCE:
-            middle = 0.5 * (inside + outside)
-            if self._kappa(middle) < bound:
-                inside = middle
-            else:
-                outside = middle
-        return inside
+        return float(brentq(lambda t: self._kappa(t) - bound, inside, outside, xtol=BOUNDARY_TOLERANCE))
 
-    def _look(self, sample: int) -> Look:
+    def _sample(self, sample: int) -> ReferenceSample:
         seen = self._seen.get(sample)
         if seen is None:
             reference = self._reference(sample / self._rate_hz)
             state = reference.state
-            seen = self._seen[sample] = Look(
+            seen = self._seen[sample] = ReferenceSample(
                 torque=_largest(*self._needed(sample, reference)),
                 speed=_largest(state.leg1.dq1, state.leg2.dq1),
                 # a motion that is planned in the motors' angles is meant to meet Type 1
@@ -238,14 +236,14 @@ class _Watch:
     def _kappa(self, t: float) -> float:
         return inverse_condition(self._reference(t).state)
 
-    def _first_look(self) -> list[int]:
+    def _coarse_samples(self) -> list[int]:
         """Return samples spread evenly over each segment, and all of them around the crossings."""
         samples = {self._last}
         for segment in self._plan.path.segments:
             first = math.ceil(segment.start_time * self._rate_hz - 1e-6)
             end = min(math.ceil((segment.start_time + segment.duration) * self._rate_hz - 1e-6), self._last)
             samples.update(range(first, end, max(1, (end - first) // COARSE_SAMPLES)))
-        reach = math.ceil(CLOSE_LOOK * self._rate_hz)
+        reach = math.ceil(CLOSE_RANGE * self._rate_hz)
         for crossing in self._plan.crossings:
             middle = round(crossing.time * self._rate_hz)
             samples.update(range(max(middle - reach, 0), min(middle + reach, self._last) + 1))

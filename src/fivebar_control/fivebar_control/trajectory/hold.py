@@ -6,9 +6,9 @@ from fivebar_control.model.state import Platform
 
 
 class Hold:
-    """Follows what the last node says of itself, and tells where the reference rests because of it.
+    """Follows the state of the safety stage, and gives the resting reference where it holds the robot.
 
-    While the robot is stopped the reference is the measured place, so nothing waits to be caught up with. With the
+    While the robot is stopped the reference is the measured place, so no tracking error builds up. With the
     reset it is frozen: the torque starts from no error. It stays there, since the plan's moment has passed.
     """
 

@@ -10,23 +10,23 @@ from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.safety.stages import SafetySettings
 
 COARSE_SPEED_STEP = 0.04
-"""Speed (rad/s) that encoders should tell apart for a blended controller to stay near the locus for 0.2 s."""
+"""Speed resolution (rad/s) of the encoders up to which a blended controller may dwell near the locus for 0.2 s."""
 
 
 ESTIMATED_DWELL = 0.15
-"""Longest stay near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on
+"""Longest dwell near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on
 its reference."""
 
 
-class Limits(NamedTuple):
-    """What a motion has to keep.
+class MotionLimits(NamedTuple):
+    """Limits of a feasible motion.
 
     Attributes:
         torque: what each motor can give (Nm).
         torque_share: the part of it that the reference may need; the rest is for the errors.
         motor_speed: of either motor joint (rad/s).
         serial_margin: least |sin q_i2|, 0 at Type 1.
-        dwell: longest stay near the Type 2 locus (s).
+        dwell: longest time near the Type 2 locus (s).
         rest: least kappa where the platform rests. It is at least that at the edge of the widest blending zone, too,
             for a blended controller `REST_ROOM` times that.
         zone_stay: longest time in a blending zone (s), for the blended controllers: there the motion along the path is
@@ -48,10 +48,10 @@ class Limits(NamedTuple):
 
 def limits_of(
     follower: TunedController,
-    torque: float = Limits().torque,
-    motor_speed: float = Limits().motor_speed,
+    torque: float = MotionLimits().torque,
+    motor_speed: float = MotionLimits().motor_speed,
     speed_step: float = 0.0,
-) -> Limits:
+) -> MotionLimits:
     """Return the limits that a controller needs.
 
     A blended controller works in the motors' angles away from the locus, and what is small there is large in the plane
@@ -64,7 +64,7 @@ def limits_of(
         motor_speed: allowed for either motor joint (rad/s).
         speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones.
     """
-    limits = Limits(torque=torque, motor_speed=motor_speed)
+    limits = MotionLimits(torque=torque, motor_speed=motor_speed)
     if speed_step > 0.0:
         limits = limits._replace(dwell=ESTIMATED_DWELL)
     if not follower.controller.blended:

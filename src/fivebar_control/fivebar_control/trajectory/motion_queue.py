@@ -18,7 +18,7 @@ the sign of det A at the goal, the two signs of the working mode, and the durati
 
 
 class GoalRefused(PlanRefused):
-    """A request that is not taken; says why."""
+    """A request that is not accepted, and the reason."""
 
 
 class Goal(NamedTuple):
@@ -59,8 +59,8 @@ def _sign(name: str, value: float) -> int:
     return int(value)
 
 
-class Order(NamedTuple):
-    """What the planner is asked for: from one rest (m) to another one in a working mode; 0 is "as it comes"."""
+class PlanningRequest(NamedTuple):
+    """A request to the planner: from one rest (m) to another one in a working mode; 0 is "as it comes"."""
 
     start: Point
     working_mode: tuple[int, int]
@@ -72,8 +72,8 @@ class Order(NamedTuple):
 class MotionQueue:
     """Gives the reference of every sample, and takes a request whenever the robot is to be at rest.
 
-    Its methods take numbers of samples of the reference. Nothing here plans: a request becomes an order, and the motion
-    that answers it begins at a sample that is still to come, from where the reference rests.
+    Its methods take numbers of samples of the reference. Nothing here plans: a goal becomes a planning request, and the
+    motion that answers it begins at a sample that is still to come, from where the reference rests.
     """
 
     def __init__(self, plan: Plan, rate_hz: int) -> None:
@@ -81,9 +81,9 @@ class MotionQueue:
         self._rate_hz = rate_hz
         self._working_mode = (plan.mode1, plan.mode2)
         self._through_type1 = bool(plan.modes)
-        self._motion = Motion(plan.path, 0)
+        self._motion = ScheduledPath(plan.path, 0)
         self._before = self._motion
-        self._ordered = False
+        self._requested = False
 
     def at(self, sample: int) -> Platform:
         """Return the reference of a sample."""
@@ -94,7 +94,7 @@ class MotionQueue:
         """Return the first sample from which on the reference rests."""
         return self._motion.first + self._motion.path.samples(self._rate_hz)
 
-    def order(self, sample: int, goal: Goal) -> Order:
+    def request(self, sample: int, goal: Goal) -> PlanningRequest:
         """Return what to plan for a request that comes at a sample; no other is taken until `begin` or `cancel`.
 
         Raises:
@@ -102,7 +102,7 @@ class MotionQueue:
         """
         if self._through_type1:
             raise GoalRefused("requests are not taken after a motion with working_modes")
-        if self._ordered:
+        if self._requested:
             raise GoalRefused("another request is being planned")
         rest = self.resting_from()
         if sample < rest:
@@ -114,8 +114,8 @@ class MotionQueue:
                 f" ({self._working_mode[0]:+d}, {self._working_mode[1]:+d})"
             )
         place = self.at(sample)
-        self._ordered = True
-        return Order((place.x, place.y), self._working_mode, (goal.x, goal.y), goal.assembly, goal.duration)
+        self._requested = True
+        return PlanningRequest((place.x, place.y), self._working_mode, (goal.x, goal.y), goal.assembly, goal.duration)
 
     def begin(self, sample: int, path: Path) -> None:
         """Follow a path from a sample on.
@@ -123,20 +123,20 @@ class MotionQueue:
         Raises:
             GoalRefused: nothing was ordered, the robot is not at rest by then, or the path begins elsewhere.
         """
-        if not self._ordered or sample < self.resting_from():
-            raise GoalRefused("there is no order that this motion could answer")
-        self._ordered = False
+        if not self._requested or sample < self.resting_from():
+            raise GoalRefused("there is no request that this motion could answer")
+        self._requested = False
         here, there = self.at(sample), path.at(0.0)
         if (here.x, here.y) != (there.x, there.y):
             raise GoalRefused("the motion does not begin where the reference rests")
-        self._before, self._motion = self._motion, Motion(path, sample)
+        self._before, self._motion = self._motion, ScheduledPath(path, sample)
 
     def cancel(self) -> None:
-        """Forget the order: its planning has failed."""
-        self._ordered = False
+        """Withdraw the request: its planning has failed."""
+        self._requested = False
 
 
-class Motion(NamedTuple):
+class ScheduledPath(NamedTuple):
     """A path, and the sample at which it begins."""
 
     path: Path

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.trajectory.feasibility import Feasibility, screen, stays_near_locus
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.feasibility import Feasibility, dwells_near_locus, screen
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_control.trajectory.sight import Point
@@ -27,17 +27,17 @@ COMFORT = 2.0
 """A comfortable motion takes this much longer than the quickest: a quarter of the torque that accelerates."""
 
 SLOWEST_SHARE = 0.5
-"""A comfortable motion takes at most this share of the slowest duration: long stays near the locus let errors grow."""
+"""A comfortable motion takes at most this share of the slowest duration: long dwells near the locus let errors grow."""
 
 
 class Task(NamedTuple):
-    """What a motion has to be good for: the robot in a working mode, who follows it, and within which limits."""
+    """What a motion is planned for: robot, working mode, sampling rate, controller and limits."""
 
     robot: FiveBar
     working_mode: tuple[int, int]
     rate_hz: int
     follower: TunedController
-    limits: Limits
+    limits: MotionLimits
 
     def plan(self, waypoints: Sequence[Point], durations: Sequence[float]) -> Plan:
         """Return the plan of rest-to-rest segments, with ballistic zones.
@@ -66,7 +66,7 @@ class Pace(NamedTuple):
 
 
 class NoPace(NamedTuple):
-    """A segment has no feasible duration; says why."""
+    """A segment without a feasible duration, and the reason."""
 
     reason: str
 
@@ -78,15 +78,15 @@ class NoPace(NamedTuple):
 def slowest_pace(task: Task, start: Point, end: Point) -> Plan | NoPace:
     """Return a segment between rests with its longest feasible duration, a whole number of samples.
 
-    The stay near the locus grows in proportion to the duration, which bounds it. All other figures only get better
+    The dwell near the locus grows in proportion to the duration, which bounds it. All other figures only get better
     the slower the motion is: a limit that the slowest does not keep, none keeps.
     """
     try:
         slow = task.plan((start, end), (LONGEST,))
     except PlanRefused as refusal:
         return NoPace(str(refusal))
-    stays = stays_near_locus(task.robot, slow, task.rate_hz)
-    share = max((stay.end - stay.start for stay in stays), default=0.0) / LONGEST
+    dwells = dwells_near_locus(task.robot, slow, task.rate_hz)
+    share = max((dwell.end - dwell.start for dwell in dwells), default=0.0) / LONGEST
     slowest = min(LONGEST, task.limits.dwell / share) if share > 0.0 else LONGEST
     slowest = math.floor(slowest * task.rate_hz) / task.rate_hz
     if slowest <= SHORTEST:

@@ -39,7 +39,7 @@ MIN_ZONE_SAMPLES = 10
 """A ballistic blending zone holds at least this many samples with sigma = 1."""
 
 SEARCH_STEPS = 400
-"""Points per segment at which the sign of det A is looked at; two crossings closer than that count as none."""
+"""Points per segment at which the sign of det A is sampled; two crossings closer than that count as none."""
 
 
 QUINTIC, CRITERION, SEPTIC = "quintic", "criterion", "septic"

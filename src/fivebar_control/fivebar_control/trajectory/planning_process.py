@@ -1,22 +1,24 @@
 """Plans requests in a process of its own, so that a node in real time never waits for a plan.
 
-Parent and child exchange one line of JSON each way per order, over the child's standard input and output. The child
-ends when its input does, so it outlives no parent, however that ends.
+The process ends when the other end of a pipe closes: when it is no longer wanted, even in the middle of a plan, and
+when its parent ends, however that comes about.
 """
 
 from __future__ import annotations
 
-import json
+import multiprocessing
 import os
 import signal
-import subprocess
-import sys
+import threading
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from typing import Any, NamedTuple
+from multiprocessing.connection import Connection
+from typing import NamedTuple
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.trajectory.limits import limits_of
-from fivebar_control.trajectory.motion_queue import Order
+from fivebar_control.trajectory.motion_queue import PlanningRequest
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.transfer import Speed, plan_transfer
@@ -25,7 +27,7 @@ from fivebar_description.strict_yaml import InputError
 
 
 class Conditions(NamedTuple):
-    """What orders are planned for: robot (name or path), rate (Hz), torque (Nm) and speed (rad/s) of both motors."""
+    """What requests are planned for: robot (name or path), rate (Hz), torque (Nm) and speed (rad/s) of both motors."""
 
     robot: str
     rate_hz: int
@@ -34,7 +36,7 @@ class Conditions(NamedTuple):
 
 
 class Planned(NamedTuple):
-    """The answer to an order: waypoints (m) and durations (s), or the reason why there is no motion."""
+    """The answer to a request: waypoints (m) and durations (s), or the reason why there is no motion."""
 
     waypoints: tuple[tuple[float, float], ...]
     durations: tuple[float, ...]
@@ -46,67 +48,80 @@ class Planned(NamedTuple):
 
 
 class PlanningProcess:
-    """Takes one order at a time and gives its answer when it is ready."""
+    """Plans one request at a time; its methods never wait for a plan."""
 
     def __init__(self, conditions: Conditions) -> None:
-        """Do not start a process before there is an order."""
+        """Do not start a process before there is a request."""
         self._conditions = conditions
-        self._process: subprocess.Popen[bytes] | None = None
-        self._heard = b""
+        self._pool: ProcessPoolExecutor | None = None
+        self._lifeline: Connection | None = None
+        self._planned: Future[Planned] | None = None
 
-    def ask(self, order: Order) -> None:
-        """Hand in an order; returns at once."""
-        process = self._running()
-        assert process.stdin is not None
-        with suppress(BrokenPipeError):
-            process.stdin.write(json.dumps([self._conditions, order]).encode() + b"\n")
-            process.stdin.flush()
+    def ask(self, order: PlanningRequest) -> None:
+        """Hand in a request; returns at once."""
+        try:
+            self._planned = self._running().submit(plan_order, self._conditions, order)
+        except BrokenProcessPool:
+            # the process has died since its last answer
+            self.close()
+            self._planned = self._running().submit(plan_order, self._conditions, order)
 
     def answer(self) -> Planned | None:
         """Return the answer, None while it is not ready; returns at once."""
-        process = self._process
-        if process is None:
+        planned = self._planned
+        if planned is None or not planned.done():
             return None
-        assert process.stdout is not None
-        while chunk := _available(process.stdout.fileno()):
-            self._heard += chunk
-        line, newline, rest = self._heard.partition(b"\n")
-        if newline:
-            self._heard = rest
-            waypoints, durations, refused = json.loads(line)
-            return Planned(tuple((x, y) for x, y in waypoints), tuple(durations), refused)
-        if process.poll() is not None:
-            self._process = None
-            return Planned((), (), f"the planning process ended with status {process.returncode}")
-        return None
+        self._planned = None
+        try:
+            return planned.result()
+        except BrokenProcessPool:
+            self.close()
+            return Planned((), (), "the planning process has died")
+        except Exception as error:
+            # an error of the planner refuses this request and must not end the node
+            return Planned((), (), f"planning failed: {error!r}")
 
     def close(self) -> None:
-        """End the process."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.communicate()
-            self._process = None
+        """End the process, whatever it is doing."""
+        pool, lifeline = self._pool, self._lifeline
+        self._pool = self._lifeline = self._planned = None
+        if lifeline is not None:
+            lifeline.close()
+        if pool is not None:
+            pool.shutdown(cancel_futures=True)
 
-    def _running(self) -> subprocess.Popen[bytes]:
-        if self._process is None:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-            )
-            assert self._process.stdout is not None
-            os.set_blocking(self._process.stdout.fileno(), False)
-            self._heard = b""
-        return self._process
-
-
-def _available(descriptor: int) -> bytes:
-    try:
-        return os.read(descriptor, 65_536)
-    except BlockingIOError:
-        return b""
+    def _running(self) -> ProcessPoolExecutor:
+        if self._pool is None:
+            _leave_priority_to_this_thread()
+            # a process with threads, as a node is, must not be forked
+            context = multiprocessing.get_context("spawn")
+            far_end, self._lifeline = context.Pipe(duplex=False)
+            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_prepare, initargs=(far_end,))
+        return self._pool
 
 
-def plan_order(conditions: Conditions, order: Order) -> Planned:
-    """Plan an order for the law without switching, the only one that follows requests."""
+def _leave_priority_to_this_thread() -> None:
+    """Have processes and threads that this thread starts begin at ordinary priority: it may be a control loop's."""
+    policy = os.sched_getscheduler(0)
+    if policy in (os.SCHED_FIFO, os.SCHED_RR):
+        os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, os.sched_getparam(0))
+
+
+def _prepare(lifeline: Connection) -> None:
+    """Prepare the planning process."""
+    # an interrupt is for the parent, who then ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(lifeline,), name="lifeline", daemon=True).start()
+
+
+def _end_with(lifeline: Connection) -> None:
+    with suppress(EOFError, OSError):
+        lifeline.recv_bytes()
+    os._exit(0)
+
+
+def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
+    """Plan a request for the law without switching, the only one that follows requests."""
     follower = default_tuning(CONTROLLERS["unified"])
     try:
         transfer = plan_transfer(
@@ -123,21 +138,3 @@ def plan_order(conditions: Conditions, order: Order) -> Planned:
     except (PlanRefused, InputError) as refusal:
         return Planned((), (), str(refusal))
     return Planned(transfer.waypoints, transfer.durations, "")
-
-
-def main() -> None:
-    """Answer orders until there are no more."""
-    # an interrupt is for the parent, who then ends this process
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with suppress(OSError):
-        # the parent may have the priority of a control loop, which planning must not have
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    for line in sys.stdin:
-        content: list[Any] = json.loads(line)
-        start, working_mode, goal, assembly, duration = content[1]
-        order = Order(tuple(start), tuple(working_mode), tuple(goal), assembly, duration)
-        print(json.dumps(plan_order(Conditions(*content[0]), order)), flush=True)
-
-
-if __name__ == "__main__":
-    main()

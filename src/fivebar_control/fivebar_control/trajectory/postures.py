@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 
@@ -42,7 +42,7 @@ def place_at(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float) 
     return Place(x, y, assembly_mode(state), kappa, serial)
 
 
-def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float, limits: Limits) -> str | None:
+def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float, limits: MotionLimits) -> str | None:
     """Say why the platform must not rest at (x, y) m, in words; None where it may."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return f"({x}, {y}) m: expected finite coordinates"
@@ -66,7 +66,7 @@ def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: flo
 
 
 def assembly_problem(
-    robot: FiveBar, working_mode: tuple[int, int], x: float, y: float, assembly: int, limits: Limits
+    robot: FiveBar, working_mode: tuple[int, int], x: float, y: float, assembly: int, limits: MotionLimits
 ) -> str | None:
     """Say why a reachable place does not belong to an assembly mode in a working mode; None where it does."""
     found = place_at(robot, working_mode, x, y).assembly

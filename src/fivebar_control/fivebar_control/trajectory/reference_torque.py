@@ -55,7 +55,7 @@ class ReferenceTorque:
         return blend(sigma, full, self._answer(self._constraint, sample, state, reference)) if sigma > 0.0 else full
 
     def _answer(self, law: TunedLaw, sample: int, state: State, reference: Reference) -> Torque:
-        """Return the torque of a law that remembers nothing and that no limit cuts."""
+        """Return the torque of a law without memory and limits."""
         return LawRunner(unlimited(law), self._robot, self._plan, self._rate_hz)(sample, state, reference)
 
 

@@ -1,4 +1,4 @@
-"""How the planner says no."""
+"""The planner's error, and how messages name a place."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from fivebar_description.strict_yaml import InputError
 
 
 class PlanRefused(InputError):
-    """The motion cannot be made; says where and why."""
+    """The motion is not possible; the message gives place and reason."""
 
 
 def place(x: float, y: float) -> str:
-    """Return a place (m) for a refusal."""
+    """Return a place (m) as messages give it."""
     return f"({x:.4f}, {y:.4f}) m"

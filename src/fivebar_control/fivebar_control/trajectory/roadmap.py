@@ -7,7 +7,6 @@ shortest way on this map is complete at the grid's resolution: what it does not 
 
 from __future__ import annotations
 
-import heapq
 import math
 from functools import lru_cache
 from itertools import pairwise, product
@@ -78,7 +77,7 @@ class Roadmap:
             for key, place in places.items()
             if place.kappa >= rest + REST_ROOM and place.serial >= serial_margin + SERIAL_ROOM
         }
-        self._ways: dict[Point, list[tuple[Point, float]]] = {}
+        self._costs: dict[frozenset[Point], float] = {}
         for (i, j), place in self._grid.items():
             for step in ((1, 0), (0, 1), (1, 1), (1, -1)):
                 neighbour = self._grid.get((i + step[0], j + step[1]))
@@ -98,41 +97,32 @@ class Roadmap:
 
     def way(self, start: Point, goal: Point, barred: frozenset[Gate] = frozenset()) -> Way | None:
         """Return the shortest way between two rests that uses no barred gate; None where there is none."""
-        extra: dict[Point, list[tuple[Point, float]]] = {start: [], goal: []}
-        for point in self._neighbours(start):
-            extra[start].append((point, math.dist(start, point)))
-        for point in self._neighbours(goal):
-            extra.setdefault(point, []).append((goal, math.dist(goal, point)))
-        shut = {frozenset(gate) for gate in barred}
-        costs = {start: 0.0}
-        before: dict[Point, Point] = {}
-        queue = [(0.0, start)]
-        while queue:
-            cost, point = heapq.heappop(queue)
-            if point == goal:
-                return self._back(goal, before)
-            if cost > costs[point]:
-                continue
-            for other, length in (*self._ways.get(point, ()), *extra.get(point, ())):
-                through = cost + length
-                if through < costs.get(other, math.inf) and (not shut or frozenset((point, other)) not in shut):
-                    costs[other] = through
-                    before[other] = point
-                    heapq.heappush(queue, (through, other))
-        return None
+        # here, because it takes long to load and a node that plans nothing does not need it
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import dijkstra
 
-    def _back(self, goal: Point, before: dict[Point, Point]) -> Way:
-        points = [goal]
-        while points[-1] in before:
-            points.append(before[points[-1]])
-        points.reverse()
-        pairs = [frozenset(pair) for pair in pairwise(points)]
-        return Way(tuple(points), tuple(self._across[pair] for pair in pairs if pair in self._across))
+        costs = dict(self._costs)
+        for gate in barred:
+            costs.pop(frozenset(gate), None)
+        for rest in (start, goal):
+            costs.update((frozenset((rest, point)), math.dist(rest, point)) for point in self._neighbours(rest))
+        points = sorted(set().union(*costs, (start, goal)))
+        numbers = {point: number for number, point in enumerate(points)}
+        ends = [[numbers[point] for point in pair] for pair in costs]
+        graph = csr_array((list(costs.values()), tuple(zip(*ends, strict=True))), shape=(len(points), len(points)))
+        _, before = dijkstra(graph, directed=False, indices=numbers[start], return_predecessors=True)
+        way = [goal]
+        while way[-1] != start:
+            previous = int(before[numbers[way[-1]]])
+            if previous < 0:
+                return None
+            way.append(points[previous])
+        way.reverse()
+        pairs = [frozenset(pair) for pair in pairwise(way)]
+        return Way(tuple(way), tuple(self._across[pair] for pair in pairs if pair in self._across))
 
     def _join(self, one: Point, other: Point, extra_cost: float = 0.0) -> None:
-        cost = math.dist(one, other) + extra_cost
-        self._ways.setdefault(one, []).append((other, cost))
-        self._ways.setdefault(other, []).append((one, cost))
+        self._costs[frozenset((one, other))] = math.dist(one, other) + extra_cost
 
     def _neighbours(self, point: Point) -> list[Point]:
         """Return the nearest points of the grid that are seen from a rest in its own region."""

@@ -11,7 +11,7 @@ from fivebar_control.trajectory.postures import place_at
 from fivebar_description.parameters import FiveBar
 
 STEP = 0.002
-"""Distance (m) between the points that are looked at."""
+"""Distance (m) between the sampled points."""
 
 Point = tuple[float, float]
 

@@ -17,7 +17,7 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.trajectory.feasibility import Feasibility
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.pacing import NoPace, Pace, Task, pace_of, slowest_pace
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
 from fivebar_control.trajectory.postures import (
@@ -31,7 +31,7 @@ from fivebar_control.trajectory.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.trajectory.sight import Point, look_along
 from fivebar_description.parameters import FiveBar
 
-DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), Limits()
+DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), MotionLimits()
 """The law without switching, within the limits as they come."""
 
 SAME_PLACE = 1e-6
@@ -45,7 +45,7 @@ ATTEMPTS = 6
 
 
 class TransferRefused(PlanRefused):
-    """There is no feasible motion; says why."""
+    """There is no feasible motion; the message gives the reason."""
 
 
 class Speed(StrEnum):
@@ -56,7 +56,7 @@ class Speed(StrEnum):
 
 
 class Branch(NamedTuple):
-    """A crossing in words that tell the branches of the locus apart.
+    """A crossing, with the branch of the locus that it crosses.
 
     Attributes:
         crossing: as planned.
@@ -98,7 +98,7 @@ def plan_transfer(
     assembly: int | None,
     rate_hz: int,
     follower: TunedController = DEFAULT_FOLLOWER,
-    limits: Limits = DEFAULT_LIMITS,
+    limits: MotionLimits = DEFAULT_LIMITS,
     duration: float | Speed = Speed.COMFORTABLE,
 ) -> Transfer:
     """Plan a motion from a rest at `start` to one at `goal` (m) in an assembly mode, the sign of det A.
@@ -115,7 +115,7 @@ def plan_transfer(
         duration: of the whole motion (s), or how to choose it.
 
     Raises:
-        TransferRefused: there is no feasible motion, or none was found; says why.
+        TransferRefused: there is no feasible motion, or none was found.
     """
     task = Task(robot, working_mode, rate_hz, follower, limits)
     for name, point in (("start", start), ("goal", goal)):
@@ -150,7 +150,7 @@ class _Search:
         self._slowest: dict[tuple[Point, Point], Plan | NoPace] = {}
 
     def found(self, needed: int) -> _Timed:
-        """Return the motion: the straight line where it crosses no oftener than needed, else the best way known."""
+        """Return the motion: the straight line where it crosses no more often than needed, else the best way known."""
         straight = self._timed((self._start, self._goal))
         slowest = self._pass(self._start, self._goal)
         if not isinstance(slowest, NoPace) and len(slowest.crossings) <= needed:

@@ -35,7 +35,7 @@ ROUNDING = 1e-6
 """|sin q_i2| below which a rest is on the boundary."""
 
 STEPS = 400
-"""Points per segment at which such a motion is looked at."""
+"""Points per segment at which such a motion is sampled."""
 
 Mode = tuple[int, int]
 

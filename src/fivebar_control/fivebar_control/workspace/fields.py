@@ -1,4 +1,4 @@
-"""What varies over the plane of the platform, and over that of the motor angles, on grids."""
+"""Kinematic measures on grids: over the plane of the platform and over that of the motor angles."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ class Loci(NamedTuple):
 
 
 ROUNDING, SLACK = 1e-16, 1e-6
-"""Angles (rad) that may differ by rounding alone, and that are not told apart where a leg just reaches."""
+"""Angles (rad) that may differ by rounding alone, and that are not distinguished where a leg just reaches."""
 
 Closed = Callable[[float], JointAngles]
 """Joint angles (rad) along a closed curve, for s in rad with period 2 pi."""

@@ -22,7 +22,7 @@ from fivebar_description.ros.messages import message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
-from fivebar_description.ros.rate_watch import Rates, RateWatch
+from fivebar_description.ros.rate_watch import RateStatistics, RateWatch
 from fivebar_description.ros.scheduling import SCHEDULING, apply_scheduling
 
 READY_PERIOD = 0.1
@@ -211,7 +211,7 @@ class GraphNode(Node):
         """Return what a node tells on /diagnostics besides what all tell."""
         return {}
 
-    def _timing(self, rates: Rates) -> str | None:
+    def _timing(self, rates: RateStatistics) -> str | None:
         """Return how the answers miss the thresholds, None where they do not or where there are none."""
         limits = self._node_settings
         if rates.answers == 0:

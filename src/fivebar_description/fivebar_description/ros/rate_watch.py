@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 
-class Rates(NamedTuple):
+class RateStatistics(NamedTuple):
     """What a stretch of time held.
 
     Attributes:
@@ -56,13 +56,15 @@ class RateWatch:
         """Do not count the time until the next answer as an interval."""
         self._last = None
 
-    def take(self) -> Rates:
+    def take(self) -> RateStatistics:
         """Return what has been since the last call, and begin anew."""
         if self._count == 0:
-            rates = Rates(0, 0.0, 0.0, 0.0, 0)
+            rates = RateStatistics(0, 0.0, 0.0, 0.0, 0)
         else:
             mean = self._sum / self._count
             spread = math.sqrt(max(0.0, self._squares / self._count - mean * mean))
-            rates = Rates(self._count, 1.0 / mean if mean > 0.0 else 0.0, spread * 1e3, self._longest * 1e3, self._late)
+            rates = RateStatistics(
+                self._count, 1.0 / mean if mean > 0.0 else 0.0, spread * 1e3, self._longest * 1e3, self._late
+            )
         self._begin()
         return rates

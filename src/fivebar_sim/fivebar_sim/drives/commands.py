@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_sim.drives.drive import LATE_BY, Injection
+from fivebar_sim.drives.drive import LATE_BY, InjectedFault
 from fivebar_sim.drives.emulation import Emulation
 
 WORDS = {
-    "fault": Injection.FAULT,
-    "lost": Injection.LOST,
-    "frozen": Injection.FROZEN,
-    "late": Injection.LATE,
-    "mute": Injection.MUTE,
-    "mend": Injection.NONE,
+    "fault": InjectedFault.FAULT,
+    "lost": InjectedFault.LOST,
+    "frozen": InjectedFault.FROZEN,
+    "late": InjectedFault.LATE,
+    "mute": InjectedFault.MUTE,
+    "mend": InjectedFault.NONE,
 }
 
 USAGE = (
@@ -23,7 +23,7 @@ USAGE = (
 )
 
 
-class Order(NamedTuple):
+class InjectionCommand(NamedTuple):
     """One line: its word, the drives that it is for (0, 1), and a time (s) where it has one."""
 
     word: str
@@ -31,25 +31,25 @@ class Order(NamedTuple):
     seconds: float = LATE_BY
 
 
-def read_order(line: str) -> Order | None:
+def read_command(line: str) -> InjectionCommand | None:
     """Return what a line such as "fault 1" or "late 2 5" asks for, None where it is not understood."""
     match line.split():
         case ["bus_off" | "bus_on" as word]:
-            return Order(word, (0, 1))
+            return InjectionCommand(word, (0, 1))
         case ["home" as word]:
-            return Order(word, ())
+            return InjectionCommand(word, ())
         case ["late_sync" as word, amount] if (seconds := _seconds(amount)) is not None:
-            return Order(word, (), seconds)
+            return InjectionCommand(word, (), seconds)
         case ["late" as word, ("1" | "2") as number, amount] if (seconds := _seconds(amount)) is not None:
-            return Order(word, (int(number) - 1,), seconds)
+            return InjectionCommand(word, (int(number) - 1,), seconds)
         case [word, ("1" | "2") as number] if word in WORDS:
-            return Order(word, (int(number) - 1,))
+            return InjectionCommand(word, (int(number) - 1,))
     return None
 
 
 def obey(emulation: Emulation, line: str) -> str:
     """Obey one line; return what to tell the person who wrote it."""
-    order = read_order(line)
+    order = read_command(line)
     if order is None:
         return f"not understood: {line.strip()!r}; expected {USAGE}"
     if order.word == "late_sync":

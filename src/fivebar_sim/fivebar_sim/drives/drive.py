@@ -43,7 +43,7 @@ LATE_BY = 0.005
 """Delay (s) of PDOs under the injection LATE, unless told otherwise."""
 
 
-class Injection(Enum):
+class InjectedFault(Enum):
     """Ways to break a drive; the numbers are those of object 0x2000."""
 
     NONE = 0
@@ -171,15 +171,15 @@ class EmulatedDrive:
         self._node.data_store.setdefault(0x1001, {})[0] = bytes((register,))
         self._node.emcy.send(code, register)
 
-    def inject(self, injection: Injection, seconds: float = LATE_BY) -> None:
+    def inject(self, injection: InjectedFault, seconds: float = LATE_BY) -> None:
         """Break the drive, or mend it with NONE; a latched fault stays until it is reset."""
-        if injection is Injection.FAULT:
+        if injection is InjectedFault.FAULT:
             self.trip(ENCODER_EMERGENCY)
             return
-        self.network.cut = injection is Injection.LOST
-        self._frozen = injection is Injection.FROZEN
-        self.network.mute = injection is Injection.MUTE
-        self.network.delay = seconds if injection is Injection.LATE else 0.0
+        self.network.cut = injection is InjectedFault.LOST
+        self._frozen = injection is InjectedFault.FROZEN
+        self.network.mute = injection is InjectedFault.MUTE
+        self.network.delay = seconds if injection is InjectedFault.LATE else 0.0
 
     def _take_command(self, data: bytes) -> None:
         if len(data) == sum(entry.size for entry in self._entries(0x1600)):
@@ -252,9 +252,9 @@ class EmulatedDrive:
                 raise SdoAbortedError(VALUE_RANGE)
             self._mode = value
         elif index == INJECT:
-            if value not in {injection.value for injection in Injection}:
+            if value not in {injection.value for injection in InjectedFault}:
                 raise SdoAbortedError(VALUE_RANGE)
-            self.inject(Injection(value))
+            self.inject(InjectedFault(value))
         elif 0x1600 <= index < 0x1700 or 0x1A00 <= index < 0x1B00:
             self._check_mapping(index, subindex)
 

@@ -34,7 +34,7 @@ from fivebar_description.ros.parameters import Spec, whole_period
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import USAGE, obey, read_order
+from fivebar_sim.drives.commands import USAGE, obey, read_command
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import TURN
 from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
@@ -220,7 +220,7 @@ def _injection(text: str) -> tuple[float, str]:
         seconds = float(moment)
     except ValueError:
         seconds = -1.0
-    if not 0.0 <= seconds < 1e6 or read_order(order) is None:
+    if not 0.0 <= seconds < 1e6 or read_command(order) is None:
         raise InputError(f"emulated_robot: parameter inject: {text!r}: expected seconds and an order: {USAGE}")
     return seconds, order
 

@@ -64,18 +64,18 @@ def test_at_rest_on_the_locus_both_modes_are_one_and_far_from_it_nothing_is_ambi
     settings = EkfSettings()
     on_locus = Estimate(0.0, math.sqrt(0.0081 - 0.000961 - 1e-12), 0.0, 0.0, 0.0, 0.0)
     watch = MirrorWatch(dextar, *MODES, 500, settings)
-    assert "the other assembly mode is 0.0 standard deviations away" in (watch.look(Belief(on_locus, SURE)) or "")
+    assert "the other assembly mode is 0.0 standard deviations away" in (watch.check(Belief(on_locus, SURE)) or "")
     # with 0.25 m/s, and a velocity known to 1 mm/s, the two are 500 standard deviations apart
-    assert MirrorWatch(dextar, *MODES, 500, settings).look(Belief(on_locus._replace(vy=-0.25), SURE)) is None
+    assert MirrorWatch(dextar, *MODES, 500, settings).check(Belief(on_locus._replace(vy=-0.25), SURE)) is None
     away = on_locus._replace(y=0.12)
     patient = MirrorWatch(dextar, *MODES, 500, settings)
-    assert all(patient.look(Belief(away, SURE)) is None for _ in range(500))
+    assert all(patient.check(Belief(away, SURE)) is None for _ in range(500))
 
 
 def test_whoever_stays_near_the_locus_is_ambiguous_however_sure(dextar: FiveBar) -> None:
     watch = MirrorWatch(dextar, *MODES, 500, EkfSettings(mirror_deviations=0.0))
     near = Belief(Estimate(0.0, 0.086, 0.0, 0.0, 0.0, 0.0), SURE)
-    reasons = [watch.look(near) for _ in range(102)]
+    reasons = [watch.check(near) for _ in range(102)]
     assert reasons[:100] == [None] * 100
     assert reasons[101] is not None
     assert "1/cond(A) below 0.05 for 0.204 s, limit 0.2 s" in reasons[101]
@@ -87,8 +87,8 @@ def test_whoever_leaves_the_locus_in_between_does_not_stay_there(dextar: FiveBar
     near = Belief(Estimate(0.0, 0.086, 0.0, 0.0, 0.0, 0.0), SURE)
     away = Belief(Estimate(0.0, 0.1, 0.0, 0.0, 0.0, 0.0), SURE)
     for _ in range(3):
-        assert [watch.look(near) for _ in range(95)] == [None] * 95
-        assert watch.look(away) is None
+        assert [watch.check(near) for _ in range(95)] == [None] * 95
+        assert watch.check(away) is None
 
 
 def test_an_estimate_at_the_limit_of_deviations_is_not_ambiguous(dextar: FiveBar) -> None:
@@ -97,7 +97,7 @@ def test_an_estimate_at_the_limit_of_deviations_is_not_ambiguous(dextar: FiveBar
     assert 1.0 < away < 100.0
     for limit, ambiguous in ((away, False), (math.nextafter(away, math.inf), True)):
         settings = EkfSettings(mirror_deviations=limit)
-        assert (MirrorWatch(dextar, *MODES, 500, settings).look(belief) is not None) == ambiguous
+        assert (MirrorWatch(dextar, *MODES, 500, settings).check(belief) is not None) == ambiguous
 
 
 @pytest.mark.parametrize("plant", [{}, OFF_MODEL], ids=["as believed", "off"])

@@ -36,7 +36,7 @@ def test_home_is_in_the_assembly_mode_of_its_place(dextar: FiveBar) -> None:
         (HOME._replace(assembly=-1), "the assembly mode is 1, declared is -1"),
         (HOME._replace(y=0.3), "is out of reach"),
         (HOME._replace(x=math.nan), "is out of reach"),
-        (HOME._replace(y=0.0845), "the assembly mode cannot be told"),
+        (HOME._replace(y=0.0845), "the assembly mode is ambiguous"),
         (HOME._replace(y=0.02), "the assembly mode is -1, declared is 1"),
     ],
 )
@@ -62,7 +62,7 @@ def test_a_posture_is_taken_from_the_least_kappa_on(dextar: FiveBar, part: float
         return inverse_condition(state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0))
 
     y = brentq(lambda y: kappa(y) - part * MIN_HOMING_KAPPA, 0.085, 0.13)
-    with pytest.raises(HomingContradicted, match="cannot be told") if refused else nullcontext():
+    with pytest.raises(HomingContradicted, match="is ambiguous") if refused else nullcontext():
         estimator(dextar, homing_at(dextar, 1, -1, 0.0, y))
 
 

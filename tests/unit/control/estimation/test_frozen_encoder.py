@@ -70,6 +70,6 @@ def test_a_robot_at_rest_may_be_a_little_off_for_ever(dextar: FiveBar, motor: in
     readings = [q.q11, q.q21]
     readings[motor] += part * (COUNTS * count + ANGLE) / (LONGEST - 1)
     at_rest = Estimate(*place, 0.0, 0.0, 0.0, 0.0)
-    answers = [watch.look((readings[0], readings[1]), at_rest, False) for _ in range(100)]
+    answers = [watch.check((readings[0], readings[1]), at_rest, False) for _ in range(100)]
     found = [number for number, answer in enumerate(answers, start=1) if answer is not None]
     assert found[:1] == ([LONGEST] if noticed else [])

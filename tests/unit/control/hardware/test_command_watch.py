@@ -39,10 +39,10 @@ def test_which_commands_are_taken() -> None:
 
 def test_a_pardon_holds_zero_and_begins_the_time_again() -> None:
     watch = CommandWatch(0.02, 500)
-    watch.pardon(50, 1.0)
+    watch.rearm(50, 1.0)
     assert watch.fault(99, 9.0) is None
     watch.take(3, TORQUES, 5.0)
-    watch.pardon(50, 9.0)
+    watch.rearm(50, 9.0)
     assert watch.torques == (0.0, 0.0)
     assert watch.fault(51, 9.01) is None
     assert watch.fault(51, 9.03) is not None

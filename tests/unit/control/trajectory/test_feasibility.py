@@ -21,10 +21,10 @@ from fivebar_control.trajectory.feasibility import (
     ZONE_STAY,
     Feasibility,
     Figure,
+    dwells_near_locus,
     screen,
-    stays_near_locus,
 )
-from fivebar_control.trajectory.limits import Limits, limits_of
+from fivebar_control.trajectory.limits import MotionLimits, limits_of
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.reference_torque import ReferenceTorque
 from fivebar_description.closed_loop import ClosedLoop
@@ -73,7 +73,7 @@ def test_off_the_locus_the_torque_is_what_pinocchio_needs(dextar: FiveBar, follo
         got = loop.platform(q, v, loop.acceleration(q, v, applied))[2]
         assert got == pytest.approx((p.ax, p.ay), abs=1e-8)
         peak = max(peak, abs(torque.tau1), abs(torque.tau2))
-    verdict = screen(dextar, plan, RATE_HZ, follower, Limits())
+    verdict = screen(dextar, plan, RATE_HZ, follower, MotionLimits())
     assert figure(verdict, TORQUE).value == pytest.approx(peak, rel=1e-12)
 
 
@@ -81,23 +81,23 @@ def test_on_the_locus_the_torque_is_finite(dextar: FiveBar) -> None:
     """Inverse dynamics would ask for hundreds of Nm: not half way, the reference accelerates on the locus."""
     plan = planned(dextar, (0.0, 0.15), (0.0, 0.05))
     for follower in (UNIFIED, BLENDED):
-        assert figure(screen(dextar, plan, RATE_HZ, follower, Limits()), TORQUE).value < 1.0
-    assert figure(screen(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["ctc"]), Limits()), TORQUE).value > 5.0
+        assert figure(screen(dextar, plan, RATE_HZ, follower, MotionLimits()), TORQUE).value < 1.0
+    assert figure(screen(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["ctc"]), MotionLimits()), TORQUE).value > 5.0
 
 
 def test_the_stay_near_the_locus_equals_dense_sampling(dextar: FiveBar) -> None:
     plan = planned(dextar, *MIDDLE, duration=4.0)
     seen = [t for t, kappa in dense(dextar, plan, 80_000) if kappa < 0.05]
-    ((start, end),) = stays_near_locus(dextar, plan, RATE_HZ)
+    ((start, end),) = dwells_near_locus(dextar, plan, RATE_HZ)
     assert (start, end) == pytest.approx((seen[0], seen[-1]), abs=1e-4)
     # to first order kappa grows from 0 with the rate at the crossing
     assert end - start == pytest.approx(2.0 * 0.05 / plan.crossings[0].kappa_rate, rel=0.02)
-    assert figure(screen(dextar, plan, RATE_HZ, UNIFIED, Limits()), DWELL).value == pytest.approx(end - start)
+    assert figure(screen(dextar, plan, RATE_HZ, UNIFIED, MotionLimits()), DWELL).value == pytest.approx(end - start)
 
 
 def test_the_stay_grows_with_the_duration_and_has_a_limit(dextar: FiveBar) -> None:
     stays = [
-        figure(screen(dextar, planned(dextar, *MIDDLE, duration=T), RATE_HZ, UNIFIED, Limits()), DWELL)
+        figure(screen(dextar, planned(dextar, *MIDDLE, duration=T), RATE_HZ, UNIFIED, MotionLimits()), DWELL)
         for T in (1.0, 2.0, 6.0)
     ]
     assert stays[1].value == pytest.approx(2.0 * stays[0].value, rel=1e-4)
@@ -108,11 +108,11 @@ def test_a_near_miss_counts_as_a_stay(dextar: FiveBar) -> None:
     """Along y = 0.088 m the platform passes 3.5 mm above the locus and does not cross it."""
     plan = planned(dextar, (-0.03, 0.1), (-0.001, 0.0878), (0.03, 0.1), duration=1.0)
     assert plan.crossings == ()
-    verdict = screen(dextar, plan, RATE_HZ, UNIFIED, Limits())
+    verdict = screen(dextar, plan, RATE_HZ, UNIFIED, MotionLimits())
     assert not verdict.feasible
     assert not figure(verdict, REST).kept
     assert not figure(verdict, DWELL).kept
-    assert len(stays_near_locus(dextar, plan, RATE_HZ)) == 1
+    assert len(dwells_near_locus(dextar, plan, RATE_HZ)) == 1
 
 
 def test_the_type_1_margin_is_that_of_the_cosine_rule(dextar: FiveBar) -> None:
@@ -121,7 +121,7 @@ def test_the_type_1_margin_is_that_of_the_cosine_rule(dextar: FiveBar) -> None:
     plan = planned(dextar, (-0.05, -0.11), far)
     distance_squared = (far[0] - 0.059) ** 2 + far[1] ** 2
     cosine = distance_squared / (2.0 * 0.09**2) - 1.0
-    found = figure(screen(dextar, plan, RATE_HZ, UNIFIED, Limits(serial_margin=0.3)), SERIAL)
+    found = figure(screen(dextar, plan, RATE_HZ, UNIFIED, MotionLimits(serial_margin=0.3)), SERIAL)
     assert found.value == pytest.approx(math.sqrt(1.0 - cosine**2), rel=1e-9)
     assert (found.x, found.y) == pytest.approx(far)
 
@@ -139,25 +139,25 @@ def test_the_motor_speed_is_that_of_the_difference_quotient(dextar: FiveBar) -> 
             abs(other.leg1.q1 - one.leg1.q1) / (2.0 * step),
             abs(other.leg2.q1 - one.leg2.q1) / (2.0 * step),
         )
-    found = figure(screen(dextar, plan, RATE_HZ, UNIFIED, Limits()), SPEED)
+    found = figure(screen(dextar, plan, RATE_HZ, UNIFIED, MotionLimits()), SPEED)
     assert found.value == pytest.approx(largest, rel=1e-4)
 
 
 @pytest.mark.parametrize(
     ("tightened", "name"),
     [
-        (Limits(torque=0.3), TORQUE),
-        (Limits(motor_speed=0.5), SPEED),
-        (Limits(serial_margin=0.9), SERIAL),
-        (Limits(rest=0.9), REST),
-        (Limits(dwell=0.01), DWELL),
-        (Limits(zone_stay=0.05), ZONE_STAY),
-        (Limits(authority=1.1), DIRECTION),
+        (MotionLimits(torque=0.3), TORQUE),
+        (MotionLimits(motor_speed=0.5), SPEED),
+        (MotionLimits(serial_margin=0.9), SERIAL),
+        (MotionLimits(rest=0.9), REST),
+        (MotionLimits(dwell=0.01), DWELL),
+        (MotionLimits(zone_stay=0.05), ZONE_STAY),
+        (MotionLimits(authority=1.1), DIRECTION),
     ],
 )
-def test_every_limit_refuses_by_itself_and_says_where(dextar: FiveBar, tightened: Limits, name: str) -> None:
+def test_every_limit_refuses_by_itself_and_says_where(dextar: FiveBar, tightened: MotionLimits, name: str) -> None:
     plan = planned(dextar, *MIDDLE)
-    assert screen(dextar, plan, RATE_HZ, BLENDED, Limits()).reasons == []
+    assert screen(dextar, plan, RATE_HZ, BLENDED, MotionLimits()).reasons == []
     (reason,) = screen(dextar, plan, RATE_HZ, BLENDED, tightened).reasons
     assert reason.startswith(f"{name} is ")
     assert "m after" in reason
@@ -171,7 +171,9 @@ def test_the_rests_of_a_blended_controller_keep_twice_the_edge_of_its_widest_zon
     wide, narrow = (2.0 * crossing.epsilon for crossing in plan.crossings)
     assert wide > 2.0 * narrow
     for follower, room in ((BLENDED, 2.0), (UNIFIED, 1.0)):
-        limits = (figure(screen(dextar, plan, RATE_HZ, follower, Limits(rest=rest)), REST).limit for rest in (0.0, 0.9))
+        limits = (
+            figure(screen(dextar, plan, RATE_HZ, follower, MotionLimits(rest=rest)), REST).limit for rest in (0.0, 0.9)
+        )
         assert tuple(limits) == pytest.approx((room * wide, 0.9), rel=1e-12)
 
 
@@ -179,7 +181,9 @@ def test_the_rests_of_a_blended_controller_keep_twice_the_edge_of_its_widest_zon
 def test_the_reference_may_take_its_share_of_the_torque(
     dextar: FiveBar, torque: float, share: float, most: float
 ) -> None:
-    verdict = screen(dextar, planned(dextar, *MIDDLE), RATE_HZ, UNIFIED, Limits(torque=torque, torque_share=share))
+    verdict = screen(
+        dextar, planned(dextar, *MIDDLE), RATE_HZ, UNIFIED, MotionLimits(torque=torque, torque_share=share)
+    )
     assert figure(verdict, TORQUE).limit == pytest.approx(most, rel=1e-12)
 
 
@@ -190,9 +194,9 @@ def test_a_crossing_between_two_samples_is_a_stay(dextar: FiveBar) -> None:
     for sample in range(plan.path.samples(25) + 1):
         p = plan.path.at(sample / 25)
         assert inverse_condition(state_from_platform(dextar, 1, -1, p.x, p.y, p.vx, p.vy)) > 0.05
-    (stay,) = stays_near_locus(dextar, plan, 25)
-    assert stay.start < crossing.time < stay.end
-    assert stay.end - stay.start == pytest.approx(2.0 * 0.05 / crossing.kappa_rate, rel=0.02)
+    (dwell,) = dwells_near_locus(dextar, plan, 25)
+    assert dwell.start < crossing.time < dwell.end
+    assert dwell.end - dwell.start == pytest.approx(2.0 * 0.05 / crossing.kappa_rate, rel=0.02)
 
 
 @pytest.mark.parametrize("leg", [1, 2])
@@ -207,24 +211,24 @@ def test_a_speed_that_is_unknown_of_either_motor_is_not_feasible(dextar: FiveBar
     state = state_from_platform(robot, 1, -1, 0.0, 0.15, 0.0, 0.0)
     assert math.isnan(state.leg1.dq1) == (leg == 1)
     assert math.isnan(state.leg2.dq1) == (leg == 2)
-    found = figure(screen(robot, plan, RATE_HZ, UNIFIED, Limits()), SPEED)
+    found = figure(screen(robot, plan, RATE_HZ, UNIFIED, MotionLimits()), SPEED)
     assert math.isnan(found.value)
     assert not found.kept
 
 
 def test_only_blended_controllers_need_a_direction(dextar: FiveBar) -> None:
     plan = planned(dextar, *MIDDLE)
-    assert screen(dextar, plan, RATE_HZ, UNIFIED, Limits()).figure(DIRECTION) is None
-    assert figure(screen(dextar, plan, RATE_HZ, BLENDED, Limits()), DIRECTION).value == pytest.approx(1.0)
+    assert screen(dextar, plan, RATE_HZ, UNIFIED, MotionLimits()).figure(DIRECTION) is None
+    assert figure(screen(dextar, plan, RATE_HZ, BLENDED, MotionLimits()), DIRECTION).value == pytest.approx(1.0)
 
 
 def test_a_blended_controller_needs_a_steady_passage(dextar: FiveBar) -> None:
     """Straight through the locus the zone lasts twice its duration; along the locus first, it lasts longer."""
-    straight = screen(dextar, planned(dextar, *MIDDLE), RATE_HZ, BLENDED, Limits())
+    straight = screen(dextar, planned(dextar, *MIDDLE), RATE_HZ, BLENDED, MotionLimits())
     assert figure(straight, ZONE_STAY).value == pytest.approx(0.08, rel=0.05)
     along = plan_motion(dextar, (-1, -1), ((0.078, 0.0296), (-0.091, -0.03)), (1.152,), RATE_HZ, ZoneRule())
     assert along.crossings
-    verdict = screen(dextar, along, RATE_HZ, BLENDED, Limits())
+    verdict = screen(dextar, along, RATE_HZ, BLENDED, MotionLimits())
     assert not figure(verdict, ZONE_STAY).kept
 
 
@@ -235,8 +239,8 @@ def test_an_undefined_torque_is_not_feasible(dextar: FiveBar) -> None:
 
 def test_blended_controllers_need_quicker_crossings_with_coarse_encoders() -> None:
     step = 2.0 * math.pi * RATE_HZ / 20_000
-    assert limits_of(UNIFIED) == Limits()
+    assert limits_of(UNIFIED) == MotionLimits()
     # an estimator gives up after 0.2 s
-    assert limits_of(UNIFIED, speed_step=step) == Limits()._replace(dwell=0.15)
+    assert limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(dwell=0.15)
     assert limits_of(BLENDED, speed_step=step).dwell < limits_of(BLENDED).dwell == 0.2
-    assert limits_of(BLENDED).rest > Limits().rest
+    assert limits_of(BLENDED).rest > MotionLimits().rest

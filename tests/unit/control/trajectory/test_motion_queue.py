@@ -29,7 +29,7 @@ def test_without_a_request_it_rests_at_the_end_of_the_plan(queue: MotionQueue) -
 
 
 def test_a_motion_follows_from_the_sample_that_it_is_given(queue: MotionQueue) -> None:
-    order = queue.order(60, Goal(0.03, 0.12, assembly=1, duration=1.0))
+    order = queue.request(60, Goal(0.03, 0.12, assembly=1, duration=1.0))
     assert order == ((0.0, 0.12), (1, -1), (0.03, 0.12), 1, 1.0)
     queue.begin(75, Path.through((order.start, order.goal), (1.0,)))
     assert queue.at(74) == queue.at(75) == (0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
@@ -41,7 +41,7 @@ def test_a_motion_follows_from_the_sample_that_it_is_given(queue: MotionQueue) -
 
 def test_one_motion_after_the_other(queue: MotionQueue) -> None:
     for first, goal in ((50, (0.03, 0.12)), (150, (0.0, 0.15))):
-        order = queue.order(first, Goal(*goal))
+        order = queue.request(first, Goal(*goal))
         queue.begin(first, Path.through((order.start, order.goal), (1.0,)))
     assert queue.at(150)[:2] == (0.03, 0.12)
     assert queue.at(250)[:2] == (0.0, 0.15)
@@ -49,26 +49,26 @@ def test_one_motion_after_the_other(queue: MotionQueue) -> None:
 
 def test_no_request_is_taken_while_the_robot_moves_or_another_is_planned(queue: MotionQueue) -> None:
     with pytest.raises(GoalRefused, match=r"moving for another 0\.30 s"):
-        queue.order(20, Goal(0.03, 0.12))
-    queue.order(50, Goal(0.03, 0.12))
+        queue.request(20, Goal(0.03, 0.12))
+    queue.request(50, Goal(0.03, 0.12))
     with pytest.raises(GoalRefused, match="another request"):
-        queue.order(51, Goal(0.0, 0.15))
+        queue.request(51, Goal(0.0, 0.15))
     queue.cancel()
-    assert queue.order(52, Goal(0.0, 0.15)).goal == (0.0, 0.15)
+    assert queue.request(52, Goal(0.0, 0.15)).goal == (0.0, 0.15)
     assert queue.at(9999)[:2] == (0.0, 0.12)
 
 
 def test_another_working_mode_is_refused(queue: MotionQueue) -> None:
     with pytest.raises(GoalRefused, match=r"\(-1, -1\) is reached only through a Type 1 singularity"):
-        queue.order(50, Goal(0.03, 0.12, mode1=-1))
-    assert queue.order(50, Goal(0.03, 0.12, mode1=1, mode2=-1)).working_mode == (1, -1)
+        queue.request(50, Goal(0.03, 0.12, mode1=-1))
+    assert queue.request(50, Goal(0.03, 0.12, mode1=1, mode2=-1)).working_mode == (1, -1)
 
 
 def test_a_motion_that_nobody_ordered_or_that_begins_elsewhere_is_not_followed(queue: MotionQueue) -> None:
     elsewhere = Path.through(((0.0, 0.11), (0.03, 0.12)), (1.0,))
     with pytest.raises(GoalRefused, match="no order"):
         queue.begin(60, elsewhere)
-    queue.order(50, Goal(0.03, 0.12))
+    queue.request(50, Goal(0.03, 0.12))
     with pytest.raises(GoalRefused, match="does not begin where"):
         queue.begin(60, elsewhere)
     assert queue.at(9999)[:2] == (0.0, 0.12)

@@ -14,7 +14,7 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.trajectory.limits import Limits, limits_of
+from fivebar_control.trajectory.limits import MotionLimits, limits_of
 from fivebar_control.trajectory.pacing import NoPace, Task, pace_of, retimed, slowest_pace
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_control.trajectory.postures import WORKING_MODES, place_at, rest_problem
@@ -27,7 +27,7 @@ ROBOTS = {name: load_robot(name) for name in ("dextar", "unequal")}
 UNIFIED, BLENDED = (default_tuning(CONTROLLERS[name]) for name in ("unified", "multi_cartesian"))
 
 
-def expect_feasible(robot: FiveBar, mode: tuple[int, int], transfer: Transfer, limits: Limits) -> None:
+def expect_feasible(robot: FiveBar, mode: tuple[int, int], transfer: Transfer, limits: MotionLimits) -> None:
     """Look at four times as many moments as a controller does, with the equations of the model only."""
     path = transfer.plan.path
     near_since, crossings, before = None, 0, 0.0
@@ -93,7 +93,7 @@ def random_rests(robot: FiveBar, mode: tuple[int, int], seed: int) -> tuple[tupl
     found: list[tuple[float, float]] = []
     while len(found) < 2:
         x, y = random.uniform((-0.13, -0.18), (0.13, 0.18)).tolist()
-        if rest_problem(robot, mode, x, y, Limits()) is None:
+        if rest_problem(robot, mode, x, y, MotionLimits()) is None:
             found.append((x, y))
     return found[0], found[1]
 
@@ -123,7 +123,7 @@ def test_around_the_locus_rather_than_through_it_twice(dextar: FiveBar) -> None:
     transfer = plan_transfer(dextar, (1, -1), start, goal, 1, RATE_HZ)
     assert transfer.branches == ()
     assert len(transfer.waypoints) > 2
-    expect_feasible(dextar, (1, -1), transfer, Limits())
+    expect_feasible(dextar, (1, -1), transfer, MotionLimits())
 
 
 def test_through_the_locus_twice_where_there_is_no_other_way(dextar: FiveBar) -> None:
@@ -131,13 +131,13 @@ def test_through_the_locus_twice_where_there_is_no_other_way(dextar: FiveBar) ->
     assert place_at(dextar, (-1, 1), 0.0, 0.167).assembly == place_at(dextar, (-1, 1), 0.0, -0.02).assembly == 1
     transfer = plan_transfer(dextar, (-1, 1), (0.0, 0.167), (0.0, -0.02), 1, RATE_HZ)
     assert len(transfer.branches) == 2
-    expect_feasible(dextar, (-1, 1), transfer, Limits())
+    expect_feasible(dextar, (-1, 1), transfer, MotionLimits())
 
 
 def test_around_the_hole_at_a_base(dextar: FiveBar) -> None:
     """A leg that folds is Type 1: no way leads within 13.5 mm of its base."""
     transfer = plan_transfer(dextar, (1, 1), (-0.09, 0.02), (-0.03, 0.02), None, RATE_HZ)
-    expect_feasible(dextar, (1, 1), transfer, Limits())
+    expect_feasible(dextar, (1, 1), transfer, MotionLimits())
 
 
 @pytest.mark.parametrize(
@@ -174,10 +174,10 @@ def test_little_torque_makes_it_slower_or_impossible(dextar: FiveBar) -> None:
             (0.0, 0.02),
             -1,
             RATE_HZ,
-            limits=Limits(torque=torque),
+            limits=MotionLimits(torque=torque),
             duration=Speed.FASTEST,
         )
-        expect_feasible(dextar, (1, -1), found, Limits(torque=torque))
+        expect_feasible(dextar, (1, -1), found, MotionLimits(torque=torque))
         return sum(found.durations)
 
     assert fastest(0.6) > 2.0 * fastest(2.0)
@@ -188,7 +188,7 @@ def test_little_torque_makes_it_slower_or_impossible(dextar: FiveBar) -> None:
 def test_a_duration_that_is_too_short_or_too_long_is_refused_with_the_possible_ones(dextar: FiveBar) -> None:
     def plan(duration: float) -> Transfer:
         return plan_transfer(
-            dextar, (1, -1), (0.0, 0.15), (0.0, 0.02), -1, RATE_HZ, limits=Limits(torque=0.6), duration=duration
+            dextar, (1, -1), (0.0, 0.15), (0.0, 0.02), -1, RATE_HZ, limits=MotionLimits(torque=0.6), duration=duration
         )
 
     assert sum(plan(2.0).durations) == pytest.approx(2.0)

@@ -17,7 +17,7 @@ from fivebar_bringup.report.summary import Summary, rms, summarize
 from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.reproduce.cases import Case
+from fivebar_bringup.studies.reproduce.cases import ThesisCase
 from fivebar_bringup.studies.shared_work import share
 from fivebar_control.estimation.imu_check import noise_floor
 from fivebar_control.trajectory.planner import PlanRefused
@@ -25,7 +25,7 @@ from fivebar_control.trajectory.planner import PlanRefused
 Drawings = tuple[str, ...]
 
 
-class Result(NamedTuple):
+class CaseResult(NamedTuple):
     """What is kept of a run.
 
     Attributes:
@@ -42,7 +42,7 @@ class Result(NamedTuple):
         wall_s: how long it took (s).
     """
 
-    case: Case
+    case: ThesisCase
     summary: Summary | None = None
     refused: str | None = None
     crossing_residual: float | None = None
@@ -116,11 +116,13 @@ class Result(NamedTuple):
         return Picture(stem, f"{caption} Run: {case.label}.", self.pictures[name])
 
 
-Results = Mapping[Case, Result]
+Results = Mapping[ThesisCase, CaseResult]
 
 
 def run_cases(
-    cases: Mapping[Case, Drawings], workers: int, progress: Callable[[int, int], None] = lambda done, total: None
+    cases: Mapping[ThesisCase, Drawings],
+    workers: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Results:
     """Run every case and draw its figures; with fewer than two workers in this process.
 
@@ -133,18 +135,18 @@ def run_cases(
     return {result.case: result for result in share(_run_item, longest_first, workers, progress)}
 
 
-def _run_item(item: tuple[Case, Drawings]) -> Result:
+def _run_item(item: tuple[ThesisCase, Drawings]) -> CaseResult:
     return run_case(*item)
 
 
-def run_case(case: Case, drawings: Sequence[str] = ()) -> Result:
+def run_case(case: ThesisCase, drawings: Sequence[str] = ()) -> CaseResult:
     """Run one case without ROS and return what is kept of it."""
     began = time.monotonic()
     scenario = case.scenario()
     try:
         plan = scenario.plan()
     except PlanRefused as refusal:
-        return Result(case, refused=str(refusal))
+        return CaseResult(case, refused=str(refusal))
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
@@ -152,7 +154,7 @@ def run_case(case: Case, drawings: Sequence[str] = ()) -> Result:
     findings = Findings(scenario, plan, scenario.five_bar(), series, summary)
     fractions = [_fraction(findings, number) for number in range(len(plan.crossings))]
     outside = ~series.in_zone
-    return Result(
+    return CaseResult(
         case,
         summary,
         crossing_residual=max((abs(residual) for residual in crossing_residuals(findings)), default=None),
@@ -194,5 +196,5 @@ def _larger(pair: tuple[float | None, float | None]) -> float | None:
     return max(known, default=None)
 
 
-def _length(case: Case) -> float:
+def _length(case: ThesisCase) -> float:
     return case.duration * len(case.scenario().waypoints)

@@ -1,0 +1,244 @@
+"""One session with the two drives, without ROS: lifecycle, control cycle, latched fault, and what the operator asks.
+
+Times are seconds of the steady clock, given by the caller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from fivebar_control.fault import Fault
+from fivebar_control.hardware.command_watch import CommandWatch
+from fivebar_control.hardware.configuration import DriveFile
+from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange, Torques
+from fivebar_control.hardware.drive_link import Reading
+from fivebar_control.hardware.fault import DriveError
+from fivebar_description.interface import ALL_WELL
+
+REPEAT_PERIOD = 0.1
+"""Time (s) between two publications of sample 0 while nobody has answered it."""
+
+LATE_PERIODS = 1.5
+"""A cycle that begins later than so many periods after the last one counts as an overrun."""
+
+
+class MeasuredSample(NamedTuple):
+    """A sample to publish: its number and the reading of each drive."""
+
+    number: int
+    readings: tuple[Reading, Reading]
+
+
+class ServiceOutcome(NamedTuple):
+    """Whether a request of the operator was met, and what to tell the operator."""
+
+    success: bool
+    message: str
+
+
+class DriveSession:
+    """The drives from configure to cleanup.
+
+    While active, `cycle` exchanges with the drives once per period. Sample 0 is repeated at zero torque until it is
+    answered: a run begins where the robot stands. The command that answers sample k is written at once and acts from
+    sample k + 1 on. The first fault is latched: zero torque and a quick stop, until `reset` and `enable`.
+    """
+
+    def __init__(
+        self,
+        drives: DriveFile,
+        command_timeout: float,
+        enable_timeout: float,
+        on_latch: Callable[[Fault, bool], None],
+    ) -> None:
+        """Make a session whose bus is closed.
+
+        Args:
+            drives: bus and drives.
+            command_timeout: longest time (s) for which a torque holds.
+            enable_timeout: longest time (s) for enabling, disabling or resetting the drives.
+            on_latch: called when a fault is latched, after the drives have been stopped, with the fault and whether
+                it was found here rather than reported by another node.
+        """
+        self._drives = drives
+        self._enable_timeout = enable_timeout
+        self._on_latch = on_latch
+        self._watch = CommandWatch(command_timeout, drives.rate_hz)
+        self._bus: DriveBus | None = None
+        self.active = False
+        """Whether the drives were enabled and cycles run."""
+        self.fault: Fault | None = None
+        """The latched fault."""
+        self.sample = 0
+        """Number of the present sample."""
+        self._written = False
+        self._overruns = self._incomplete = 0
+        self._began = self._repeated = 0.0
+
+    @property
+    def bus(self) -> DriveBus:
+        """The open bus."""
+        assert self._bus is not None, "the lifecycle lets nobody come here before configure"
+        return self._bus
+
+    @property
+    def state(self) -> str:
+        """Whether a torque would be obeyed, or why not, as published on drives/state."""
+        if self.fault is not None:
+            return str(self.fault)
+        if not self.active:
+            return "drives_off: dextar_bridge is not active"
+        if not self.bus.enabled:
+            return "drives_off: dextar_bridge/enable switches them on"
+        return ALL_WELL
+
+    @property
+    def warning(self) -> str | None:
+        """Which frames and samples were not used; None where all were."""
+        if self._bus is None or not (any(self._bus.counters) or self._overruns or self._incomplete):
+            return None
+        unknown, malformed, unreadable = self._bus.counters
+        return (
+            f"frames not used: {unknown} unknown, {malformed} malformed, {unreadable} unreadable;"
+            f" {self._incomplete} samples without answer, {self._overruns} overruns"
+        )
+
+    def open(self) -> bool:
+        """Open the bus and set up both drives, which stay without power; return whether that succeeded."""
+        bus = None
+        try:
+            bus = DriveBus(self._drives)
+            bus.set_up()
+        except DriveError as error:
+            if bus is not None:
+                bus.close()
+            self.latch(error.fault)
+            return False
+        self.fault = None
+        self._bus = bus
+        return True
+
+    def activate(self, clock: Callable[[], float]) -> bool:
+        """Enable both drives at zero torque and begin at sample 0; return whether they are enabled."""
+        try:
+            self.bus.enable(self._enable_timeout)
+        except DriveError as error:
+            self.latch(error.fault)
+            return False
+        self._watch.begin()
+        self.sample = 0
+        self._written = False
+        self._began = clock()
+        self._repeated = 0.0
+        self.active = True
+        return True
+
+    def power_off(self) -> None:
+        """Command zero torque, then switch both drives off."""
+        self.active = False
+        try:
+            self.bus.disable(self._enable_timeout)
+        except DriveError as error:
+            self.bus.switch_off()
+            self.latch(error.fault)
+
+    def close(self) -> None:
+        """Release the drives, which are off, and close the bus, where it is open."""
+        if self._bus is not None:
+            self._bus.release()
+            self._bus.close()
+            self._bus = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the bus is open."""
+        return self._bus is not None
+
+    def cycle(self, now: float) -> MeasuredSample | None:
+        """Run one cycle: check the torque's age, exchange with the drives; return the sample to publish, if any."""
+        self._overruns += now - self._began > LATE_PERIODS / self._drives.rate_hz
+        self._began = now
+        stale = self._watch.fault(self.sample, now)
+        if stale is not None:
+            self.latch(stale)
+        if self.fault is not None:
+            self.bus.write(ZERO)
+        elif not self._written:
+            self.bus.write(self._watch.torques)
+        self._written = False
+        cycle = self.bus.exchange()
+        if cycle.fault is not None:
+            self.latch(cycle.fault)
+        if self._watch.answered >= 0:
+            self.sample += 1
+            return self._measured(cycle)
+        if now - self._repeated >= REPEAT_PERIOD:
+            self._repeated = now
+            return self._measured(cycle)
+        return None
+
+    def _measured(self, cycle: Exchange) -> MeasuredSample | None:
+        """Return the sample of a cycle; None where a drive has not answered: nothing is published unmeasured."""
+        first, second = cycle.readings
+        if first is None or second is None:
+            self._incomplete += 1
+            return None
+        return MeasuredSample(self.sample, (first, second))
+
+    def command(self, sample: int | None, torques: Torques, now: float) -> bool:
+        """Take the torques (Nm) that answer a sample; return whether they answer one that may be answered now."""
+        if not self.active or sample is None or not self._watch.accepts(sample, self.sample):
+            return False
+        self._watch.take(sample, torques, now)
+        if self.fault is None:
+            self.bus.write(torques)
+            self._written = True
+        return True
+
+    def latch(self, fault: Fault, own: bool = True) -> None:
+        """Stop the drives and latch why, unless a fault is latched already."""
+        if self.fault is not None:
+            return
+        self.fault = fault
+        if self.active:
+            self.bus.quick_stop()
+        self._on_latch(fault, own)
+
+    def emergency_stop(self) -> ServiceOutcome:
+        """Remove power from both drives at once."""
+        if self._bus is not None:
+            self._bus.switch_off()
+        self.latch(Fault("emergency_stop", "asked for by service"))
+        if self._bus is None:
+            return ServiceOutcome(False, "not configured: nothing to stop")
+        return ServiceOutcome(True, "power off asked of both drives")
+
+    def reset(self, clock: Callable[[], float]) -> ServiceOutcome:
+        """Reset the drives' faults and clear the latched one; the drives stay off."""
+        message = f"cleared {self.fault}" if self.fault is not None else "no fault was latched"
+        if self._bus is not None:
+            try:
+                self._bus.reset(self._enable_timeout)
+            except DriveError as error:
+                return ServiceOutcome(False, f"still there: {error.fault}")
+            if self.active and not self._bus.enabled:
+                message += "; the drives are off, dextar_bridge/enable switches them on"
+        self.fault = None
+        self._watch.rearm(self.sample, clock())
+        return ServiceOutcome(True, message)
+
+    def enable(self, clock: Callable[[], float]) -> ServiceOutcome:
+        """Enable both drives again after a reset."""
+        if not self.active:
+            return ServiceOutcome(False, "not active: activate the node instead")
+        if self.fault is not None:
+            return ServiceOutcome(False, f"reset first: {self.fault}")
+        try:
+            self.bus.enable(self._enable_timeout)
+            outcome = ServiceOutcome(True, "both drives are enabled")
+        except DriveError as error:
+            self.latch(error.fault)
+            outcome = ServiceOutcome(False, str(error.fault))
+        self._watch.rearm(self.sample, clock())
+        return outcome

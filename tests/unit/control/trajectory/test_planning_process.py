@@ -1,0 +1,108 @@
+"""Planning beside the control loop: answers, refusals, a planner that dies, and that nothing is left behind."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from multiprocessing import connection
+
+import pytest
+
+from fivebar_control.trajectory.motion_queue import PlanningRequest
+from fivebar_control.trajectory.planning_process import Conditions, Planned, PlanningProcess
+
+CONDITIONS = Conditions("dextar", 100, 2.0, 50.0)
+NEAR = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.14), 0, 0.0)
+FAR = PlanningRequest((0.0, 0.15), (1, -1), (0.3, 0.15), 0, 0.0)
+DEADLINE = 60.0
+DIED = "the planning process has died"
+
+
+@pytest.fixture
+def planning() -> Iterator[PlanningProcess]:
+    process = PlanningProcess(CONDITIONS)
+    yield process
+    process.close()
+
+
+def answer_of(planning: PlanningProcess) -> Planned:
+    end = time.monotonic() + DEADLINE
+    while (planned := planning.answer()) is None:
+        assert time.monotonic() < end, "no answer"
+        connection.wait([child.sentinel for child in multiprocessing.active_children()], 0.01)
+    return planned
+
+
+def worker() -> multiprocessing.process.BaseProcess:
+    (child,) = multiprocessing.active_children()
+    return child
+
+
+def test_it_answers_one_request_after_the_other_in_the_same_process(planning: PlanningProcess) -> None:
+    planning.ask(NEAR)
+    first = answer_of(planning)
+    assert first.refused == "" and first.waypoints == (NEAR.start, NEAR.goal)
+    assert first.path().at(first.path().duration)[:2] == NEAR.goal
+    process = worker().pid
+    planning.ask(FAR)
+    assert "out of reach" in answer_of(planning).refused
+    assert worker().pid == process
+    assert planning.answer() is None
+
+
+def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: PlanningProcess) -> None:
+    planning.ask(NEAR)
+    os.kill(worker().pid or 0, signal.SIGKILL)
+    assert answer_of(planning) == Planned((), (), DIED)
+    planning.ask(NEAR)
+    assert answer_of(planning).refused == ""
+    idle = worker()
+    os.kill(idle.pid or 0, signal.SIGKILL)
+    connection.wait([idle.sentinel], DEADLINE)
+    # the request may come before the death is noticed, and is refused then; it is not lost either way
+    refusals = [DIED]
+    while refusals[-1] == DIED:
+        planning.ask(FAR)
+        refusals.append(answer_of(planning).refused)
+    assert len(refusals) <= 3
+    assert "out of reach" in refusals[-1]
+
+
+def test_closing_ends_a_plan_under_way(planning: PlanningProcess) -> None:
+    planning.ask(NEAR)
+    process = worker()
+    planning.close()
+    assert process.exitcode is not None
+    assert multiprocessing.active_children() == []
+    assert planning.answer() is None
+
+
+PARENT = f"""
+import multiprocessing, time
+from fivebar_control.trajectory.motion_queue import PlanningRequest
+from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess
+if __name__ == "__main__":
+    planning = PlanningProcess(Conditions(*{tuple(CONDITIONS)!r}))
+    planning.ask(PlanningRequest(*{tuple(NEAR)!r}))
+    while planning.answer() is None:
+        time.sleep(0.01)
+    print(multiprocessing.active_children()[0].pid, flush=True)
+    time.sleep({DEADLINE})
+"""
+
+
+def test_it_outlives_no_parent() -> None:
+    parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    orphan = os.pidfd_open(int(parent.stdout.readline()))
+    parent.kill()
+    parent.wait()
+    # a pidfd is readable once its process has ended
+    assert select.select([orphan], [], [], DEADLINE)[0]
+    os.close(orphan)
