@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -18,6 +17,7 @@ import pytest
 import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from forked_node import DEADLINE, ForkedNode, fork_context
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
@@ -39,9 +39,6 @@ from fivebar_description.ros.run import use_local_network_only
 
 RATE_HZ = 500
 """Default rate of every node."""
-
-DEADLINE = 60.0
-"""Longest wait (s) for a condition that takes a second or two on an idle machine, the start of a process included."""
 
 DDS_VARIABLES = (
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -315,16 +312,22 @@ class Bench:
     def __exit__(self, *exception: object) -> None:
         self._stack.close()
 
-    def start(self, node: str, namespace: str = "", arguments: Sequence[str] = (), **parameters: Any) -> ChildProcess:
+    def start(self, node: str, namespace: str = "", arguments: Sequence[str] = (), **parameters: Any) -> ForkedNode:
         """Start a node by the name of its executable."""
         values = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_yaml(value)}")]
         remaps = ["-r", f"__ns:={namespace}"] if namespace else []
-        command = [sys.executable, "-m", node_modules()[node], "--ros-args", *remaps, *values, *arguments]
-        return self.run(command)
+        return self._fork(node_modules()[node], ["--ros-args", *remaps, *values, *arguments])
 
-    def start_group(self, *words: str) -> ChildProcess:
+    def start_group(self, *words: str) -> ForkedNode:
         """Start nodes in one process: their modules, then what follows `--ros-args`."""
-        return self.run([sys.executable, "-m", NODE_GROUP, *words])
+        return self._fork(NODE_GROUP, words)
+
+    def _fork(self, module: str, arguments: Sequence[str]) -> ForkedNode:
+        context = fork_context([*node_modules().values(), NODE_GROUP])
+        environment = clean_environment(self.domain, self.folder)
+        process = ForkedNode(context, module, arguments, self.folder / "processes", environment)
+        self._stack.callback(process.close)
+        return process
 
     def run(self, command: Sequence[str], **variables: str) -> ChildProcess:
         """Start any process in the domain."""
