@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from bound_laws import bound_law
 from forked_node import ForkedNode
-from graph_probe import Bench, Probe, node_modules
+from graph_probe import RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 
@@ -143,7 +143,7 @@ class Tuning:
 
     def expected(self, kp: float, kd: float) -> tuple[float, ...]:
         """Return what the law gives for the sample asked last."""
-        law = bound_law("ctc", self._motion.robot, self._motion.plan, self._motion.rate_hz, kp=kp, kd=kd)
+        law = bound_law("ctc", self._motion.robot, self._motion.plan, RATE_HZ, kp=kp, kd=kd)
         return law(self._sample, self._motion.state(self._sample), self._motion.reference(self._sample))
 
 

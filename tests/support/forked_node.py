@@ -34,15 +34,16 @@ class ForkedNode:
         arguments: Sequence[str],
         folder: Path,
         environment: Mapping[str, str],
+        program: str = "",
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         number = len(list(folder.glob("*.stderr")))
         self._out, self._err = folder / f"{number}.stdout", folder / f"{number}.stderr"
         self._out.touch()
         self._err.touch()
-        self._words = (module, *arguments)
+        self._words = [program or module, *arguments]
         self._process = context.Process(
-            target=_run_main, args=(module, list(arguments), self._out, self._err, dict(environment), folder)
+            target=_run_main, args=(module, self._words, self._out, self._err, dict(environment), folder)
         )
         self._process.start()
         assert self._process.pid is not None
@@ -79,9 +80,7 @@ class ForkedNode:
             self._process.join()
 
 
-def _run_main(
-    module: str, arguments: list[str], out: Path, err: Path, environment: dict[str, str], folder: Path
-) -> None:
+def _run_main(module: str, words: list[str], out: Path, err: Path, environment: dict[str, str], folder: Path) -> None:
     """Make this process what `python -m MODULE ARGUMENTS` would be, and run it."""
     os.setsid()
     for path, descriptor in ((out, 1), (err, 2)):
@@ -91,5 +90,5 @@ def _run_main(
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
-    sys.argv = [module, *arguments]
+    sys.argv = words
     importlib.import_module(module).main()

@@ -48,6 +48,9 @@ DDS_VARIABLES = (
     "FASTRTPS_DEFAULT_PROFILES_FILE",
 )
 
+COMMAND = "fivebar_bringup.cli.main"
+"""The module of the `fivebar` command."""
+
 RUN_READY_PROFILE = qos_profile(RUN_READY.qos)
 
 T = TypeVar("T")
@@ -61,6 +64,10 @@ def node_modules() -> dict[str, str]:
     # a process for others, no node itself
     del nodes["node_group"]
     return nodes
+
+
+PRELOADED = (*node_modules().values(), NODE_GROUP, COMMAND)
+"""What forked processes need not load."""
 
 
 def clean_environment(domain: int, folder: Path) -> dict[str, str]:
@@ -316,16 +323,16 @@ class Bench:
         """Start a node by the name of its executable."""
         values = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_yaml(value)}")]
         remaps = ["-r", f"__ns:={namespace}"] if namespace else []
-        return self._fork(node_modules()[node], ["--ros-args", *remaps, *values, *arguments])
+        return self.fork(node_modules()[node], ["--ros-args", *remaps, *values, *arguments])
 
     def start_group(self, *words: str) -> ForkedNode:
         """Start nodes in one process: their modules, then what follows `--ros-args`."""
-        return self._fork(NODE_GROUP, words)
+        return self.fork(NODE_GROUP, words)
 
-    def _fork(self, module: str, arguments: Sequence[str]) -> ForkedNode:
-        context = fork_context([*node_modules().values(), NODE_GROUP])
+    def fork(self, module: str, arguments: Sequence[str]) -> ForkedNode:
+        """Start what `python -m MODULE ARGUMENTS` would, from a process that has loaded all nodes."""
         environment = clean_environment(self.domain, self.folder)
-        process = ForkedNode(context, module, arguments, self.folder / "processes", environment)
+        process = ForkedNode(fork_context(PRELOADED), module, arguments, self.folder / "processes", environment)
         self._stack.callback(process.close)
         return process
 
