@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import multiprocessing
 import os
@@ -12,6 +13,8 @@ from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
 import pytest
+
+PR_SET_PDEATHSIG = 1
 
 DEADLINE = 60.0
 """Longest wait (s) for a condition that takes a second or two on an idle machine, the start of a process included."""
@@ -80,9 +83,15 @@ class ForkedNode:
             self._process.join()
 
 
+def end_with_parent() -> None:
+    """Have this process killed when its parent ends: a node of a killed test must not stay in the next one's domain."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 def _run_main(module: str, words: list[str], out: Path, err: Path, environment: dict[str, str], folder: Path) -> None:
     """Make this process what `python -m MODULE ARGUMENTS` would be, and run it."""
     os.setsid()
+    end_with_parent()
     for path, descriptor in ((out, 1), (err, 2)):
         opened = os.open(path, os.O_WRONLY | os.O_APPEND)
         os.dup2(opened, descriptor)
