@@ -19,6 +19,8 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # A sourced ROS installation must not mix with the wheels, nor must another environment of wheels; the last of these
 # says that the library path is already set, which holds for one environment only.
 unexport PYTHONPATH LD_LIBRARY_PATH AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH
+# Hundreds of processes start in a test run: the first of them keeps what it has compiled.
+unexport PYTHONDONTWRITEBYTECODE
 unexport ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .PHONY: help

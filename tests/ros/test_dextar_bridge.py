@@ -50,12 +50,13 @@ class Rig:
         own = {"bus": bus, "sync_period_us": 1_000_000 // RATE_HZ}
         emulation = rewritten("fivebar_sim", folder, own)
         self.drives = bench.run([str(Path(sys.executable).parent / "emulated_drives"), str(emulation)])
+        # before the bridge, which looks for them as soon as it starts where it is to start by itself
+        self.probe = bench.probe()
+        self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
         path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 20})
         self.process = bench.start(
             "dextar_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=500.0, **parameters
         )
-        self.probe = bench.probe()
-        self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
         self.probe.listen(MOTOR_STATES, callback=self._on_states)
         self.probe.join("dextar_bridge", [TORQUE_COMMAND, FAULTS], [FAULTS, DRIVES_STATE])
 

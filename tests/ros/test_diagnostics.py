@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
-from graph_probe import Bench, ChildProcess, Probe, values_of
+from forked_node import ForkedNode
+from graph_probe import Bench, Probe, values_of
 from middle_motion import MiddleMotion
 
 from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE
@@ -93,7 +94,7 @@ def test_malformed_processors_end_the_node(bench: Bench) -> None:
     assert len(process.stderr.strip().splitlines()) == 1
 
 
-def group(bench: Bench, *modules: str, **parameters: object) -> ChildProcess:
+def group(bench: Bench, *modules: str, **parameters: object) -> ForkedNode:
     """Start nodes in one process, each with parameters of its own by name."""
     path = bench.folder / "group.yaml"
     content = {f"/**/{node}": {"ros__parameters": values} for node, values in parameters.items()}

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 from bound_laws import bound_law
-from graph_probe import Bench, ChildProcess, Probe, node_modules
+from forked_node import ForkedNode
+from graph_probe import RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 
@@ -84,7 +85,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
 
 
 @pytest.fixture(scope="module")
-def refused(tmp_path_factory: pytest.TempPathFactory) -> list[ChildProcess]:
+def refused(tmp_path_factory: pytest.TempPathFactory) -> list[ForkedNode]:
     """All refused nodes; they run side by side, since none of them is to join a graph."""
     with Bench(tmp_path_factory.mktemp("refused")) as bench:
         processes = [bench.start(node, f"/n{number}", **bad) for number, (node, bad, _) in enumerate(REFUSED)]
@@ -94,7 +95,7 @@ def refused(tmp_path_factory: pytest.TempPathFactory) -> list[ChildProcess]:
 
 
 @pytest.mark.parametrize("number", range(len(REFUSED)), ids=[f"{node}-{next(iter(bad))}" for node, bad, _ in REFUSED])
-def test_a_bad_value_ends_the_node_in_one_line(refused: list[ChildProcess], number: int) -> None:
+def test_a_bad_value_ends_the_node_in_one_line(refused: list[ForkedNode], number: int) -> None:
     process, (_, _, wanted) = refused[number], REFUSED[number]
     assert process.status == 2
     lines = process.stderr.splitlines()
@@ -142,7 +143,7 @@ class Tuning:
 
     def expected(self, kp: float, kd: float) -> tuple[float, ...]:
         """Return what the law gives for the sample asked last."""
-        law = bound_law("ctc", self._motion.robot, self._motion.plan, self._motion.rate_hz, kp=kp, kd=kd)
+        law = bound_law("ctc", self._motion.robot, self._motion.plan, RATE_HZ, kp=kp, kd=kd)
         return law(self._sample, self._motion.state(self._sample), self._motion.reference(self._sample))
 
 

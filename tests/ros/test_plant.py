@@ -8,7 +8,8 @@ import time
 from itertools import pairwise
 from typing import Any
 
-from graph_probe import Bench, ChildProcess, Probe
+from forked_node import ForkedNode
+from graph_probe import Bench, Probe
 from std_msgs.msg import String
 
 from fivebar_description.interface import (
@@ -33,7 +34,7 @@ RATE_HZ = 500
 OUTPUTS = [JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS]
 
 
-def start(bench: Bench, **parameters: Any) -> tuple[ChildProcess, Probe]:
+def start(bench: Bench, **parameters: Any) -> tuple[ForkedNode, Probe]:
     """Start a plant that waits for the probe, so that the probe misses nothing, and for its commands."""
     process = bench.start("plant", **{"wait_for_nodes": ["probe"], "command_timeout_s": 60.0, **parameters})
     probe = bench.probe()

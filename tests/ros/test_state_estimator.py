@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 from estimate_replay import encoder_scenario, replay
-from graph_probe import RATE_HZ, Bench, ChildProcess, Probe
+from forked_node import ForkedNode
+from graph_probe import RATE_HZ, Bench, Probe
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
@@ -47,7 +48,7 @@ def samples(run: OfflineRun) -> list[Sample]:
     return run.samples
 
 
-def start(bench: Bench, **parameters: Any) -> tuple[ChildProcess, Probe]:
+def start(bench: Bench, **parameters: Any) -> tuple[ForkedNode, Probe]:
     process = bench.start("state_estimator", **{**DRIVES, **parameters})
     probe = bench.probe()
     probe.join("state_estimator", [MOTOR_STATES, TORQUE_COMMAND], [*OUTPUTS, FAULTS])

@@ -9,11 +9,12 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from graph_probe import DEADLINE, Bench, ChildProcess, Probe
+from forked_node import ForkedNode
+from graph_probe import DEADLINE, Bench, Probe
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
@@ -41,17 +42,6 @@ PRIORITY = 20
 NOT_RUN = ("imu_listener", EMULATED_ROBOT)
 
 WITNESSED_DRIVES = Path(__file__).with_name("witnessed_drives.py")
-
-
-SPARE = """
-import importlib, os, signal, sys
-if os.sched_getscheduler(0) == os.SCHED_FIFO:
-    os.sched_setparam(0, os.sched_param(os.sched_getparam(0).sched_priority - 1))
-module = importlib.import_module(sys.argv[1])
-os.kill(os.getpid(), signal.SIGSTOP)
-module.main()
-"""
-"""A node that has loaded what it needs, out of the way of all others, and waits for SIGCONT to begin."""
 
 
 class Look(NamedTuple):
@@ -140,8 +130,7 @@ class FaultBench:
         self._folder = folder
         for name, spec in self._specs.items():
             (folder / f"{name}.yaml").write_text(spec.parameter_file(), encoding="utf-8")
-        self.processes: dict[str, ChildProcess] = {}
-        self._spares: dict[str, ChildProcess] = {}
+        self.processes: dict[str, ForkedNode] = {}
         self.probe: Probe = bench.probe()
         self.probe.advertise(RUN_STATUS)
         self.probe.listen(FAULTS, SAFETY_STATE, DRIVES_STATE, MOTOR_STATES, JOINT_STATES, TORQUE_COMMAND)
@@ -168,25 +157,9 @@ class FaultBench:
 
     def start(self, name: str) -> None:
         """Start a process of the graph, or start it again."""
-        spare = self._spares.pop(name, None)
-        if spare is None:
-            self.processes[name] = self._run(name, self._specs[name].command)
-            return
-        # a signal that comes before it stops would be lost
-        self.probe.wait_for(lambda: stopped_process(spare.pid), f"the spare {name}", 60.0)
-        spare.send(signal.SIGCONT)
-        self.processes[name] = spare
-        self.prepare(name)
-
-    def prepare(self, *names: str) -> None:
-        """Have a spare process ready for each of some nodes, so that it need not load when it takes another's place."""
-        for name in names:
-            (node,) = self._specs[name].nodes
-            self._spares[name] = self._run(name, ("-c", SPARE, node.module))
-
-    def _run(self, name: str, command: Sequence[str]) -> ChildProcess:
+        (node,) = self._specs[name].nodes
         file = self._folder / f"{name}.yaml"
-        return self.bench.run([sys.executable, *command, "--ros-args", "--params-file", str(file)])
+        self.processes[name] = self.bench.fork(node.module, ["--ros-args", "--params-file", str(file)])
 
     def kill(self, name: str, number: signal.Signals = signal.SIGKILL) -> None:
         self.processes[name].send(number)
@@ -298,11 +271,6 @@ class FaultBench:
             for process in ending:
                 process.wait()
         self.drives.close()
-
-
-def stopped_process(number: int) -> bool:
-    """Return whether a process has been stopped by SIGSTOP."""
-    return Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] == "T"
 
 
 @contextlib.contextmanager

@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 import yaml
-from graph_probe import RATE_HZ, ChildProcess, Probe, clean_environment
+from forked_node import ForkedNode, fork_context
+from graph_probe import COMMAND, PRELOADED, RATE_HZ, ChildProcess, Probe, clean_environment
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
@@ -83,6 +84,19 @@ class FivebarCommand(ChildProcess):
         super().close()
         for pid in self.processes():
             os.kill(pid, signal.SIGKILL)
+
+
+class ForkedCommand(ForkedNode):
+    """One call of the command that starts no processes, forked from one that has loaded it, in a folder of its own."""
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        self.folder = folder
+        environment = clean_environment(0, folder)
+        super().__init__(fork_context(PRELOADED), COMMAND, arguments, folder, environment, FIVEBAR.name)
+
+    def finish(self) -> int:
+        """Wait for the end and return the exit status."""
+        return self.wait(RUN_DEADLINE)
 
 
 class GraphRun:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -18,6 +17,7 @@ import pytest
 import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from forked_node import DEADLINE, ForkedNode, fork_context
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
@@ -40,9 +40,6 @@ from fivebar_description.ros.run import use_local_network_only
 RATE_HZ = 500
 """Default rate of every node."""
 
-DEADLINE = 60.0
-"""Longest wait (s) for a condition that takes a second or two on an idle machine, the start of a process included."""
-
 DDS_VARIABLES = (
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
     "ROS_LOCALHOST_ONLY",
@@ -50,6 +47,9 @@ DDS_VARIABLES = (
     "FASTDDS_DEFAULT_PROFILES_FILE",
     "FASTRTPS_DEFAULT_PROFILES_FILE",
 )
+
+COMMAND = "fivebar_bringup.cli.main"
+"""The module of the `fivebar` command."""
 
 RUN_READY_PROFILE = qos_profile(RUN_READY.qos)
 
@@ -64,6 +64,10 @@ def node_modules() -> dict[str, str]:
     # a process for others, no node itself
     del nodes["node_group"]
     return nodes
+
+
+PRELOADED = (*node_modules().values(), NODE_GROUP, COMMAND)
+"""What forked processes need not load."""
 
 
 def clean_environment(domain: int, folder: Path) -> dict[str, str]:
@@ -315,16 +319,22 @@ class Bench:
     def __exit__(self, *exception: object) -> None:
         self._stack.close()
 
-    def start(self, node: str, namespace: str = "", arguments: Sequence[str] = (), **parameters: Any) -> ChildProcess:
+    def start(self, node: str, namespace: str = "", arguments: Sequence[str] = (), **parameters: Any) -> ForkedNode:
         """Start a node by the name of its executable."""
         values = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_yaml(value)}")]
         remaps = ["-r", f"__ns:={namespace}"] if namespace else []
-        command = [sys.executable, "-m", node_modules()[node], "--ros-args", *remaps, *values, *arguments]
-        return self.run(command)
+        return self.fork(node_modules()[node], ["--ros-args", *remaps, *values, *arguments])
 
-    def start_group(self, *words: str) -> ChildProcess:
+    def start_group(self, *words: str) -> ForkedNode:
         """Start nodes in one process: their modules, then what follows `--ros-args`."""
-        return self.run([sys.executable, "-m", NODE_GROUP, *words])
+        return self.fork(NODE_GROUP, words)
+
+    def fork(self, module: str, arguments: Sequence[str]) -> ForkedNode:
+        """Start what `python -m MODULE ARGUMENTS` would, from a process that has loaded all nodes."""
+        environment = clean_environment(self.domain, self.folder)
+        process = ForkedNode(fork_context(PRELOADED), module, arguments, self.folder / "processes", environment)
+        self._stack.callback(process.close)
+        return process
 
     def run(self, command: Sequence[str], **variables: str) -> ChildProcess:
         """Start any process in the domain."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from itertools import count
 from pathlib import Path
 
 import pytest
-from fivebar_command import FivebarCommand
+from fivebar_command import FivebarCommand, ForkedCommand
 
 from fivebar_bringup.cli.main import app
 
@@ -31,7 +33,21 @@ BAD_FILES = {
 
 
 @pytest.fixture(scope="module")
-def helps(fivebar: Callable[..., FivebarCommand]) -> dict[str, FivebarCommand]:
+def fivebar(folder: Path) -> Iterator[Callable[..., ForkedCommand]]:
+    """Call the command with some arguments, in a folder of its own."""
+    with ExitStack() as stack:
+        numbers = count()
+
+        def start(*arguments: str) -> ForkedCommand:
+            command = ForkedCommand(folder / f"call{next(numbers)}", *arguments)
+            stack.callback(command.close)
+            return command
+
+        yield start
+
+
+@pytest.fixture(scope="module")
+def helps(fivebar: Callable[..., ForkedCommand]) -> dict[str, ForkedCommand]:
     """The help of the command and of each subcommand, asked for all at once."""
     calls = {"": fivebar("--help"), **{name: fivebar(name, "--help") for name in SUBCOMMANDS}}
     for call in calls.values():
@@ -39,18 +55,24 @@ def helps(fivebar: Callable[..., FivebarCommand]) -> dict[str, FivebarCommand]:
     return calls
 
 
+def test_the_installed_command_is_this_one(folder: Path, helps: dict[str, ForkedCommand]) -> None:
+    installed = FivebarCommand(folder / "installed", "--help")
+    assert installed.finish() == 0
+    assert (installed.stdout, installed.stderr) == (helps[""].stdout, "")
+
+
 def test_there_are_subcommands() -> None:
     assert {"run", "simulate", "report", "nodes"} <= set(SUBCOMMANDS)
 
 
-def test_help_names_every_subcommand(helps: dict[str, FivebarCommand]) -> None:
+def test_help_names_every_subcommand(helps: dict[str, ForkedCommand]) -> None:
     assert helps[""].status == 0
     assert helps[""].stderr == ""
     assert all(re.search(rf"\b{name}\b", helps[""].stdout) for name in SUBCOMMANDS)
 
 
 @pytest.mark.parametrize("name", SUBCOMMANDS)
-def test_help_of_a_subcommand_has_an_example(helps: dict[str, FivebarCommand], name: str) -> None:
+def test_help_of_a_subcommand_has_an_example(helps: dict[str, ForkedCommand], name: str) -> None:
     assert helps[name].status == 0
     words = " ".join(re.sub(r"[│╭╮╰╯─]", " ", helps[name].stdout).split())
     assert f"Example: fivebar {name}" in words
@@ -58,7 +80,7 @@ def test_help_of_a_subcommand_has_an_example(helps: dict[str, FivebarCommand], n
 
 
 @pytest.fixture(scope="module")
-def refused(fivebar: Callable[..., FivebarCommand], folder: Path) -> dict[str, FivebarCommand]:
+def refused(fivebar: Callable[..., ForkedCommand], folder: Path) -> dict[str, ForkedCommand]:
     """Calls with bad input, all at once."""
     calls = {}
     for index, (name, (content, _)) in enumerate(BAD_FILES.items()):
@@ -93,7 +115,7 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_bad_input_is_answered_in_one_line(refused: dict[str, FivebarCommand], name: str) -> None:
+def test_bad_input_is_answered_in_one_line(refused: dict[str, ForkedCommand], name: str) -> None:
     call = refused[name]
     assert call.status == 2
     lines = call.stderr.splitlines()
@@ -105,7 +127,7 @@ def test_bad_input_is_answered_in_one_line(refused: dict[str, FivebarCommand], n
     assert not (call.folder / "runs").exists()
 
 
-def test_nodes_are_listed(fivebar: Callable[..., FivebarCommand]) -> None:
+def test_nodes_are_listed(fivebar: Callable[..., ForkedCommand]) -> None:
     table, listing = fivebar("nodes", "ctc_middle"), fivebar("nodes", "ctc_middle", "--json")
     assert (table.finish(), listing.finish()) == (0, 0)
     names = [node["node"] for node in json.loads(listing.stdout)]

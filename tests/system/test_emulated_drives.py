@@ -22,8 +22,6 @@ from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange
 from fivebar_description.share import share_file
 
-pytestmark = pytest.mark.clock
-
 SILENCE = 1.0
 """How long (s) a master is silent."""
 
@@ -114,6 +112,7 @@ def fault_name(cycle: Exchange) -> str:
     return cycle.fault.name if cycle.fault is not None else ""
 
 
+@pytest.mark.clock
 def test_a_second_of_torque(bus: DriveBus, drives: Drives) -> None:
     """Enable, a second's cycles of a sine on both motors, disable; the drives end with status 0 on a signal."""
     bus.enable(DEADLINE)
@@ -135,6 +134,7 @@ def test_a_second_of_torque(bus: DriveBus, drives: Drives) -> None:
     assert drives.process.wait(DEADLINE) == 0
 
 
+@pytest.mark.clock
 def test_a_drive_fault_and_its_recovery(bus: DriveBus, drives: Drives) -> None:
     bus.enable(DEADLINE)
     drives.tell("fault 2")
@@ -146,6 +146,7 @@ def test_a_drive_fault_and_its_recovery(bus: DriveBus, drives: Drives) -> None:
     assert bus.states == ON
 
 
+@pytest.mark.clock
 def test_a_drive_that_loses_its_power(bus: DriveBus, drives: Drives) -> None:
     """The heartbeats end with the process: the last state that it told was operational."""
     bus.enable(DEADLINE)
@@ -155,6 +156,7 @@ def test_a_drive_that_loses_its_power(bus: DriveBus, drives: Drives) -> None:
     bus.write(ZERO)
 
 
+@pytest.mark.clock
 def test_a_silent_master_is_noticed_by_the_drives(bus: DriveBus, drives: Drives) -> None:
     """No cycle, no heartbeat: once cycles go on, the drives say that they have stopped, and why."""
     bus.enable(DEADLINE)

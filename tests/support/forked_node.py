@@ -1,0 +1,103 @@
+"""Nodes in processes of their own that need not load what all nodes load: forked from a server that has done so."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import multiprocessing
+import os
+import signal
+import sys
+from collections.abc import Mapping, Sequence
+from multiprocessing.context import ForkServerContext
+from pathlib import Path
+
+import pytest
+
+PR_SET_PDEATHSIG = 1
+
+DEADLINE = 60.0
+"""Longest wait (s) for a condition that takes a second or two on an idle machine, the start of a process included."""
+
+
+def fork_context(modules: Sequence[str]) -> ForkServerContext:
+    """Return the context of a server that has loaded some modules; none of them starts threads before its `main`."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(modules))
+    return context
+
+
+class ForkedNode:
+    """The `main` of a module in a process and session of its own, with what it prints in files."""
+
+    def __init__(
+        self,
+        context: ForkServerContext,
+        module: str,
+        arguments: Sequence[str],
+        folder: Path,
+        environment: Mapping[str, str],
+        program: str = "",
+    ) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        number = len(list(folder.glob("*.stderr")))
+        self._out, self._err = folder / f"{number}.stdout", folder / f"{number}.stderr"
+        self._out.touch()
+        self._err.touch()
+        self._words = [program or module, *arguments]
+        self._process = context.Process(
+            target=_run_main, args=(module, self._words, self._out, self._err, dict(environment), folder)
+        )
+        self._process.start()
+        assert self._process.pid is not None
+        self.pid = self._process.pid
+
+    @property
+    def status(self) -> int | None:
+        """Exit status, None while the process runs."""
+        return self._process.exitcode
+
+    @property
+    def stdout(self) -> str:
+        return self._out.read_text(encoding="utf-8")
+
+    @property
+    def stderr(self) -> str:
+        return self._err.read_text(encoding="utf-8")
+
+    def send(self, number: signal.Signals) -> None:
+        if self.status is None:
+            os.kill(self.pid, number)
+
+    def wait(self, deadline: float = DEADLINE) -> int:
+        """Return the exit status; fail where the process does not end in time."""
+        self._process.join(deadline)
+        status = self.status
+        if status is None:
+            pytest.fail(f"still running after {deadline} s: {' '.join(self._words)}\n{self.stderr}")
+        return status
+
+    def close(self) -> None:
+        if self.status is None:
+            os.kill(self.pid, signal.SIGKILL)
+            self._process.join()
+
+
+def end_with_parent() -> None:
+    """Have this process killed when its parent ends: a node of a killed test must not stay in the next one's domain."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def _run_main(module: str, words: list[str], out: Path, err: Path, environment: dict[str, str], folder: Path) -> None:
+    """Make this process what `python -m MODULE ARGUMENTS` would be, and run it."""
+    os.setsid()
+    end_with_parent()
+    for path, descriptor in ((out, 1), (err, 2)):
+        opened = os.open(path, os.O_WRONLY | os.O_APPEND)
+        os.dup2(opened, descriptor)
+        os.close(opened)
+    os.environ.clear()
+    os.environ.update(environment)
+    os.chdir(folder)
+    sys.argv = words
+    importlib.import_module(module).main()
