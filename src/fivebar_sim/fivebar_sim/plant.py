@@ -11,12 +11,13 @@ import pinocchio as pin
 
 from fivebar_description.closed_loop import ClosedLoop, Vector
 from fivebar_description.friction import friction_torque
+from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import JOINTS
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.imu import Imu, ImuReading
-from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.sensors import Drives, Encoder
+from fivebar_sim.settings import PlantSettings
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
@@ -59,8 +60,8 @@ class Plant:
         robot: FiveBar,
         joints: Sequence[float],
         rate_hz: int,
-        options: PlantOptions | None = None,
-        imu: ImuOptions | None = None,
+        settings: PlantSettings | None = None,
+        imu: ImuSettings | None = None,
         velocities: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
     ) -> None:
         """Put the robot into a posture (q11, q12, q21, q22) in rad, at rest or with joint velocities (rad/s).
@@ -70,17 +71,17 @@ class Plant:
         Raises:
             InputError: the posture or the velocities are malformed, or the loop is open.
         """
-        options = options if options is not None else PlantOptions()
-        self._robot = scaled(robot, options.mass_scale, options.inertia_scale, options.friction_scale)
+        settings = settings if settings is not None else PlantSettings()
+        self._robot = scaled(robot, settings.mass_scale, settings.inertia_scale, settings.friction_scale)
         self._loop = ClosedLoop(self._robot)
         self._q, self._v = self._closed_posture(joints, velocities)
         period = 1.0 / rate_hz
         self._steps = math.ceil(period / MAX_STEP - 1e-9)
         self._step = period / self._steps
-        self._drives = Drives(options)
-        self._imu = Imu(imu if imu is not None else ImuOptions(), rate_hz, options.seed)
+        self._drives = Drives(settings)
+        self._imu = Imu(imu if imu is not None else ImuSettings(), rate_hz, settings.seed)
         self._encoders = (
-            None if options.encoder_counts is None else [Encoder(options.encoder_counts, period) for _ in JOINTS]
+            None if settings.encoder_counts is None else [Encoder(settings.encoder_counts, period) for _ in JOINTS]
         )
         self._applied = (0.0, 0.0)
         self._tau = np.zeros(4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from fivebar_sim.options import PlantOptions
+from fivebar_sim.settings import PlantSettings
 
 
 def counted(angle: float, resolution: float) -> float:
@@ -40,11 +40,11 @@ class Encoder:
 class Drives:
     """The two motor drives: a delay in whole samples, a torque step and a torque limit."""
 
-    def __init__(self, options: PlantOptions) -> None:
+    def __init__(self, settings: PlantSettings) -> None:
         """Make drives at zero torque."""
-        self._quantum = options.torque_quantum
-        self._limit = math.inf if options.torque_limit is None else options.torque_limit
-        self._waiting = deque([(0.0, 0.0)] * options.delay_samples)
+        self._quantum = settings.torque_quantum
+        self._limit = math.inf if settings.torque_limit is None else settings.torque_limit
+        self._waiting = deque([(0.0, 0.0)] * settings.delay_samples)
 
     def apply(self, command: tuple[float, float]) -> tuple[float, float]:
         """Take a new torque command (Nm) and return the torques (Nm) that act now.

@@ -25,7 +25,7 @@ from fivebar_control.hardware.command_watch import CommandWatch
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_bus import ZERO, Cycle, DriveBus
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.ros.model_parameters import RATE
+from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -40,7 +40,6 @@ from fivebar_description.interface import (
 )
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
@@ -50,22 +49,6 @@ REPEAT_PERIOD = 0.1
 
 LATE_PERIODS = 1.5
 """A cycle that begins later than so many periods after the last one counts as an overrun."""
-
-SPECS = (
-    RATE,
-    Spec("drives", "dextar_emulated", "Bus and drives: a shipped configuration's name or a path to a YAML file."),
-    Spec(
-        "command_timeout_ms",
-        20.0,
-        "Longest time for which a torque holds, on the steady clock; then zero torque and a fault.",
-        "ms",
-        1.0,
-        10_000.0,
-    ),
-    Spec("enable_timeout_s", 2.0, "Longest time for enabling, disabling or resetting the drives.", "s", 0.1, 60.0),
-    Spec("autostart", False, "Configure and activate without being asked, once the nodes to wait for are ready."),
-    Spec("wait_for_nodes", [""], "With autostart: nodes that must have announced themselves on run/ready."),
-)
 
 Transition = Callable[["DextarBridge", LifecycleState], TransitionCallbackReturn]
 
@@ -97,16 +80,16 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
     def __init__(self) -> None:
         """Make the node, unconfigured."""
         GraphNode.__init__(self, "dextar_bridge")
-        values = self.parameters(SPECS)
-        self._drives = load_drives(values["drives"])
-        self._rate_hz: int = values["rate_hz"]
+        settings = self.declare_settings(BridgeSettings)
+        self._drives = load_drives(settings.drives)
+        self._rate_hz = settings.rate_hz
         if self._rate_hz != self._drives.rate_hz:
             raise InputError(
                 f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {self._drives.rate_hz}, which is"
-                f" sync_period_us {self._drives.sync_period_us} of {values['drives']}"
+                f" sync_period_us {self._drives.sync_period_us} of {settings.drives}"
             )
-        self._enable_timeout: float = values["enable_timeout_s"]
-        self._watch = CommandWatch(values["command_timeout_ms"] / 1e3, self._rate_hz)
+        self._enable_timeout = settings.enable_timeout_s
+        self._watch = CommandWatch(settings.command_timeout_ms / 1e3, self._rate_hz)
         self._bus: DriveBus | None = None
         self._timer: Timer | None = None
         self._active = False
@@ -127,8 +110,8 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self.listen(TORQUE_COMMAND, self._on_command)
         # volatile on this side: faults of the past are the business of whoever reset them
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
-        if values["autostart"]:
-            self._awaited = {name for name in values["wait_for_nodes"] if name}
+        if settings.autostart:
+            self._awaited = set(settings.wait_for_nodes)
             # not awaited for this node's own readiness, which others may wait for
             self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
             self._start_timer = self.every(REPEAT_PERIOD, self._autostart)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, ClassVar, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
@@ -19,11 +19,12 @@ from std_msgs.msg import String
 
 from fivebar_description.interface import RUN_READY, Topic
 from fivebar_description.ros.messages import message_class
-from fivebar_description.ros.parameters import Spec, check_changes, declare
+from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
-from fivebar_description.ros.rate_watch import Rates, RateWatch
-from fivebar_description.ros.scheduling import SCHEDULING, apply_scheduling
+from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
+from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
+from fivebar_description.settings import from_parameters
 
 READY_PERIOD = 0.1
 """Time (s) between two looks at whether all topics of the node are joined to their other ends."""
@@ -38,19 +39,7 @@ DELIVERY_TIME = 1.0
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
 
-
-THRESHOLDS = (
-    Spec("warn_below_hz", 0.0, "Warn on /diagnostics below this rate of answers, 0 for never.", "Hz", 0.0, 1e5),
-    Spec("warn_jitter_ms", 0.0, "Warn above this jitter of the answers, 0 for never.", "ms", 0.0, 1e5),
-    Spec("late_after_ms", 0.0, "An answer that comes later after the one before is late; 0 for never.", "ms", 0.0, 1e5),
-    Spec("warn_late", 0, "Warn above so many late answers in a second.", "", 0, 100_000),
-    Spec("warn_dropped", 0, "Warn above so many dropped messages since the start.", "", 0, 1_000_000),
-)
-"""When a node warns of itself; every node has these parameters."""
-
-WAIT_FOR_NODES = Spec(
-    "wait_for_nodes", [""], "Nodes whose announcement on run/ready must come before that of this one."
-)
+S = TypeVar("S", bound=tuple[Any, ...])
 
 
 class GraphNode(Node):
@@ -71,8 +60,9 @@ class GraphNode(Node):
         self._last_drop = ""
         self.answered = 0
         """Samples answered so far."""
-        self._node_settings = self.parameters((*THRESHOLDS, *SCHEDULING))
-        late_after = self._node_settings["late_after_ms"]
+        self._thresholds = self.declare_settings(DiagnosticThresholds)
+        self._scheduling = self.declare_settings(Scheduling)
+        late_after = self._thresholds.late_after_ms
         self._rate_watch = RateWatch(late_after / 1e3 if late_after else math.inf)
         self.exit_status: int | None = None
         """Set by a node that has done its work: the process then ends with this status."""
@@ -87,14 +77,13 @@ class GraphNode(Node):
     def stop(self) -> None:
         """Do what must be done last; called once, before the node ends, while it can still publish."""
 
-    def wait_for_publishers(self) -> None:
-        """Announce the node only once the nodes of the parameter `wait_for_nodes` know of its subscriptions.
+    def wait_for_publishers(self, nodes: Iterable[str]) -> None:
+        """Announce the node only once other nodes know of its subscriptions.
 
         For a node that only listens: what is sent before the sender knows of a subscription is lost, and nobody repeats
         it for this node.
         """
-        values = self.parameters((WAIT_FOR_NODES,))
-        self._awaited_nodes = {name for name in values[WAIT_FOR_NODES.name] if name}
+        self._awaited_nodes = set(nodes)
 
     def note_answer(self) -> None:
         """Count a sample as answered, now."""
@@ -107,8 +96,7 @@ class GraphNode(Node):
 
     def schedule(self) -> None:
         """Ask the system for the priority and the processors of the node's parameters; call it once all threads run."""
-        warn = self.get_logger().warning
-        apply_scheduling(self._node_settings["scheduling_priority"], self._node_settings["processors"], warn)
+        apply_scheduling(self._scheduling, self.get_logger().warning)
 
     def deliver(self) -> None:
         """Wait until every listener has what was published, for a short while: a node that ends takes the rest along.
@@ -125,8 +113,21 @@ class GraphNode(Node):
         Raises:
             InputError: a value given from outside is not allowed.
         """
+        values = declare(self, specs)
+        # known only now, so that a refused declaration is explained by `declare` and not by rclpy's callback
         self._specs.extend(specs)
-        return declare(self, specs)
+        return values
+
+    def declare_settings(
+        self, settings: type[S], prefix: str = "", without: Collection[str] = (), **defaults: Any
+    ) -> S:
+        """Declare the settings of a NamedTuple as parameters and return their values; the arguments as in `specs_of`.
+
+        Raises:
+            InputError: a value given from outside is not allowed.
+        """
+        values = self.parameters(specs_of(settings, prefix, without, **defaults))
+        return from_parameters(settings, values, prefix, without)
 
     def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
         """Call back with the new values after parameters were changed while the node runs."""
@@ -203,7 +204,7 @@ class GraphNode(Node):
 
     def health(self) -> tuple[bytes, str]:
         """Return the diagnostic level and message of the node; classes with faults override it."""
-        if self._drops > self._node_settings["warn_dropped"]:
+        if self._drops > self._thresholds.warn_dropped:
             return DiagnosticStatus.WARN, f"messages dropped, last: {self._last_drop}"
         return DiagnosticStatus.OK, "ok"
 
@@ -211,23 +212,10 @@ class GraphNode(Node):
         """Return what a node tells on /diagnostics besides what all tell."""
         return {}
 
-    def _timing(self, rates: Rates) -> str | None:
-        """Return how the answers miss the thresholds, None where they do not or where there are none."""
-        limits = self._node_settings
-        if rates.answers == 0:
-            return None
-        if rates.rate_hz < limits["warn_below_hz"]:
-            return f"slow: {rates.rate_hz:.1f} answers per second, expected {limits['warn_below_hz']:g}"
-        if 0.0 < limits["warn_jitter_ms"] < rates.jitter_ms:
-            return f"uneven: jitter {rates.jitter_ms:.2f} ms, limit {limits['warn_jitter_ms']:g} ms"
-        if rates.late > limits["warn_late"]:
-            return f"late: {rates.late} of {rates.answers} answers, limit {limits['warn_late']}"
-        return None
-
     def _publish_diagnostics(self) -> None:
         rates = self._rate_watch.take()
         level, message = self.health()
-        timing = self._timing(rates)
+        timing = self._thresholds.timing_problem(rates)
         if level == DiagnosticStatus.OK and timing is not None:
             level, message = DiagnosticStatus.WARN, timing
         figures = {

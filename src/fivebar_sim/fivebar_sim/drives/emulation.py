@@ -13,8 +13,8 @@ import can
 from fivebar_description.parameters import load_robot
 from fivebar_sim.drives.configuration import EmulatedBus, EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
-from fivebar_sim.options import PlantOptions
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
+from fivebar_sim.settings import PlantSettings
 
 SYNC_ID = 0x080
 LOOK_PERIOD = 0.002
@@ -80,14 +80,14 @@ class Emulation:
         """
         file = self._file
         # the drives themselves limit and quantise
-        options = PlantOptions(
+        settings = PlantSettings(
             mass_scale=file.mass_scale,
             inertia_scale=file.inertia_scale,
             friction_scale=file.friction_scale,
             torque_limit=None,
         )
         rate_hz = round(1e6 / file.sync_period_us)
-        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, options)
+        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, settings)
 
     def take(self, can_id: int, data: bytes) -> None:
         """Take a frame from the bus."""

@@ -30,7 +30,6 @@ from fivebar_description.interface import (
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec, whole_period
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
@@ -38,6 +37,7 @@ from fivebar_sim.drives.commands import USAGE, obey, read_order
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import TURN
 from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
+from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 
 STATUS_PERIOD = 0.1
 GRACE = 2.0
@@ -46,15 +46,6 @@ GRACE = 2.0
 FITTING_COUNTS = 1.5
 """Difference (counts) between an encoder's reading and what the bridge makes of it."""
 
-SPECS = (
-    Spec("emulation", "dextar_emulated", "Bus, drives and robot: a shipped emulation's name or a path to a YAML file."),
-    Spec("rate_hz", 500, "Sampling rate of the graph; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period),
-    Spec("samples", 0, "Number of the last sample of the run, 0 for no end.", "", 0, 100_000_000),
-    Spec("inject", [""], "Faults: seconds since sample 0 and an order, such as '1.2 fault 1'."),
-    Spec("wait_for_nodes", [""], "Nodes that are named where the run does not begin in time."),
-    Spec("ready_timeout_s", 30.0, "Longest wait for sample 1.", "s", 0.1, 3600.0),
-)
-
 
 class EmulatedRobot(GraphNode):
     """Two emulated drives, each with its object dictionary, on a CAN bus."""
@@ -62,13 +53,13 @@ class EmulatedRobot(GraphNode):
     def __init__(self) -> None:
         """Boot the drives and serve the bus in a thread."""
         super().__init__("emulated_robot")
-        values = self.parameters(SPECS)
-        self._rate_hz: int = values["rate_hz"]
-        self._samples: int = values["samples"]
-        self._injections = sorted(_injection(text) for text in values["inject"] if text)
-        self._missing_nodes = {name for name in values["wait_for_nodes"] if name}
-        self._ready_timeout: float = values["ready_timeout_s"]
-        file = load_emulation(values["emulation"])
+        settings = self.declare_settings(EmulatedRobotSettings)
+        self._rate_hz = settings.rate_hz
+        self._samples = settings.samples
+        self._injections = sorted(_injection(text) for text in settings.inject)
+        self._missing_nodes = set(settings.wait_for_nodes)
+        self._ready_timeout = settings.ready_timeout_s
+        file = load_emulation(settings.emulation)
         try:
             self._bus = open_bus(file.bus)
         except (can.CanError, OSError) as error:

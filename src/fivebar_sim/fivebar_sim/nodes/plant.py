@@ -10,6 +10,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_description.imu import IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -28,14 +29,13 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.imu_parameters import declare_imu
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
-from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.plant import Plant, PlantDiverged
-from fivebar_sim.ros.plant_parameters import LOCKSTEP, MOTORS, SPECS
+from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
+from fivebar_sim.settings import PlantSettings
 
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2
@@ -61,32 +61,20 @@ class PlantNode(GraphNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("plant")
-        values = self.parameters(SPECS)
-        self._rate_hz: int = values["rate_hz"]
-        self._samples: int = values["samples"]
-        self._lockstep = values["mode"] == LOCKSTEP
-        self._command_timeout: float = values["command_timeout_s"]
-        self._freshness: int = values["freshness_samples"]
-        self._missing_nodes = {name for name in values["wait_for_nodes"] if name}
-        self._ready_timeout: float = values["ready_timeout_s"]
+        settings = self.declare_settings(PlantNodeSettings)
+        plant = self.declare_settings(PlantSettings)
+        imu = self.declare_settings(ImuSettings, IMU_PREFIX)
+        self._rate_hz = settings.rate_hz
+        self._samples = settings.samples
+        self._lockstep = settings.mode == LOCKSTEP
+        self._command_timeout = settings.command_timeout_s
+        self._freshness = settings.freshness_samples
+        self._missing_nodes = set(settings.wait_for_nodes)
+        self._ready_timeout = settings.ready_timeout_s
         # in real time, drives that delay have the torque for the time ahead when the time begins
-        self._known_ahead = not self._lockstep and values["delay_samples"] > 0
-        self._plant = Plant(
-            load_robot(values["robot"]),
-            values["initial_joints"],
-            self._rate_hz,
-            PlantOptions(
-                mass_scale=values["mass_scale"],
-                inertia_scale=values["inertia_scale"],
-                friction_scale=values["friction_scale"],
-                torque_limit=values["torque_limit"] or None,
-                torque_quantum=values["torque_quantum"],
-                encoder_counts=values["encoder_counts"] or None,
-                delay_samples=values["delay_samples"] - self._known_ahead,
-                seed=values["seed"],
-            ),
-            ImuOptions(declare_imu(self), values["imu_noise"]),
-        )
+        self._known_ahead = not self._lockstep and plant.delay_samples > 0
+        plant = plant._replace(delay_samples=plant.delay_samples - self._known_ahead)
+        self._plant = Plant(load_robot(settings.robot), settings.initial_joints, self._rate_hz, plant, imu)
         self._sample = 0
         self._next: Messages | None = None
         self._fault = ""
@@ -96,7 +84,7 @@ class PlantNode(GraphNode):
         self._published = 0.0
         self._imu_message: Imu | None = None
         self._began = self._heard = time.monotonic()
-        self._motors_only = values["publishes"] == MOTORS
+        self._motors_only = settings.publishes == MOTORS
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only else None
         self._imu = self.advertise(IMU_DATA)
