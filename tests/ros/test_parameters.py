@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from bound_laws import bound_law
 from graph_probe import Bench, ChildProcess, Probe, node_modules
-from middle_motion import MiddleMotion
+from middle_motion import RATE_HZ, MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 
 from fivebar_bringup.runs.graph import Mode, crossing_graph
@@ -167,7 +167,7 @@ class Tuning:
 
     def expected(self, kp: float, kd: float) -> tuple[float, ...]:
         """Return what the law gives for the sample asked last."""
-        law = bound_law("ctc", self._motion.robot, self._motion.plan, self._motion.rate_hz, kp=kp, kd=kd)
+        law = bound_law("ctc", self._motion.robot, self._motion.plan, RATE_HZ, kp=kp, kd=kd)
         return law(self._sample, self._motion.state(self._sample), self._motion.reference(self._sample))
 
 
