@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import can
 
+from fivebar_description.drive_file import CanChannel
 from fivebar_description.parameters import load_robot
-from fivebar_sim.drives.configuration import EmulatedBus, EmulationFile
+from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 from fivebar_sim.settings import PlantSettings
@@ -36,7 +37,7 @@ class SyncRecord(NamedTuple):
     truth: Measurement
 
 
-def open_bus(bus: EmulatedBus) -> can.BusABC:
+def open_bus(bus: CanChannel) -> can.BusABC:
     """Open the bus of a configuration; frames over UDP never leave this machine."""
     if bus.interface == "udp_multicast":
         return can.Bus(interface=bus.interface, channel=bus.channel, port=bus.port, hop_limit=0, fd=False)
