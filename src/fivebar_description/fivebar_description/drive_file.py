@@ -18,7 +18,7 @@ Unsigned32 = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
 SyncPeriod = Annotated[int, Field(ge=500, le=100_000)]
 
 SYNC_PERIOD_US = 2000
-"""Period of SYNC (us), unless told otherwise."""
+"""Default period of SYNC (us)."""
 
 
 class CanChannel(StrictModel):

@@ -1,4 +1,4 @@
-"""How an IMU is mounted and what it is like: known to the plant that simulates it and to the listener."""
+"""Mounting and characteristics of the IMU, for the plant that simulates it and the listener."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class ImuSettings(NamedTuple):
     """An IMU fixed to the distal link of leg 2, which carries the end effector.
 
     The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards. The robot
-    lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. The noise is known to
-    the simulation only, all else comes from the data sheet and a calibration at rest.
+    lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. The noise concerns
+    the simulation only; all else is known from the data sheet and a calibration at rest.
     """
 
     noise: Annotated[
@@ -72,7 +72,7 @@ class ImuSettings(NamedTuple):
         return 1.0 - math.exp(-2.0 * math.pi * self.bandwidth_hz * period)
 
     def lever(self, rate: float, rate_change: float) -> tuple[float, float]:
-        """Return what the mounting point accelerates beyond the platform point (m/s^2), in the link's frame.
+        """Return the acceleration of the mounting point relative to the platform point (m/s^2), in the link's frame.
 
         Args:
             rate: angular velocity of the link (rad/s).

@@ -53,7 +53,7 @@ EncoderCounts = Annotated[
     ),
 ]
 DRIVE_TORQUE_LIMIT = 10.0
-"""Of the drives (Nm), unless told otherwise."""
+"""Default torque limit of the drives (Nm)."""
 
 DelaySamples = Annotated[
     int, Setting("Time from a torque command to its effect.", "samples", at_least=0, at_most=LONGEST_DELAY)

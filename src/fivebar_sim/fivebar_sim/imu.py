@@ -1,4 +1,4 @@
-"""The simulated IMU: what its accelerometer and gyroscope make of the exact motion."""
+"""The simulated IMU: accelerometer and gyroscope readings of the exact motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Imu:
     """A three-axis accelerometer and gyroscope on the distal link of leg 2."""
 
     def __init__(self, settings: ImuSettings, rate_hz: int, seed: int) -> None:
-        """Make an IMU with a random stream of its own."""
+        """Create an IMU with its own random stream."""
         self._settings = settings
         self._rotation = np.array(settings.rotation())
         self._smoothing = settings.smoothing(1.0 / rate_hz)
@@ -37,7 +37,7 @@ class Imu:
         """
         imu = self._settings
         lever_x, lever_y = imu.lever(rate, rate_change)
-        # an accelerometer at rest measures the table that holds it up
+        # at rest an accelerometer measures the reaction to gravity
         force = np.array([acceleration[0] + lever_x, acceleration[1] + lever_y, imu.gravity])
         measured = self._rotation.T @ force
         if self._filtered is None:

@@ -1,4 +1,4 @@
-"""What encoders and drives make of exact figures: counts, torque steps, limits and delay."""
+"""Encoders and drives: quantisation, limits and delay."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def counted(angle: float, resolution: float) -> float:
 
 
 def shaped(torque: float, quantum: float, limit: float) -> float:
-    """Return what drives make of a torque (Nm): its nearest step, 0 for none, within the limit."""
+    """Return a torque (Nm) quantised to the nearest step, where that is not 0, and saturated at the limit."""
     if quantum > 0.0:
         torque = round(torque / quantum) * quantum
     return max(-limit, min(limit, torque))
@@ -41,7 +41,7 @@ class Drives:
     """The two motor drives: a delay in whole samples, a torque step and a torque limit."""
 
     def __init__(self, settings: PlantSettings) -> None:
-        """Make drives at zero torque."""
+        """Start at zero torque."""
         self._quantum = settings.torque_quantum
         self._limit = math.inf if settings.torque_limit is None else settings.torque_limit
         self._waiting = deque([(0.0, 0.0)] * settings.delay_samples)

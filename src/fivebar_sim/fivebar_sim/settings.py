@@ -1,4 +1,4 @@
-"""How the simulated robot differs from its parameter file, and what its sensors and drives are like."""
+"""Settings of the simulated robot: deviations from its parameter file, encoders and drives."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FrictionScale = Annotated[float, Setting("Factor on the motors' friction.", at_l
 
 
 class PlantSettings(NamedTuple):
-    """How the simulated robot differs from its parameter file, and what its encoders and drives are like.
+    """How the simulated robot differs from its parameter file, and the properties of its encoders and drives.
 
     With encoder counts, positions are rounded down to a count and velocities are differences of two samples. The seed
     is that of all random streams, one per sensor.

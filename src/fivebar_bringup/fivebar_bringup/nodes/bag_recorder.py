@@ -49,7 +49,7 @@ class BagRecorder(GraphNode):
 
     def stop(self) -> None:
         """Close the bag with all that has arrived and the count of what was lost."""
-        self.take_the_rest()
+        self.drain()
         lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
         try:
             self._bag.close({"dropped": str(sum(self._lost.values())), **lost})

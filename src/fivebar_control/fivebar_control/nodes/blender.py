@@ -106,7 +106,7 @@ class Blender(SamplingNode):
             return DiagnosticStatus.ERROR, str(self._guard.fault)
         return super().health()
 
-    def figures(self) -> Mapping[str, object]:
+    def metrics(self) -> Mapping[str, object]:
         """Return how often a limit has cut the torque."""
         return {"limited_samples": self._guard.limited_samples}
 

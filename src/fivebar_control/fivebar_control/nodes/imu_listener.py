@@ -56,8 +56,8 @@ class ImuListener(SamplingNode):
         self.wait_for_publishers(settings.wait_for_nodes)
 
     def stop(self) -> None:
-        """Compare what has arrived: the run does not wait for this node, its end shall not either cut it short."""
-        self.take_the_rest()
+        """Process queued samples before shutdown: the run does not wait for this node."""
+        self.drain()
 
     def restart(self) -> None:
         """Begin with a low-pass that has no memory of the last run."""

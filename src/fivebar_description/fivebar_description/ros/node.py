@@ -27,14 +27,14 @@ from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
 from fivebar_description.settings import from_parameters
 
 READY_PERIOD = 0.1
-"""Time (s) between two looks at whether all topics of the node are joined to their other ends."""
+"""Period (s) of the check whether every subscription of the node has a publisher."""
 
 SENDER_DEPTH = 1000
-"""Messages that a sender keeps for listeners which have not taken them yet. A listener keeps few, but what is recorded
-must survive a recorder that gets no processor time for a while; acknowledged messages are not kept."""
+"""History depth of publishers. Subscribers of the control path keep few messages, but the recorder must lose none
+while it gets no processor time; acknowledged messages are not kept."""
 
 DELIVERY_TIME = 1.0
-"""Longest time (s) that an ending node waits for its last messages to arrive."""
+"""Longest time (s) that a node waits at shutdown until its last messages are acknowledged."""
 
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
@@ -46,16 +46,16 @@ class GraphNode(Node):
     """A node whose topics, messages and parameters are those of the graph."""
 
     process_topics: ClassVar[ProcessTopics | None] = None
-    """The topics among the nodes of this process, where there are several."""
+    """In-process topics of this process, if it runs several nodes."""
 
     def __init__(self, name: str) -> None:
-        """Make the node; parameters and topics are added by its class."""
+        """Create the node; subclasses add parameters and topics."""
         super().__init__(name)
         self._specs: list[Spec] = []
         self._inputs: list[Subscription[Any]] = []
         self._outputs: list[Publisher[Any]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._complete_looks = 0
+        self._complete_checks = 0
         self._drops = 0
         self._last_drop = ""
         self.answered = 0
@@ -65,43 +65,43 @@ class GraphNode(Node):
         late_after = self._thresholds.late_after_ms
         self._rate_watch = RateWatch(late_after / 1e3 if late_after else math.inf)
         self.exit_status: int | None = None
-        """Set by a node that has done its work: the process then ends with this status."""
+        """Set by a node that has finished; the process then exits with this status."""
         self._awaited_nodes: set[str] = set()
         self._announcements: Subscription[Any] | None = None
         self._ready = self.advertise(RUN_READY)
-        self._ready_timer = self.every(READY_PERIOD, self._look_ready)
+        self._ready_timer = self.every(READY_PERIOD, self._check_ready)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
         self.add_on_set_parameters_callback(lambda changes: check_changes(self._specs, changes))
 
     def stop(self) -> None:
-        """Do what must be done last; called once, before the node ends, while it can still publish."""
+        """Shut down in order; called once, before the node is destroyed, while it can still publish."""
 
     def wait_for_publishers(self, nodes: Iterable[str]) -> None:
         """Announce the node only once other nodes know of its subscriptions.
 
-        For a node that only listens: what is sent before the sender knows of a subscription is lost, and nobody repeats
-        it for this node.
+        For a node that only listens: a message that is published before the publisher has discovered the subscription
+        is lost, and is not repeated for this node.
         """
         self._awaited_nodes = set(nodes)
 
     def note_answer(self) -> None:
-        """Count a sample as answered, now."""
+        """Count a sample as answered at this moment."""
         self.answered += 1
         self._rate_watch.note(time.monotonic())
 
     def note_pause(self) -> None:
-        """Do not take the time until the next answer for a late one."""
+        """Exclude the interval until the next answer from the statistics."""
         self._rate_watch.pause()
 
     def schedule(self) -> None:
-        """Ask the system for the priority and the processors of the node's parameters; call it once all threads run."""
+        """Request the priority and the processors that the parameters ask for; call it once all threads run."""
         apply_scheduling(self._scheduling, self.get_logger().warning)
 
     def deliver(self) -> None:
-        """Wait until every listener has what was published, for a short while: a node that ends takes the rest along.
+        """Wait for a limited time until subscribers have acknowledged all messages.
 
-        What a listener has not acknowledged by then is lost; one that was killed never will.
+        A publisher that ends discards the rest, and a subscriber whose process was killed never acknowledges.
         """
         end = time.monotonic() + DELIVERY_TIME
         for publisher in self._outputs:
@@ -130,15 +130,15 @@ class GraphNode(Node):
         return from_parameters(settings, values, prefix, without)
 
     def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
-        """Call back with the new values after parameters were changed while the node runs."""
+        """Register a callback that receives the new values of parameters changed at run time."""
 
         def changed(changes: list[Parameter[Any]]) -> None:
             callback({change.name: change.value for change in changes})
 
         self.add_post_set_parameters_callback(changed)
 
-    def take_the_rest(self) -> None:
-        """Take what has arrived and still waits; for nodes that only listen, whose end must not lose what was said."""
+    def drain(self) -> None:
+        """Process queued messages before shutdown; for nodes that only listen."""
         for subscription in self._inputs:
             handle = subscription.handle
             with handle:
@@ -146,7 +146,7 @@ class GraphNode(Node):
                     subscription.callback(taken[0])
 
     def advertise(self, topic: Topic) -> Sender:
-        """Return who publishes a topic of the graph."""
+        """Create a publisher of a topic of the graph."""
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
         publisher: Sender = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos, depth))
         self._outputs.append(publisher)
@@ -168,11 +168,11 @@ class GraphNode(Node):
             self._inputs.append(subscribe(callback))
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
-        """Call back every `period` seconds of the steady clock."""
+        """Create a timer with a period (s) of the steady clock."""
         return self.create_timer(period, callback, clock=self._steady)
 
     def drop(self, topic: Topic, reason: str) -> None:
-        """Count a message that is not used, and say so, at most every few seconds."""
+        """Count a discarded message and log a throttled warning."""
         self._drops += 1
         self._last_drop = f"{topic.name}: {reason}"
         self.get_logger().warning(
@@ -180,12 +180,12 @@ class GraphNode(Node):
             throttle_duration_sec=WARNING_PERIOD,
         )
 
-    def _look_ready(self) -> None:
-        """Announce the node once all its inputs have a publisher, seen twice in a row so that both ends know.
+    def _check_ready(self) -> None:
+        """Announce the node once all inputs have had a publisher in two checks in a row.
 
-        For awaited nodes that is not enough. Their announcements, which are kept for latecomers, come to a subscription
-        made now, after all others: nodes learn of another's subscriptions in the order in which they were made, so a
-        node that answers the last one knows of all.
+        Then discovery is complete on both sides. For awaited nodes that is not enough. Their announcements are latched
+        and reach a subscription created now, after all others: a node discovers another's subscriptions in the order of
+        their creation, so one that serves the last knows all of them.
         """
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
         if complete and self._awaited_nodes:
@@ -194,8 +194,8 @@ class GraphNode(Node):
                     String, RUN_READY.name, self._on_announcement, qos_profile(RUN_READY.qos)
                 )
             return
-        self._complete_looks = self._complete_looks + 1 if complete else 0
-        if self._complete_looks == 2:
+        self._complete_checks = self._complete_checks + 1 if complete else 0
+        if self._complete_checks == 2:
             self._ready.publish(String(data=self.get_name()))
             self._ready_timer.cancel()
 
@@ -208,8 +208,8 @@ class GraphNode(Node):
             return DiagnosticStatus.WARN, f"messages dropped, last: {self._last_drop}"
         return DiagnosticStatus.OK, "ok"
 
-    def figures(self) -> Mapping[str, object]:
-        """Return what a node tells on /diagnostics besides what all tell."""
+    def metrics(self) -> Mapping[str, object]:
+        """Return the metrics that this class adds to those of every node on /diagnostics."""
         return {}
 
     def _publish_diagnostics(self) -> None:
@@ -218,21 +218,21 @@ class GraphNode(Node):
         timing = self._thresholds.timing_problem(rates)
         if level == DiagnosticStatus.OK and timing is not None:
             level, message = DiagnosticStatus.WARN, timing
-        figures = {
+        metrics = {
             "answered": self.answered,
             "rate_hz": f"{rates.rate_hz:.1f}",
             "jitter_ms": f"{rates.jitter_ms:.3f}",
             "interval_max_ms": f"{rates.interval_max_ms:.3f}",
             "late": self._rate_watch.late,
             "dropped": self._drops,
-            **self.figures(),
+            **self.metrics(),
         }
         status = DiagnosticStatus(
             level=level,
             name=self.get_fully_qualified_name(),
             message=message,
             hardware_id="fivebar",
-            values=[KeyValue(key=name, value=str(value)) for name, value in figures.items()],
+            values=[KeyValue(key=name, value=str(value)) for name, value in metrics.items()],
         )
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()

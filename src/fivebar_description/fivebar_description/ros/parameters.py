@@ -1,4 +1,4 @@
-"""Declaration of node parameters with description, unit and range, and their checks."""
+"""Declares and checks node parameters with description, unit and range."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ USAGE = (
 
 
 class Order(NamedTuple):
-    """One line: its word, the drives that it is for (0, 1), and a time (s) where it has one."""
+    """One line: its keyword, the drives that it concerns (0, 1), and its time (s), if any."""
 
     word: str
     drives: tuple[int, ...]
@@ -32,7 +32,7 @@ class Order(NamedTuple):
 
 
 def read_order(line: str) -> Order | None:
-    """Return what a line such as "fault 1" or "late 2 5" asks for, None where it is not understood."""
+    """Parse a line such as "fault 1" or "late 2 5"; None where it is malformed."""
     match line.split():
         case ["bus_off" | "bus_on" as word]:
             return Order(word, (0, 1))
@@ -47,8 +47,8 @@ def read_order(line: str) -> Order | None:
     return None
 
 
-def obey(emulation: Emulation, line: str) -> str:
-    """Obey one line; return what to tell the person who wrote it."""
+def execute(emulation: Emulation, line: str) -> str:
+    """Execute one line and return the reply to its author."""
     order = read_order(line)
     if order is None:
         return f"not understood: {line.strip()!r}; expected {USAGE}"

@@ -1,4 +1,4 @@
-"""What the emulated drives are like, read from a file of their own: the bridge's configuration is checked by them."""
+"""Configuration of the emulated drives, in a file of its own so that it checks the bridge's."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class DriveFacts(Motor):
     """One emulated drive; see `Motor` for the other keys.
 
     Attributes:
-        vendor, product: what 0x1018 says.
+        vendor, product: content of object 0x1018.
     """
 
     vendor: Unsigned32

@@ -18,19 +18,19 @@ from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 from fivebar_sim.settings import PlantSettings
 
 SYNC_ID = 0x080
-LOOK_PERIOD = 0.002
-"""Longest time (s) between two looks at heartbeats and late frames."""
+POLL_PERIOD = 0.002
+"""Longest time (s) between two checks of heartbeats and delayed frames."""
 
 FRAMES_AT_ONCE = 64
-"""Frames that are taken before the next such look."""
+"""Frames that are processed before the next such check."""
 
 
 HISTORY = 64
-"""SYNCs that are remembered."""
+"""Number of SYNCs that are kept."""
 
 
 class SyncRecord(NamedTuple):
-    """One SYNC: its number, the joint angles (rad) that both encoders tell, and the exact state."""
+    """One SYNC: its number, the joint angles (rad) of both encoders, and the exact state."""
 
     number: int
     angles: tuple[float, float]
@@ -65,16 +65,16 @@ class Emulation:
         first, second = emulation.pair
         self.drives = EmulatedDrive(first, bus, clock), EmulatedDrive(second, bus, clock)
         self.syncs = 0
-        """SYNCs heard so far."""
+        """SYNCs received so far."""
         self.sync_delay = 0.0
-        """Time (s) by which SYNCs come late to the drives."""
+        """Delay (s) of SYNCs."""
         self.history: deque[SyncRecord] = deque(maxlen=HISTORY)
-        """What the last SYNCs found, the newest at the end."""
+        """The last SYNCs, the newest at the end."""
         self._late_syncs: deque[float] = deque()
         self._sense()
 
     def go_home(self) -> None:
-        """Put the robot, at rest, to where it stood at the start.
+        """Reset the robot to its initial posture, at rest.
 
         Raises:
             InputError: the robot or its posture cannot be.
@@ -91,7 +91,7 @@ class Emulation:
         self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, settings)
 
     def take(self, can_id: int, data: bytes) -> None:
-        """Take a frame from the bus."""
+        """Process a frame from the bus."""
         if can_id == SYNC_ID and not data:
             if self.sync_delay > 0.0:
                 self._late_syncs.append(self._clock() + self.sync_delay)
@@ -102,7 +102,7 @@ class Emulation:
             drive.take(can_id, data)
 
     def tend(self) -> None:
-        """Do what is due by the clock."""
+        """Do what is due at this time."""
         now = self._clock()
         while self._late_syncs and self._late_syncs[0] <= now:
             self._late_syncs.popleft()
@@ -111,10 +111,10 @@ class Emulation:
             drive.tend(now)
 
     def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
-        """Serve the bus until told to end; `between` is called between frames."""
+        """Serve the bus until `ending` is set; `between` is called between frames."""
         while not ending.is_set():
-            # what is waiting is heard before any age is looked at: a process that was held up judges nobody by that
-            timeout = LOOK_PERIOD
+            # process queued frames before checking timeouts: a delay of this process must not count as one of others
+            timeout = POLL_PERIOD
             for _ in range(FRAMES_AT_ONCE):
                 if not self._hear(timeout):
                     break
@@ -127,14 +127,14 @@ class Emulation:
         try:
             message = self._bus.recv(timeout)
         except can.CanOperationError:
-            # a datagram on the group that is no frame
+            # a datagram in the multicast group that is no CAN frame
             return True
         if message is not None and is_plain(message):
             self.take(message.arbitration_id, bytes(message.data))
         return message is not None
 
     def _sync(self) -> None:
-        """Read the encoders and answer, then compute the way to the next SYNC: the torque for it is known by now."""
+        """Read the encoders and answer, then integrate to the next SYNC, whose torque is known by now."""
         self.syncs += 1
         self._sense()
         first, second = self.drives

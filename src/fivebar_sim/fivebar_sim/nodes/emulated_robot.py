@@ -1,4 +1,4 @@
-"""The emulated drives and the robot that they move, with what the graph of a rehearsal wants to know of them.
+"""The emulated drives and the robot that they move, with the topics that a rehearsal needs.
 
 The drives talk to the bridge over CAN alone. This node besides publishes the exact state for judging, the progress of
 the run, and injects faults at given moments.
@@ -33,7 +33,7 @@ from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import USAGE, obey, read_order
+from fivebar_sim.drives.commands import USAGE, execute, read_order
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import TURN
 from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
@@ -41,10 +41,10 @@ from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 
 STATUS_PERIOD = 0.1
 GRACE = 2.0
-"""Time (s) beyond the planned end after which a run is over even if its last sample never came."""
+"""Time (s) after the planned end at which a run is over even if its last sample is missing."""
 
 FITTING_COUNTS = 1.5
-"""Difference (counts) between an encoder's reading and what the bridge makes of it."""
+"""Tolerance (counts) between an encoder reading and the angle that the bridge publishes."""
 
 
 class EmulatedRobot(GraphNode):
@@ -68,7 +68,7 @@ class EmulatedRobot(GraphNode):
         self._tolerance = FITTING_COUNTS * max(TURN / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
         self._ahead = 0
         self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._obeyed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._ending = threading.Event()
         self._sample, self._commanded = 0, -1
         self._overruns = 0
@@ -84,8 +84,10 @@ class EmulatedRobot(GraphNode):
         self.listen(TORQUE_COMMAND, self._on_command)
         self.create_subscription(String, FAULTS.name, self._on_fault, qos_profile(FAULTS.qos))
         self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
-        self.every(STATUS_PERIOD, self._look_at_clock)
-        self._thread = threading.Thread(target=self._emulation.run, args=(self._ending, self._obey_orders), daemon=True)
+        self.every(STATUS_PERIOD, self._check_clock)
+        self._thread = threading.Thread(
+            target=self._emulation.run, args=(self._ending, self._execute_orders), daemon=True
+        )
         self._thread.start()
 
     def stop(self) -> None:
@@ -94,10 +96,10 @@ class EmulatedRobot(GraphNode):
         self._thread.join()
         self._bus.shutdown()
 
-    def _obey_orders(self) -> None:
-        # in the thread of the drives, which has no time for a log
+    def _execute_orders(self) -> None:
+        # in the thread of the drives, which must not spend time on logging
         while not self._orders.empty():
-            self._obeyed.put(obey(self._emulation, self._orders.get()))
+            self._replies.put(execute(self._emulation, self._orders.get()))
 
     def _on_ready(self, message: String) -> None:
         self._missing_nodes.discard(message.data)
@@ -140,8 +142,8 @@ class EmulatedRobot(GraphNode):
     def _sync_of(self, sample: int, q11: float, q21: float) -> SyncRecord | None:
         """Return the SYNC that a sample was measured at.
 
-        A SYNC carries no number on the bus. Samples count with it, though, from the first one on; where the readings
-        contradict that (SYNCs without samples while drives were enabled), it is the newest SYNC that has them.
+        A SYNC has no number on the bus, but samples are numbered in step with it; where the readings contradict that
+        (SYNCs without samples while the drives were being enabled), the newest SYNC with these readings is taken.
         """
 
         def fits(record: SyncRecord) -> bool:
@@ -163,11 +165,11 @@ class EmulatedRobot(GraphNode):
             if sample == self._sample > 0:
                 self._latency.note(time.monotonic() - self._heard)
 
-    def _look_at_clock(self) -> None:
-        """Publish how far the run is; end it where it does not begin, or where the bridge has fallen silent."""
+    def _check_clock(self) -> None:
+        """Publish the progress of the run; end it if it does not start or the bridge has stopped publishing."""
         now = time.monotonic()
-        while not self._obeyed.empty():
-            self.get_logger().info(self._obeyed.get())
+        while not self._replies.empty():
+            self.get_logger().info(self._replies.get())
         if self._samples and self._state == "running":
             if self._began is None and self._faulty:
                 # drives that could not be enabled, say
@@ -185,7 +187,7 @@ class EmulatedRobot(GraphNode):
         self._publish_status()
 
     def _end(self, failed: bool) -> None:
-        """Tell that the run is over; the drives stay, so that the bridge can switch them off in order."""
+        """Announce the end of the run; the drives keep running, so that the bridge can switch them off in order."""
         self._state = "failed" if failed else "completed"
         self._publish_status()
 

@@ -1,4 +1,4 @@
-"""The simulated robot as a node: publishes a sample, takes the torque that answers it, and moves on."""
+"""The simulated robot as a node: publishes a sample, applies the torque that answers it, and advances."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ FIRST_ANSWER_TIME = 1.0
 ZERO = (0.0, 0.0)
 
 Messages = tuple[JointState, JointState | None]
-"""What the joints' topic says of a sample, and that of the truth, if there is one."""
+"""Joint states of a sample, and the ground truth where it is published."""
 
 
 class PlantNode(GraphNode):
@@ -54,8 +54,8 @@ class PlantNode(GraphNode):
 
     In lockstep, sample k is followed by sample k + 1 as soon as the command that carries stamp k has come. In real
     time, samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on; with drives
-    that delay, one sample later still. What lies between two samples is computed as soon as its torque is known, not
-    when the next sample is due: that one is then published at once, and the controllers have the whole period.
+    that delay, one sample later still. The motion between two samples is integrated as soon as its torque is known,
+    not when the next sample is due: that one is then published at once, and the controllers have the whole period.
     """
 
     def __init__(self) -> None:
@@ -100,7 +100,7 @@ class PlantNode(GraphNode):
         self._state.publish(String(data=ALL_WELL))
 
     def stop(self) -> None:
-        """Tell that no more samples will come, so that nobody takes their end for a fault."""
+        """Announce that no more samples will come, so that their absence does not count as a fault."""
         self._state.publish(String(data="drives_off: the plant has ended"))
 
     def health(self) -> tuple[bytes, str]:
@@ -137,7 +137,7 @@ class PlantNode(GraphNode):
             self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
 
     def _measure(self, sample: int) -> Messages:
-        """Return what is to be published of a sample."""
+        """Return the messages of a sample."""
         stamp = sample_stamp_ns(sample, self._rate_hz)
         measured = self._plant.measure()
         if not self._motors_only:
@@ -150,7 +150,7 @@ class PlantNode(GraphNode):
         )
 
     def _publish_sample(self) -> None:
-        # the joints first: it is for them that the controllers wait
+        # the joint states first, because the controllers wait for them
         joints, truth = self._measured
         self._joint_states.publish(joints)
         self._published = time.monotonic()
@@ -165,7 +165,7 @@ class PlantNode(GraphNode):
         message = Imu()
         message.header.stamp = to_stamp(sample_stamp_ns(self._sample, self._rate_hz))
         message.header.frame_id = IMU_FRAME
-        # -1 says that there is no orientation (sensor_msgs/Imu)
+        # -1 means that there is no orientation (sensor_msgs/Imu)
         message.orientation_covariance[0] = -1.0
         vector = message.linear_acceleration
         vector.x, vector.y, vector.z = reading.acceleration
@@ -192,10 +192,10 @@ class PlantNode(GraphNode):
             self._heard = time.monotonic()
             self._move()
             if self._lockstep:
-                self._go_on()
+                self._advance()
 
     def _tick(self) -> None:
-        """Real time: go on to the next sample, whatever the controllers do; without a new command the last one acts."""
+        """Real time: advance to the next sample unconditionally; without a new command the last one stays in effect."""
         answered, _ = self._latest
         if answered < self._sample:
             self._overruns += 1
@@ -205,12 +205,12 @@ class PlantNode(GraphNode):
                 f" limit {self._freshness} samples"
             )
         self._move()
-        self._go_on()
+        self._advance()
         if self._known_ahead:
             self._move()
 
     def _move(self) -> None:
-        """Compute the time up to the next sample under the latest command, once."""
+        """Integrate to the next sample under the latest command, once."""
         if self._next is not None or self._sample == self._samples or self.exit_status is not None:
             return
         try:
@@ -220,7 +220,7 @@ class PlantNode(GraphNode):
             return
         self._next = self._measure(self._sample + 1)
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         if self.exit_status is not None:
             return
         self.note_answer()
