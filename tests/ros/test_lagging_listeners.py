@@ -9,7 +9,7 @@ from middle_motion import MiddleMotion
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_description.imu import STANDARD_GRAVITY, ImuDescription
+from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
 from fivebar_description.interface import (
     CTC_TORQUE,
     IMU_DATA,
@@ -40,7 +40,7 @@ def test_the_imu_listener_compares_all_that_has_arrived(bench: Bench, motion: Mi
     listener.send(signal.SIGINT)
     assert listener.wait() == 0
     probe.wait_for(lambda: len(probe.got(IMU_ERROR)) == COUNT, "an answer to every sample")
-    check = ImuCheck(motion.robot, motion.plan.mode1, motion.plan.mode2, RATE_HZ, ImuDescription())
+    check = ImuCheck(motion.robot, motion.plan.mode1, motion.plan.mode2, RATE_HZ, ImuSettings())
     wanted = [
         check.error((0.01 * sample, 1.0, STANDARD_GRAVITY), motion.plan.path.at(sample / RATE_HZ))
         for sample in range(COUNT)

@@ -26,9 +26,9 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state, stamp_of
-from fivebar_sim.options import PlantOptions
 from fivebar_sim.plant import Plant
-from fivebar_sim.ros.plant_parameters import START_JOINTS
+from fivebar_sim.ros.node_settings import START_JOINTS
+from fivebar_sim.settings import PlantSettings
 
 RATE_HZ = 500
 OUTPUTS = [JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS]
@@ -255,7 +255,7 @@ def test_in_real_time_a_delayed_torque_acts_one_sample_later(bench: Bench) -> No
     }
     assert efforts == {sample: (0.001 * max(0, sample - 2), -0.002 * max(0, sample - 2)) for sample in range(last + 1)}
     # the same commands to the plain plant
-    plant = Plant(load_robot("dextar"), START_JOINTS, rate_hz, PlantOptions(delay_samples=1))
+    plant = Plant(load_robot("dextar"), START_JOINTS, rate_hz, PlantSettings(delay_samples=1))
     messages = dict(zip(probe.samples(JOINT_STATES, rate_hz), probe.got(JOINT_STATES), strict=True))
     for sample in range(last + 1):
         assert tuple(messages[sample].position) == plant.measure().position

@@ -188,7 +188,7 @@ def test_an_ambiguous_estimate_is_a_fault_and_still_an_answer(
         if probe.got(FAULTS):
             break
     # the fault may come some answers after that of its sample
-    settings = scenario.ekf.as_settings()._replace(dwell_limit=0.006)
+    settings = scenario.ekf._replace(dwell_limit=0.006)
     number = next(one.number for one in replay(run, scenario, settings) if one.fault is not None)
     assert number <= probe.samples(JOINT_STATES)[-1]
     faults = [message.data for message in probe.got(FAULTS)]

@@ -56,7 +56,7 @@ def exact_state(scenario: Scenario, sample: Any) -> State:
 
 def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = None) -> Iterator[Replayed]:
     """Give a run's motor readings and commands to a new estimator, by default one like that of the run."""
-    settings = settings if settings is not None else scenario.ekf.as_settings()
+    settings = settings if settings is not None else scenario.ekf
     estimator = StateEstimator(scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), settings)
     for sample in run.samples:
         assert sample.estimated is not None

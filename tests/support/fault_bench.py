@@ -20,7 +20,7 @@ from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
 from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, RECORDER, Mode, crossing_graph
-from fivebar_bringup.runs.processes import ProcessSpec, Scheduling, processes
+from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
@@ -35,6 +35,7 @@ from fivebar_description.interface import (
     sample_of_stamp,
 )
 from fivebar_description.ros.messages import stamp_of
+from fivebar_description.ros.scheduling import Scheduling
 
 PRIORITY = 20
 """Under SCHED_FIFO where that is granted: what is tested are cycles of the clock, on a machine with other work."""

@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 
-from fivebar_sim.drives.commands import obey
+from fivebar_sim.drives.commands import execute
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.emulation import Emulation, open_bus
 
@@ -51,7 +51,7 @@ def main() -> None:
     def between() -> None:
         tell("look")
         while not orders.empty():
-            answer = obey(emulation, orders.get())
+            answer = execute(emulation, orders.get())
             assert answer.startswith("done"), answer
             tell("obeyed")
 

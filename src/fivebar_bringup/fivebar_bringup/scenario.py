@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import Drives
@@ -22,120 +23,39 @@ from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedControll
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
 from fivebar_control.laws.vhc_joint import VhcJointSettings
-from fivebar_control.safety.stages import Area, SafetySettings
-from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
-from fivebar_description.imu import ImuDescription
-from fivebar_description.interface import NANOSECONDS
-from fivebar_description.parameters import FiveBar, NotNegative, Positive, load_robot
-from fivebar_description.settings import Section, Setting, read_settings
+from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.trajectory.planner import (
+    QUINTIC,
+    Plan,
+    PlanRefused,
+    TimeLaw,
+    ZoneSettings,
+    plan_motion,
+)
+from fivebar_description.imu import ImuSettings
+from fivebar_description.parameters import FiveBar, Positive, load_robot
+from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
+from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
-from fivebar_sim.options import ImuOptions, PlantOptions
+from fivebar_sim.settings import PlantSettings
 
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
-Mode = Annotated[tuple[Sign, Sign], Field(strict=False)]
+Mode = Annotated[tuple[Sign, Sign], WORKING_MODE]
+
+TRACKING_ERROR_LIMIT = setting_named(SafetySettings, "tracking_error_limit")
+"""Of the safety settings, but a key outside of the section `safety`."""
 
 
-class Zone(StrictModel):
-    """Section `zone`: how wide the blending zones are."""
-
-    rule: Literal["ballistic", "fixed"] = "ballistic"
-    duration_ms: Positive = 40.0
-    epsilon: Annotated[float, Field(gt=0, lt=0.5)] = 0.05
-
-    def as_rule(self) -> ZoneRule:
-        """Return the rule for the planner."""
-        return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == "fixed" else None)
+def _file_name(name: str) -> str | None:
+    if re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name):
+        return None
+    return "expected a letter or digit, then letters, digits, '_', '.' or '-'"
 
 
-class PlantSection(StrictModel):
-    """Section `plant`: how the simulated robot differs from its parameter file."""
-
-    mass_scale: Positive = 1.0
-    inertia_scale: Positive = 1.0
-    friction_scale: NotNegative = 1.0
-    torque_limit: Positive | None = 10.0
-    torque_quantum: NotNegative = 0.0
-    encoder_counts: Annotated[int, Field(gt=0)] | None = None
-    delay_samples: Annotated[int, Field(ge=0, le=100)] = 0
-    seed: Annotated[int, Field(ge=0)] = 0
-
-    def as_options(self) -> PlantOptions:
-        """Return the options for the plant."""
-        return PlantOptions(**self.model_dump())
-
-
-class SafetySection(StrictModel):
-    """Section `safety`: what the last node before the drives allows, see `SafetySettings` for each.
-
-    Attributes:
-        torque_limit: Nm; None for that of the plant.
-        torque_rate_limit: Nm/s; None for no limit.
-        workspace: x_min, x_max, y_min, y_max (m); None for wherever both legs reach.
-        type1_margin: of no effect with `working_modes`, a motion that may meet Type 1.
-        stop_cycles: in real time, cycles within which the robot is stopped once a node is lost.
-    """
-
-    torque_limit: Positive | None = None
-    torque_rate_limit: Positive | None = None
-    joint_speed_limit: Positive = SafetySettings().joint_speed_limit
-    workspace: Annotated[tuple[float, float, float, float], Field(strict=False)] | None = None
-    type1_margin: Annotated[float, Field(ge=0.0, lt=1.0)] = SafetySettings().type1_margin
-    rest_speed: Positive = SafetySettings().rest_speed
-    stop_cycles: Annotated[int, Field(ge=2, le=10_000)] = 3
-
-    @field_validator("workspace")
-    @classmethod
-    def _has_an_inside(cls, bounds: tuple[float, float, float, float] | None) -> Area | None:
-        if bounds is None:
-            return None
-        area = Area(*bounds)
-        if not (area.x_min < area.x_max and area.y_min < area.y_max):
-            raise ValueError("expected x_min < x_max and y_min < y_max")
-        return area
-
-
-class ImuSection(StrictModel):
-    """Section `imu`: the simulated IMU, and what the listener knows of it (all but the noise)."""
-
-    noise: NotNegative = 0.0
-    gravity: float = ImuDescription().gravity
-    bias: Annotated[tuple[float, float, float], Field(strict=False)] = ImuDescription().bias
-    bandwidth_hz: NotNegative = ImuDescription().bandwidth_hz
-    range: Positive = ImuDescription().range
-    mount_x: float = ImuDescription().mount_x
-    mount_y: float = ImuDescription().mount_y
-    roll: float = ImuDescription().roll
-    pitch: float = ImuDescription().pitch
-    yaw: float = ImuDescription().yaw
-
-    def description(self) -> ImuDescription:
-        """Return what the listener knows."""
-        return ImuDescription(**self.model_dump(exclude={"noise"}))
-
-    def as_options(self) -> ImuOptions:
-        """Return the options for the plant."""
-        return ImuOptions(self.description(), self.noise)
-
-
-class EkfSection(StrictModel):
-    """Section `ekf`: what the estimator assumes, see `EkfSettings` for each.
-
-    With `feed_forward` the laws that have no observer of their own make up for the disturbance that it finds.
-    """
-
-    acceleration_noise: Positive = EkfSettings().acceleration_noise
-    disturbance_rate: NotNegative = EkfSettings().disturbance_rate
-    disturbance_initial: NotNegative = EkfSettings().disturbance_initial
-    homing_tolerance: Positive = EkfSettings().homing_tolerance
-    mirror_deviations: NotNegative = EkfSettings().mirror_deviations
-    dwell_limit: Positive = EkfSettings().dwell_limit
-    feed_forward: bool = True
-
-    def as_settings(self) -> EkfSettings:
-        """Return the settings for the estimator."""
-        return EkfSettings(**self.model_dump(exclude={"feed_forward"}))
+def _two_or_more(waypoints: tuple[Pair, ...]) -> str | None:
+    return None if len(waypoints) >= 2 else "expected at least two points"
 
 
 CONTROLLER = Setting(
@@ -147,27 +67,45 @@ CONTROLLER = Setting(
 class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
+    name: Annotated[str, Setting("Name of the run, and of its directory.", check=_file_name)]
     controller: Annotated[str, CONTROLLER] = "multi_cartesian"
-    robot: str = "dextar"
+    robot: Robot = "dextar"
     working_mode: Mode = (1, -1)
-    working_modes: Annotated[tuple[Mode, ...], Field(strict=False)] | None = None
-    waypoints: Annotated[tuple[Pair, ...], Field(strict=False, min_length=2)]
-    segment_duration: Positive | Annotated[tuple[Positive, ...], Field(strict=False)] = 1.0
-    time_law: Literal["quintic", "criterion", "septic"] = "quintic"
-    rate_hz: Annotated[int, Field(ge=50, le=10_000)] = 500
-    zone: Zone = Zone()
+    working_modes: Annotated[
+        tuple[Mode, ...] | None,
+        Setting("The working mode at each waypoint, for motions that may meet Type 1; controller `unified` only."),
+    ] = None
+    waypoints: Annotated[
+        tuple[Pair, ...],
+        Setting("The points x, y through which the platform goes, at rest in each.", "m", check=_two_or_more),
+    ]
+    segment_duration: Annotated[
+        Positive | Annotated[tuple[Positive, ...], Field(strict=False)],
+        Setting("Duration of each segment: one number for all, or a list with one per segment.", "s"),
+    ] = 1.0
+    time_law: TimeLaw = QUINTIC
+    rate_hz: RateHz = 500
+    zone: Section[ZoneSettings] = ZoneSettings()
     vhc_resolution: Annotated[str, RESOLUTION] = "full_friction"
     gains: Section[Gains] = Gains()
     unified: Section[UnifiedSettings] = UnifiedSettings()
     adaptive_gain: Section[AdaptiveGain] = AdaptiveGain()
-    law: dict[str, Any] = Field(default_factory=dict)
-    plant: PlantSection = PlantSection()
-    imu: ImuSection = ImuSection()
-    estimator: Literal["none", "ekf"] = "none"
-    ekf: EkfSection = EkfSection()
-    safety: SafetySection = SafetySection()
-    tracking_error_limit: Positive = 0.05
+    law: Annotated[dict[str, Any], Setting("Settings of the law of a controller from elsewhere.")] = Field(
+        default_factory=dict
+    )
+    plant: Section[PlantSettings] = PlantSettings()
+    imu: Section[ImuSettings] = ImuSettings()
+    estimator: Annotated[
+        str,
+        Setting(
+            "Which joint states the controllers take: those of the plant, or all four joints estimated from the two"
+            " motors' encoders and the applied torques.",
+            choices=("none", "ekf"),
+        ),
+    ] = "none"
+    ekf: Section[EkfSettings] = EkfSettings()
+    safety: Annotated[SafetySettings, Keys(without=(TRACKING_ERROR_LIMIT.name,))] = SafetySettings()
+    tracking_error_limit: Annotated[float, TRACKING_ERROR_LIMIT.setting] = TRACKING_ERROR_LIMIT.default
 
     @model_validator(mode="after")
     def _settings_of_its_law(self) -> Scenario:
@@ -175,13 +113,6 @@ class Scenario(StrictModel):
             raise ValueError(f"law: controller {self.controller} takes its settings from sections of their own")
         self.tuned()
         return self
-
-    @field_validator("rate_hz")
-    @classmethod
-    def _divides_a_second(cls, rate_hz: int) -> int:
-        if NANOSECONDS % rate_hz != 0:
-            raise ValueError("expected a rate that divides 1e9, so that stamps are whole nanoseconds")
-        return rate_hz
 
     @model_validator(mode="after")
     def _may_meet_type1(self) -> Scenario:
@@ -302,20 +233,16 @@ class Scenario(StrictModel):
     @property
     def torque_limit(self) -> float | None:
         """Largest torque (Nm) that a motor can get: the lesser of the last node's limit and the drives', if any."""
-        limits = [limit for limit in (self.safety.torque_limit, self.plant.torque_limit) if limit is not None]
-        return min(limits, default=None)
+        limit = self.safety_settings().torque_limit
+        return limit if math.isfinite(limit) else None
 
     def safety_settings(self) -> SafetySettings:
         """Return what the last node before the drives allows."""
-        safety = self.safety
-        return SafetySettings(
-            torque_limit=math.inf if self.torque_limit is None else self.torque_limit,
-            torque_rate_limit=math.inf if safety.torque_rate_limit is None else safety.torque_rate_limit,
-            joint_speed_limit=safety.joint_speed_limit,
-            workspace=None if safety.workspace is None else Area(*safety.workspace),
-            type1_margin=safety.type1_margin if self.working_modes is None else 0.0,
+        drives = math.inf if self.plant.torque_limit is None else self.plant.torque_limit
+        return self.safety._replace(
+            torque_limit=min(self.safety.torque_limit, drives),
+            type1_margin=self.safety.type1_margin if self.working_modes is None else 0.0,
             tracking_error_limit=self.tracking_error_limit,
-            rest_speed=safety.rest_speed,
         )
 
     @property

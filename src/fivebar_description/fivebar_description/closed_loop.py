@@ -1,7 +1,7 @@
 """The closed-loop robot in Pinocchio: the two chains of the URDF, joined at their tips by a 3D contact constraint.
 
-This model shares no equation with :mod:`fivebar_control.model`, so each checks the other, as ADAMS checked MATLAB in
-the thesis (section 1.4.3).
+This model shares no equation with :mod:`fivebar_control.model`, so that each validates the other, as ADAMS and
+MATLAB do in the thesis (section 1.4.3).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ClosedLoop:
     """Pinocchio's model of the five-bar, in joint coordinates q = (q11, q12, q21, q22).
 
     The robot lies in a horizontal plane, so gravity is zero. All vectors are float64 of shape (4,), in rad, rad/s,
-    rad/s^2 and Nm. An instance holds work space of its own: use one per thread.
+    rad/s^2 and Nm. An instance has a workspace of its own and is not thread-safe.
     """
 
     def __init__(self, robot: FiveBar) -> None:
@@ -90,7 +90,7 @@ class ClosedLoop:
         return np.asarray(tree[[0, 2]] - jacobian[:, [0, 2]].T @ force)
 
     def tip_gap(self, q: Vector) -> TipGap:
-        """Return how far the loop is open at q, and the Jacobian of that gap."""
+        """Return the closure gap at q and its Jacobian."""
         pin.forwardKinematics(self.model, self.data, q)
         placements = self.data.oMi
         joints = [placements[joint].translation for joint in (1, 2, 3, 4)]
@@ -103,7 +103,7 @@ class ClosedLoop:
         return TipGap((tips[0] - tips[1])[:2], jacobian)
 
     def close(self, q: Vector, v: Vector) -> tuple[Vector, Vector, float]:
-        """Put (q, v) back onto the closed loop: one Gauss-Newton step for q, an exact projection for v.
+        """Project (q, v) onto the closed loop: one Gauss-Newton step for q, an exact projection for v.
 
         Returns the corrected q and v and the gap (m) that was found before the correction. The 2x2 solve is in closed
         form, so that results do not depend on the linear algebra library.

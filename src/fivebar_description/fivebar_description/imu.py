@@ -1,38 +1,58 @@
-"""How an IMU is mounted and what it is like: known to the plant that simulates it and to the listener."""
+"""Mounting and characteristics of the IMU, for the plant that simulates it and the listener."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from fivebar_description.settings import Setting
 
 STANDARD_GRAVITY = 9.80665
+
+IMU_PREFIX = "imu_"
+"""Of the parameters of nodes that hold `ImuSettings`."""
 
 Vector3 = tuple[float, float, float]
 
 
-class ImuDescription(NamedTuple):
+def _turned(axis: str) -> Setting:
+    return Setting(f"Rotation of the IMU {axis} of the link's frame.", "rad", at_least=-math.pi, at_most=math.pi)
+
+
+class ImuSettings(NamedTuple):
     """An IMU fixed to the distal link of leg 2, which carries the end effector.
 
-    The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards.
-
-    Attributes:
-        gravity: acceleration of gravity (m/s^2); the robot lies in a horizontal plane.
-        bias: constant offset of the accelerometer in its own frame (m/s^2), known from a calibration at rest.
-        bandwidth_hz: cut-off of the accelerometer's first-order low-pass (Hz), 0 for none.
-        range: largest magnitude that an axis can measure (m/s^2).
-        mount_x, mount_y: where it is mounted, in the link's frame (m).
-        roll, pitch, yaw: its orientation in the link's frame (rad), applied in this order about fixed axes.
+    The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards. The robot
+    lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. The noise concerns
+    the simulation only; all else is known from the data sheet and a calibration at rest.
     """
 
-    gravity: float = STANDARD_GRAVITY
-    bias: Vector3 = (0.0, 0.0, 0.0)
-    bandwidth_hz: float = 0.0
-    range: float = 16.0 * STANDARD_GRAVITY
-    mount_x: float = 0.0
-    mount_y: float = 0.0
-    roll: float = 0.0
-    pitch: float = 0.0
-    yaw: float = 0.0
+    noise: Annotated[
+        float,
+        Setting("Standard deviation of the accelerometer's white noise.", "m/s^2", at_least=0.0, at_most=100.0),
+    ] = 0.0
+    gravity: Annotated[float, Setting("Gravity at the robot.", "m/s^2", at_least=-100.0, at_most=100.0)] = (
+        STANDARD_GRAVITY
+    )
+    bias: Annotated[Vector3, Setting("Offset of the accelerometer in its own frame: x, y, z.", "m/s^2")] = (
+        0.0,
+        0.0,
+        0.0,
+    )
+    bandwidth_hz: Annotated[
+        float,
+        Setting("Cut-off of the accelerometer's first-order low-pass, 0 for none.", "Hz", at_least=0.0, at_most=1e5),
+    ] = 0.0
+    range: Annotated[
+        float, Setting("Largest acceleration that an axis can measure.", "m/s^2", at_least=1.0, at_most=1e5)
+    ] = 16.0 * STANDARD_GRAVITY
+    mount_x: Annotated[
+        float, Setting("Mounting point along the distal link, from the platform.", "m", at_least=-1.0, at_most=1.0)
+    ] = 0.0
+    mount_y: Annotated[float, Setting("Mounting point across the distal link.", "m", at_least=-1.0, at_most=1.0)] = 0.0
+    roll: Annotated[float, _turned("about x")] = 0.0
+    pitch: Annotated[float, _turned("about y")] = 0.0
+    yaw: Annotated[float, _turned("about z")] = 0.0
 
     def rotation(self) -> tuple[Vector3, Vector3, Vector3]:
         """Return the rows of the matrix R = Rz(yaw) Ry(pitch) Rx(roll), from the IMU's frame to the link's."""
@@ -52,7 +72,7 @@ class ImuDescription(NamedTuple):
         return 1.0 - math.exp(-2.0 * math.pi * self.bandwidth_hz * period)
 
     def lever(self, rate: float, rate_change: float) -> tuple[float, float]:
-        """Return what the mounting point accelerates beyond the platform point (m/s^2), in the link's frame.
+        """Return the acceleration of the mounting point relative to the platform point (m/s^2), in the link's frame.
 
         Args:
             rate: angular velocity of the link (rad/s).

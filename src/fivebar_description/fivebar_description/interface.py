@@ -1,7 +1,7 @@
-"""The robot's ROS interface as plain facts: topic names, message types, quality of service, joint names, stamps.
+"""The ROS interface of the robot as constants: topic names, message types, quality of service, joint names, stamps.
 
-Every node, the recorder, the launch file, the reports and the offline runner read these facts from here. Nothing in
-this module imports ROS; :mod:`fivebar_description.ros` turns the facts into rclpy objects.
+Nodes, recorder, launch files, reports and the offline runner share these constants. Nothing in this module imports ROS;
+:mod:`fivebar_description.ros` turns them into rclpy objects.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ SUPERVISOR_NAMES = ("sigma", "inverse_condition")
 
 ESTIMATE_NAMES = ("x", "y", "vx", "vy", "d1", "d2")
 """Fields of `estimate/covariance`: position holds standard deviations, at the moment of the measurement, of the
-platform's place (m) and velocity (m/s) and of the two motors' disturbance torques (Nm)."""
+platform's position (m) and velocity (m/s) and of the two motors' disturbance torques (Nm)."""
 
 IMU_FRAME = "imu"
 """Frame of `imu/data`, fixed to the distal link of leg 2 at the platform."""
 
 START_STAMP_NS = 1_000_000_000
-"""Stamp of sample 0. It is not zero because a zero stamp reads as "not set" in ROS."""
+"""Stamp of sample 0. Not zero, because a zero stamp means "not set" in ROS."""
 
 NANOSECONDS = 1_000_000_000
 """Nanoseconds in a second."""
@@ -65,7 +65,7 @@ REFERENCE = Topic("reference", "sensor_msgs/msg/JointState")
 
 
 def torque_topic(name: str) -> Topic:
-    """Return where the candidate torque of a law is published."""
+    """Return the topic of a law's candidate torque."""
     return Topic(f"{name}/torque", "sensor_msgs/msg/JointState")
 
 
@@ -113,13 +113,13 @@ TOPICS = (
 """All topics of the graph, in the order in which pages and bags list them."""
 
 ALL_WELL = "ok"
-"""What `safety/state` (the blender) and `drives/state` (the plant or the bridge) say while no fault is latched there;
-else they say the fault's text."""
+"""Content of `safety/state` (from the blender) and `drives/state` (from the plant or the bridge) while no fault is
+latched; otherwise it is the text of the fault."""
 
 GOAL = Topic("goal", "sensor_msgs/msg/JointState")
 GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", LATCHED_QOS)
-"""Requests for a motion from people, and what became of them. They are no part of the control cycle: no node waits for
-them, and a run's bag does not have them."""
+"""Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them, and
+a run's bag does not contain them."""
 
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""

@@ -1,4 +1,4 @@
-"""What one five-bar robot is: lengths, identified inertias, mass and friction, read from a parameter file."""
+"""Parameters of a five-bar robot: lengths, identified inertias, mass and friction, read from a file."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def read_robot(robot: str = "dextar") -> RobotFile:
 
 
 def scaled(robot: FiveBar, mass: float = 1.0, inertia: float = 1.0, friction: float = 1.0) -> FiveBar:
-    """Return the robot with its mass, inertias and friction multiplied: a plant that differs from its model."""
+    """Return the robot with its mass, inertias and friction multiplied: a plant with parameter errors."""
 
     def leg(one: LegParameters) -> LegParameters:
         return one._replace(inertia=one.inertia * inertia, coulomb=one.coulomb * friction, offset=one.offset * friction)

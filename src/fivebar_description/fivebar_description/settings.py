@@ -8,27 +8,17 @@ documentation (docs/settings.md).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import (
-    BeforeValidator,
-    ConfigDict,
-    GetCoreSchemaHandler,
-    PlainSerializer,
-    Strict,
-    TypeAdapter,
-    ValidationError,
-)
+from pydantic import GetCoreSchemaHandler, Strict, TypeAdapter, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from fivebar_description.strict_yaml import InputError, problems_in
-
-STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 S = TypeVar("S", bound=tuple[Any, ...])
 
@@ -42,6 +32,7 @@ class Setting:
         unit: its unit, "" for none.
         at_least, above, at_most, below: its range, the bounds of `above` and `below` left out.
         choices: the allowed words, for strings.
+        unlimited: whether a number may be infinite, "no limit"; in a file that is null, in a node's parameters 0.
         tunable: whether it may be changed while a node runs.
         check: returns what else is wrong with a value, None if nothing.
     """
@@ -53,24 +44,32 @@ class Setting:
     at_most: float | None = None
     below: float | None = None
     choices: tuple[str, ...] = ()
+    unlimited: bool = False
     tunable: bool = False
     check: Callable[[Any], str | None] | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return pydantic's schema of a field with this setting: its type, range and checks; a list makes a tuple."""
         kind, optional = _without_none(source)
-        bounds: list[Any] = [
-            constraint(bound)
-            for constraint, bound in ((Ge, self.at_least), (Gt, self.above), (Le, self.at_most), (Lt, self.below))
-            if bound is not None
-        ]
-        if get_origin(kind) is tuple:
-            bounds.append(Strict(False))
         narrowed: Any = kind
-        for bound in bounds:
-            narrowed = Annotated[narrowed, bound]
-        schema = handler.generate_schema(narrowed | None if optional else narrowed)
-        return core_schema.no_info_after_validator_function(self._checked, schema)
+        if hasattr(kind, "_fields"):
+            narrowed = tuple.__class_getitem__(tuple(get_type_hints(kind).values()))
+        if get_origin(narrowed) is tuple:
+            narrowed = Annotated[narrowed, Strict(False)]
+        for constraint, bound in ((Ge, self.at_least), (Gt, self.above), (Le, self.at_most), (Lt, self.below)):
+            if bound is not None:
+                narrowed = Annotated[narrowed, constraint(bound)]
+        schema = core_schema.no_info_after_validator_function(
+            lambda value: self._checked(made_of(kind, value)), handler.generate_schema(narrowed)
+        )
+        if not (optional or self.unlimited):
+            return schema
+        nullable = core_schema.nullable_schema(schema)
+        if not self.unlimited:
+            return nullable
+        return core_schema.no_info_after_validator_function(
+            lambda value: math.inf if value is None else value, nullable
+        )
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value beyond its type and range, None if nothing."""
@@ -90,7 +89,7 @@ class Setting:
     def range_text(self) -> str:
         """Return the range in words, "" for none."""
         words = [
-            f"{word} {bound:g}"
+            f"{word} {bound:.10g}"
             for word, bound in (
                 ("at least", self.at_least),
                 ("above", self.above),
@@ -102,10 +101,18 @@ class Setting:
         return ", ".join(words)
 
     def _checked(self, value: Any) -> Any:
-        problem = None if value is None else self.problem(value)
+        problem = self.problem(value)
         if problem is not None:
             raise ValueError(problem)
         return value
+
+
+REQUIRED = object()
+"""In place of the default of a setting that has none."""
+
+NO_LIMIT: dict[Any, Any] = {float: 0.0, int: 0, str: ""}
+"""What stands for None, for infinity and, as its one element, for an empty array among a node's parameters, by type:
+ROS parameters know no null and no infinity, and an empty array of theirs has no type."""
 
 
 class Declared(NamedTuple):
@@ -125,8 +132,62 @@ class Declared(NamedTuple):
     default: Any
     setting: Setting
 
+    @property
+    def element(self) -> Any:
+        """The type of the elements of an array, else that of the setting itself."""
+        if hasattr(self.kind, "_fields"):
+            return next(iter(get_type_hints(self.kind).values()))
+        return get_args(self.kind)[0] if get_origin(self.kind) is tuple else self.kind
 
-REQUIRED = object()
+    @property
+    def length(self) -> int | None:
+        """Length of an array, None for any and for what is no array."""
+        if hasattr(self.kind, "_fields"):
+            return len(self.kind._fields)
+        elements = get_args(self.kind) if get_origin(self.kind) is tuple else (self.kind, ...)
+        return None if ... in elements else len(elements)
+
+    @property
+    def none(self) -> Any:
+        """What stands for `nothing` among a node's parameters; None where the setting cannot be absent."""
+        if not (self.optional or self.setting.unlimited or self.default == ()):
+            return None
+        return NO_LIMIT[self.kind] if self.kind in NO_LIMIT else (NO_LIMIT[self.element],)
+
+    @property
+    def nothing(self) -> Any:
+        """The value of an absent setting: None, infinity, or no elements."""
+        if self.setting.unlimited:
+            return math.inf
+        return None if self.optional else ()
+
+    def to_parameter(self, value: Any) -> Any:
+        """Return a value as a parameter of a node: plain numbers and words, lists for arrays."""
+        if self.none is not None and value == self.nothing:
+            value = self.none
+        if isinstance(value, tuple):
+            return [float(one) if self.element is float else one for one in value]
+        return float(value) if self.kind is float else value
+
+    def from_parameter(self, value: Any) -> Any:
+        """Return the value that a parameter of a node stands for."""
+        return self.nothing if self.none is not None and value == self.none else made_of(self.kind, value)
+
+    def problem(self, value: Any) -> str | None:
+        """Return what is wrong with a parameter of a node whose type is right, None if nothing."""
+        if self.none is not None and value == self.none:
+            return None
+        if isinstance(value, tuple):
+            if self.length is not None and len(value) != self.length:
+                return f"expected {self.length} numbers"
+        elif isinstance(value, float | int) and self.setting.outside(value):
+            return f"expected {self.setting.range_text()} {self.setting.unit}".rstrip()
+        return self.setting.problem(made_of(self.kind, value))
+
+
+def made_of(kind: Any, value: Any) -> Any:
+    """Return a tuple as the NamedTuple that `kind` may be; any other value as it is."""
+    return kind(*value) if hasattr(kind, "_fields") else value
 
 
 @cache
@@ -139,12 +200,29 @@ def declared(settings: type[tuple[Any, ...]]) -> tuple[Declared, ...]:
     defaults = cast(Any, settings)._field_defaults
     found = []
     for name, hint in get_type_hints(settings, include_extras=True).items():
-        setting = next((one for one in get_args(hint)[1:] if isinstance(one, Setting)), None)
-        if get_origin(hint) is not Annotated or setting is None:
+        one = declared_as(name, hint, defaults.get(name, REQUIRED))
+        if one is None:
             raise TypeError(f"{settings.__name__}.{name}: expected Annotated[..., Setting(...)]")
-        kind, optional = _without_none(get_args(hint)[0])
-        found.append(Declared(name, kind, optional, defaults.get(name, REQUIRED), setting))
+        found.append(one)
     return tuple(found)
+
+
+def setting_named(settings: type[tuple[Any, ...]], name: str) -> Declared:
+    """Return one setting of a NamedTuple, to be declared elsewhere with the same words, range and default.
+
+    Raises:
+        KeyError: it has no such field.
+    """
+    return {one.name: one for one in declared(settings)}[name]
+
+
+def declared_as(name: str, hint: Any, default: Any) -> Declared | None:
+    """Return the setting that an annotation declares, None where it carries no `Setting`."""
+    setting = next((one for one in get_args(hint)[1:] if isinstance(one, Setting)), None)
+    if get_origin(hint) is not Annotated or setting is None:
+        return None
+    kind, optional = _without_none(get_args(hint)[0])
+    return Declared(name, kind, optional, default, setting)
 
 
 def _without_none(kind: Any) -> tuple[Any, bool]:
@@ -158,15 +236,15 @@ def _without_none(kind: Any) -> tuple[Any, bool]:
 def as_numbers(settings: S) -> S:
     """Return settings as compiled code takes them: numbers only, each of the type that it always has.
 
-    Words become their place among the choices, an absent limit becomes infinite, and an integer that stands for a
-    float becomes one.
+    Words become their place among the choices, an absent limit becomes infinite, an absent count 0, and an integer that
+    stands for a float becomes one.
     """
     values: list[Any] = []
     for one, value in zip(declared(type(settings)), settings, strict=True):
         if one.kind is str:
             values.append(one.setting.choices.index(cast(str, value)))
         elif value is None:
-            values.append(math.inf)
+            values.append(0 if one.kind is int else math.inf)
         elif one.kind is float:
             values.append(float(cast(float, value)))
         else:
@@ -174,31 +252,20 @@ def as_numbers(settings: S) -> S:
     return type(settings)(*values)
 
 
-ABSENT: dict[Any, Any] = {float: 0.0, int: 0, str: ""}
-"""What stands for None in a node's parameters, by type: ROS parameters know no null, and no empty array of a type."""
-ABSENT_ARRAY = (0.0,)
-
-
-def absent(one: Declared) -> Any:
-    """Return what stands for None among a node's parameters."""
-    return ABSENT.get(one.kind, ABSENT_ARRAY)
-
-
-def to_parameters(settings: tuple[Any, ...]) -> dict[str, Any]:
-    """Return settings as a node's parameters take them: lists for tuples, `absent` for None."""
-    values = {
-        one.name: absent(one) if value is None else value
+def to_parameters(settings: tuple[Any, ...], prefix: str = "", without: Collection[str] = ()) -> dict[str, Any]:
+    """Return settings as a node's parameters take them, which `specs_of` declares with the same arguments."""
+    return {
+        prefix + one.name: one.to_parameter(value)
         for one, value in zip(declared(type(settings)), settings, strict=True)
+        if one.name not in without
     }
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
-def from_parameters(settings: type[S], values: Mapping[str, Any]) -> S:
-    """Return settings from a node's parameters, which may be among others."""
-    found = {one.name: values[one.name] for one in declared(settings)}
-    for one in declared(settings):
-        if one.optional and found[one.name] == absent(one):
-            found[one.name] = None
+def from_parameters(settings: type[S], values: Mapping[str, Any], prefix: str = "", without: Collection[str] = ()) -> S:
+    """Return settings from a node's parameters, which may be among others; what is left out has its default."""
+    found = {
+        one.name: one.from_parameter(values[prefix + one.name]) for one in declared(settings) if one.name not in without
+    }
     return settings(**found)
 
 
@@ -208,22 +275,61 @@ def read_settings(content: Mapping[str, Any], settings: type[S], section: str) -
     Raises:
         InputError: a key is unknown, or a value does not fit.
     """
-    reader: TypeAdapter[S] = TypeAdapter(settings, config=STRICT)
+    keys: Any = Annotated[settings, Keys()]
+    reader: TypeAdapter[S] = TypeAdapter(keys)
     try:
         return reader.validate_python(dict(content))
     except ValidationError as error:
         raise InputError(problems_in(error, f"{section}.")) from error
 
 
-def _mapping(content: Any) -> Any:
-    if isinstance(content, Mapping) or hasattr(content, "_fields"):
+STRICT = core_schema.CoreConfig(strict=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Makes a section of a file of a NamedTuple's settings: `safety: Annotated[SafetySettings, Keys()]`.
+
+    Attributes:
+        without: settings that are no keys of the section and keep their defaults.
+    """
+
+    without: tuple[str, ...] = ()
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Return pydantic's schema of the section: a mapping in the file, the NamedTuple once read."""
+        fields = {}
+        for one in declared(source):
+            if one.name in self.without:
+                continue
+            schema = handler.generate_schema(Annotated[one.kind | None if one.optional else one.kind, one.setting])
+            if one.default is not REQUIRED:
+                schema = core_schema.with_default_schema(schema, default=one.default)
+            fields[one.name] = core_schema.typed_dict_field(schema, required=one.default is REQUIRED)
+        keys = core_schema.typed_dict_schema(fields, extra_behavior="forbid", config=STRICT)
+        plain = partial(_plain, without=self.without)
+        return core_schema.no_info_before_validator_function(
+            partial(_mapping, plain=plain),
+            core_schema.no_info_after_validator_function(lambda values: source(**values), keys),
+            serialization=core_schema.plain_serializer_function_ser_schema(plain),
+        )
+
+
+def _mapping(content: Any, plain: Callable[[Any], dict[str, Any]]) -> Any:
+    if hasattr(content, "_fields"):
+        return plain(content)
+    if isinstance(content, Mapping):
         return content
     raise ValueError(f"expected keys with values, found {type(content).__name__}")
 
 
-def _plain(settings: Any) -> dict[str, Any]:
-    return dict(settings._asdict())
+def _plain(settings: tuple[Any, ...], without: Collection[str] = ()) -> dict[str, Any]:
+    return {
+        one.name: None if value == math.inf else value
+        for one, value in zip(declared(type(settings)), settings, strict=True)
+        if one.name not in without
+    }
 
 
-Section = Annotated[S, BeforeValidator(_mapping), PlainSerializer(_plain)]
+Section = Annotated[S, Keys()]
 """A section of a file that holds the settings of a NamedTuple: `unified: Section[UnifiedSettings]`."""

@@ -14,7 +14,7 @@ M = TypeVar("M", bound="StrictModel")
 
 
 class InputError(ValueError):
-    """Bad input from a person: one line that names the place, the value and what was expected."""
+    """Invalid user input: one line that names the place, the value and what was expected."""
 
 
 class StrictModel(BaseModel):

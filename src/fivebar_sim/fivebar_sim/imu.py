@@ -1,4 +1,4 @@
-"""The simulated IMU: what its accelerometer and gyroscope make of the exact motion."""
+"""The simulated IMU: accelerometer and gyroscope readings of the exact motion."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_description.imu import ImuDescription, Vector3
-from fivebar_sim.options import ImuOptions
+from fivebar_description.imu import ImuSettings, Vector3
 
 
 class ImuReading(NamedTuple):
@@ -20,12 +19,11 @@ class ImuReading(NamedTuple):
 class Imu:
     """A three-axis accelerometer and gyroscope on the distal link of leg 2."""
 
-    def __init__(self, options: ImuOptions, rate_hz: int, seed: int) -> None:
-        """Make an IMU with a random stream of its own."""
-        self._description: ImuDescription = options.description
-        self._noise = options.noise
-        self._rotation = np.array(options.description.rotation())
-        self._smoothing = options.description.smoothing(1.0 / rate_hz)
+    def __init__(self, settings: ImuSettings, rate_hz: int, seed: int) -> None:
+        """Create an IMU with its own random stream."""
+        self._settings = settings
+        self._rotation = np.array(settings.rotation())
+        self._smoothing = settings.smoothing(1.0 / rate_hz)
         self._random = np.random.default_rng([seed, 1])
         self._filtered: np.ndarray | None = None
 
@@ -37,17 +35,17 @@ class Imu:
             rate: angular velocity of the link (rad/s).
             rate_change: angular acceleration of the link (rad/s^2).
         """
-        imu = self._description
+        imu = self._settings
         lever_x, lever_y = imu.lever(rate, rate_change)
-        # an accelerometer at rest measures the table that holds it up
+        # at rest an accelerometer measures the reaction to gravity
         force = np.array([acceleration[0] + lever_x, acceleration[1] + lever_y, imu.gravity])
         measured = self._rotation.T @ force
         if self._filtered is None:
             self._filtered = measured
         self._filtered = self._filtered + self._smoothing * (measured - self._filtered)
         reading = self._filtered + np.array(imu.bias)
-        if self._noise > 0.0:
-            reading = reading + self._random.normal(0.0, self._noise, 3)
+        if imu.noise > 0.0:
+            reading = reading + self._random.normal(0.0, imu.noise, 3)
         x, y, z = np.clip(reading, -imu.range, imu.range).tolist()
         rate_x, rate_y, rate_z = (self._rotation.T @ np.array([0.0, 0.0, rate])).tolist()
         return ImuReading((x, y, z), (rate_x, rate_y, rate_z))

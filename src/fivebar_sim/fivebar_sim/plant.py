@@ -11,47 +11,48 @@ import pinocchio as pin
 
 from fivebar_description.closed_loop import ClosedLoop, Vector
 from fivebar_description.friction import friction_torque
+from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import JOINTS
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.imu import Imu, ImuReading
-from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.sensors import Encoder, TorqueOutput
+from fivebar_sim.settings import PlantSettings
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
 
 CLOSURE_TOLERANCE = 1e-9
-"""Largest gap (m) that one integration step may open; a step that opens more is taken again in halves."""
+"""Largest closure gap (m) after one integration step; a step with a larger one is repeated with half its length."""
 
 MAX_HALVINGS = 6
 
 POSTURE_TOLERANCE = 1e-6
-"""Largest gap (m) between the tips of a posture that is taken for closed."""
+"""Largest closure gap (m) of a posture that is accepted as closed."""
 
 
 class PlantDiverged(ArithmeticError):
-    """The motion has become too fast to be simulated faithfully."""
+    """The motion is too fast for an accurate integration."""
 
 
 class Measurement(NamedTuple):
-    """What the plant publishes for one sample, in the order of the joints: rad, rad/s, and applied torque in Nm."""
+    """Joint states of one sample, in the order of the joints: rad, rad/s, and applied torque in Nm."""
 
     position: tuple[float, ...]
     velocity: tuple[float, ...]
     effort: tuple[float, ...]
 
     def of_motors(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return what encoders and drives of the two motors tell: q11, q21 (rad) and their torques (Nm)."""
+        """Return the readings of the two motors: q11, q21 (rad) and the applied torques (Nm)."""
         return (self.position[0], self.position[2]), (self.effort[0], self.effort[2])
 
 
 class Plant:
-    """The robot as a sampled system: measure sample k, then take the command that answers it, and so on.
+    """The robot as a sampled system: measure sample k, apply the command that answers it, and so on.
 
-    Integration is classical Runge-Kutta of fourth order in steps of at most `MAX_STEP`, shorter where a step would open
-    the loop, each followed by a projection onto the closed loop. The torque is held over the period, friction acts
-    within it.
+    Integration is classical Runge-Kutta of fourth order in steps of at most `MAX_STEP`, shorter where a step would
+    violate the closure, each followed by a projection onto the closed loop. The torque is held over the period,
+    friction varies within it.
     """
 
     def __init__(
@@ -59,33 +60,33 @@ class Plant:
         robot: FiveBar,
         joints: Sequence[float],
         rate_hz: int,
-        options: PlantOptions | None = None,
-        imu: ImuOptions | None = None,
+        settings: PlantSettings | None = None,
+        imu: ImuSettings | None = None,
         velocities: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
     ) -> None:
-        """Put the robot into a posture (q11, q12, q21, q22) in rad, at rest or with joint velocities (rad/s).
+        """Initialise the robot in a posture (q11, q12, q21, q22) in rad, at rest or with joint velocities (rad/s).
 
         The velocities are projected onto the closed loop.
 
         Raises:
             InputError: the posture or the velocities are malformed, or the loop is open.
         """
-        options = options if options is not None else PlantOptions()
-        self._robot = scaled(robot, options.mass_scale, options.inertia_scale, options.friction_scale)
+        settings = settings if settings is not None else PlantSettings()
+        self._robot = scaled(robot, settings.mass_scale, settings.inertia_scale, settings.friction_scale)
         self._loop = ClosedLoop(self._robot)
         self._q, self._v = self._closed_posture(joints, velocities)
         period = 1.0 / rate_hz
         self._steps = math.ceil(period / MAX_STEP - 1e-9)
         self._step = period / self._steps
-        self._drives = TorqueOutput(options)
-        self._imu = Imu(imu if imu is not None else ImuOptions(), rate_hz, options.seed)
+        self._drives = TorqueOutput(settings)
+        self._imu = Imu(imu if imu is not None else ImuSettings(), rate_hz, settings.seed)
         self._encoders = (
-            None if options.encoder_counts is None else [Encoder(options.encoder_counts, period) for _ in JOINTS]
+            None if settings.encoder_counts is None else [Encoder(settings.encoder_counts, period) for _ in JOINTS]
         )
         self._applied = (0.0, 0.0)
         self._tau = np.zeros(4)
         self.closure_error = 0.0
-        """Largest gap (m) between the tips seen so far, before it was closed."""
+        """Largest closure gap (m) so far, before projection."""
 
     def _closed_posture(self, joints: Sequence[float], velocities: Sequence[float]) -> tuple[Vector, Vector]:
         q, v = np.array(joints, dtype=np.float64), np.array(velocities, dtype=np.float64)
@@ -93,7 +94,7 @@ class Plant:
             raise InputError(f"initial_joints: {list(joints)}: expected four finite angles in rad")
         if v.shape != (4,) or not np.all(np.isfinite(v)):
             raise InputError(f"initial velocities: {list(velocities)}: expected four finite speeds in rad/s")
-        # of a posture that cannot be closed at all, the gap tells
+        # a posture that cannot be closed is detected by its gap
         with np.errstate(divide="ignore", invalid="ignore"):
             q, v, gap = self._loop.close(q, v)
         if gap > POSTURE_TOLERANCE:
@@ -103,7 +104,7 @@ class Plant:
         return q, v
 
     def measure(self) -> Measurement:
-        """Return the joint readings of the present sample; call it once per sample."""
+        """Return the joint readings of the current sample; call it once per sample."""
         effort = (self._applied[0], 0.0, self._applied[1], 0.0)
         if self._encoders is None:
             return Measurement(tuple(self._q.tolist()), tuple(self._v.tolist()), effort)
@@ -113,12 +114,12 @@ class Plant:
         )
 
     def truth(self) -> Measurement:
-        """Return the exact figures of the present sample, whatever the encoders make of them."""
+        """Return the exact joint states of the current sample, without encoder quantisation."""
         effort = (self._applied[0], 0.0, self._applied[1], 0.0)
         return Measurement(tuple(self._q.tolist()), tuple(self._v.tolist()), effort)
 
     def measure_imu(self) -> ImuReading:
-        """Return the IMU's reading of the present sample, under the torque applied up to it."""
+        """Return the IMU reading of the current sample, under the torque applied up to it."""
         acceleration = self._acceleration(self._q, self._v)
         model, data = self._loop.model, self._loop.data
         pin.forwardKinematics(model, data, self._q, self._v, acceleration)
@@ -132,10 +133,10 @@ class Plant:
         )
 
     def advance(self, command: tuple[float, float]) -> None:
-        """Hold the torque that follows from a command (Nm) and integrate to the next sample.
+        """Hold the torque that results from a command (Nm) and integrate to the next sample.
 
         Raises:
-            PlantDiverged: the motion is too fast to be simulated faithfully.
+            PlantDiverged: the motion is too fast for an accurate integration.
         """
         self._applied = self._drives.apply(command)
         for _ in range(self._steps):

@@ -1,11 +1,11 @@
-"""What encoders and drives make of exact figures: counts, torque steps, limits and delay."""
+"""Encoders and drives: quantisation, limits and delay."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 
-from fivebar_sim.options import PlantOptions
+from fivebar_sim.settings import PlantSettings
 
 
 def counted(angle: float, resolution: float) -> float:
@@ -14,7 +14,7 @@ def counted(angle: float, resolution: float) -> float:
 
 
 def shaped(torque: float, quantum: float, limit: float) -> float:
-    """Return what drives make of a torque (Nm): its nearest step, 0 for none, within the limit."""
+    """Return a torque (Nm) quantised to the nearest step, where that is not 0, and saturated at the limit."""
     if quantum > 0.0:
         torque = round(torque / quantum) * quantum
     return max(-limit, min(limit, torque))
@@ -40,11 +40,11 @@ class Encoder:
 class TorqueOutput:
     """The two motor drives: a delay in whole samples, a torque step and a torque limit."""
 
-    def __init__(self, options: PlantOptions) -> None:
-        """Make drives at zero torque."""
-        self._quantum = options.torque_quantum
-        self._limit = math.inf if options.torque_limit is None else options.torque_limit
-        self._waiting = deque([(0.0, 0.0)] * options.delay_samples)
+    def __init__(self, settings: PlantSettings) -> None:
+        """Start at zero torque."""
+        self._quantum = settings.torque_quantum
+        self._limit = math.inf if settings.torque_limit is None else settings.torque_limit
+        self._waiting = deque([(0.0, 0.0)] * settings.delay_samples)
 
     def apply(self, command: tuple[float, float]) -> tuple[float, float]:
         """Take a new torque command (Nm) and return the torques (Nm) that act now.

@@ -15,7 +15,7 @@ from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import DriveFile, Identity, load_drives
 from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange
 from fivebar_control.hardware.fault import DriveError
-from fivebar_sim.drives.commands import obey
+from fivebar_sim.drives.commands import execute
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import InjectedFault
 from fivebar_sim.drives.emulation import Emulation
@@ -302,25 +302,25 @@ def test_released_drives_do_not_mind_the_silence(bench: Bench, bus: DriveBus) ->
 def test_late_answers_are_missing_answers(bench: Bench, bus: DriveBus) -> None:
     bus.set_up()
     bus.enable(5.0)
-    assert obey(bench.emulation, "late 1 15\n") == "done: late 1 15"
+    assert execute(bench.emulation, "late 1 15\n") == "done: late 1 15"
     cycles_until(bus, lambda cycle: cycle.readings[0] is None)
-    obey(bench.emulation, "mend 1")
+    execute(bench.emulation, "mend 1")
     cycles_until(bus, lambda cycle: cycle.complete and cycle.fault is None)
 
 
 def test_bus_off_and_back(bench: Bench, bus: DriveBus) -> None:
     bus.set_up()
     bus.enable(5.0)
-    obey(bench.emulation, "bus_off")
+    execute(bench.emulation, "bus_off")
     cycles_until(bus, lambda cycle: fault_name(cycle) in ("feedback_missing", "drive_lost"))
-    obey(bench.emulation, "bus_on")
+    execute(bench.emulation, "bus_on")
     cycles_until(bus, lambda cycle: cycle.complete)
 
 
 def test_a_frozen_encoder_is_noticed(bench: Bench, bus: DriveBus) -> None:
     bus.set_up()
     bus.enable(5.0)
-    obey(bench.emulation, "frozen 1")
+    execute(bench.emulation, "frozen 1")
 
     def pushed() -> bool:
         bus.write((1.2, 0.0))
@@ -372,7 +372,7 @@ def test_noise_on_the_bus_is_counted_and_moves_nothing(bench: Bench, bus: DriveB
     assert [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0]
 
 
-def test_a_short_command_is_not_obeyed(bench: Bench, bus: DriveBus) -> None:
+def test_a_short_command_is_not_replies(bench: Bench, bus: DriveBus) -> None:
     bus.set_up()
     bus.enable(5.0)
     bench.send(0x201, bytes((0x0F, 0x00, 0xFF)))
@@ -401,7 +401,7 @@ def test_a_drive_that_is_not_the_one_expected(bench: Bench, change: dict[str, ob
 
 @pytest.mark.parametrize("line", ["", "fault", "fault 3", "late 1 nan", "late 1 -5", "late 1 1e9", "explode 1"])
 def test_a_line_that_is_not_understood_changes_nothing(bench: Bench, line: str) -> None:
-    assert obey(bench.emulation, line).startswith("not understood: ")
+    assert execute(bench.emulation, line).startswith("not understood: ")
     assert [drive.network.cut for drive in bench.emulation.drives] == [False, False]
 
 

@@ -17,16 +17,16 @@ from fivebar_control.model.kinematics import det_a, state_from_joints, state_fro
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.friction import friction_torque
-from fivebar_description.imu import ImuDescription
+from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.plant import Plant, PlantDiverged
+from fivebar_sim.settings import PlantSettings
 
 Vector = NDArray[np.float64]
 Vectors = Callable[[State], tuple[Vector, Vector]]
 
-FREE = PlantOptions(friction_scale=0.0)
+FREE = PlantSettings(friction_scale=0.0)
 HOME = (0.0, 0.13)
 
 
@@ -132,7 +132,7 @@ def test_friction_without_offset_only_ever_slows_down(robot: FiveBar, joint_vect
 
 
 def test_scales_change_the_plant_and_not_the_model(dextar: FiveBar) -> None:
-    options = PlantOptions(mass_scale=1.1, inertia_scale=0.9, friction_scale=1.2)
+    options = PlantSettings(mass_scale=1.1, inertia_scale=0.9, friction_scale=1.2)
     other = Plant(dextar, home(dextar), 500, options)
     same = Plant(scaled(dextar, 1.1, 0.9, 1.2), home(dextar), 500)
     nominal = Plant(dextar, home(dextar), 500)
@@ -161,10 +161,10 @@ def test_a_plant_at_rest_stays_there_without_friction_offset(dextar: FiveBar) ->
 
 
 def test_two_plants_with_one_seed_are_equal_to_the_last_bit(dextar: FiveBar) -> None:
-    options = PlantOptions(encoder_counts=40_000, delay_samples=1, torque_quantum=0.01, seed=7)
+    options = PlantSettings(encoder_counts=40_000, delay_samples=1, torque_quantum=0.01, seed=7)
 
     def run(seed: int) -> list[object]:
-        plant = Plant(dextar, home(dextar), 500, options._replace(seed=seed), ImuOptions(noise=0.05))
+        plant = Plant(dextar, home(dextar), 500, options._replace(seed=seed), ImuSettings(noise=0.05))
         record: list[object] = []
         for sample in range(60):
             record.extend((plant.measure(), plant.measure_imu(), plant.joints.tolist()))
@@ -179,7 +179,7 @@ def test_two_plants_with_one_seed_are_equal_to_the_last_bit(dextar: FiveBar) -> 
 
 
 def test_reading_the_sensors_does_not_move_the_robot(dextar: FiveBar) -> None:
-    watched, alone = (Plant(dextar, home(dextar), 500, imu=ImuOptions(noise=0.1)) for _ in range(2))
+    watched, alone = (Plant(dextar, home(dextar), 500, imu=ImuSettings(noise=0.1)) for _ in range(2))
     for _ in range(30):
         watched.measure()
         watched.measure_imu()
@@ -189,7 +189,7 @@ def test_reading_the_sensors_does_not_move_the_robot(dextar: FiveBar) -> None:
 
 
 def test_exact_sensors_and_the_applied_torque(dextar: FiveBar) -> None:
-    plant = Plant(dextar, home(dextar), 500, PlantOptions(torque_limit=1.5, torque_quantum=0.1))
+    plant = Plant(dextar, home(dextar), 500, PlantSettings(torque_limit=1.5, torque_quantum=0.1))
     assert plant.measure().effort == (0.0, 0.0, 0.0, 0.0)
     plant.advance((0.33, -7.0))
     measured = plant.measure()
@@ -214,7 +214,7 @@ def test_a_delayed_command_acts_that_many_samples_later(dextar: FiveBar) -> None
 
 def test_encoders_read_counts_and_differences(dextar: FiveBar) -> None:
     counts, rate = 10_000, 500
-    plant = Plant(dextar, home(dextar), rate, PlantOptions(encoder_counts=counts))
+    plant = Plant(dextar, home(dextar), rate, PlantSettings(encoder_counts=counts))
     step = 2.0 * math.pi / counts
     first = plant.measure()
     assert first.velocity == (0.0, 0.0, 0.0, 0.0)
@@ -233,7 +233,7 @@ def test_encoders_read_counts_and_differences(dextar: FiveBar) -> None:
 def test_the_imu_measures_the_platforms_acceleration_in_the_distal_link(robot: FiveBar) -> None:
     """Against fourth-order differences of the platform's velocity and of the link's angle."""
     rate = 5000
-    plant = Plant(robot, home(robot), rate, FREE, ImuOptions(ImuDescription(gravity=9.81)))
+    plant = Plant(robot, home(robot), rate, FREE, ImuSettings(gravity=9.81))
     states, readings = [], []
     for _ in range(504):
         states.append(state_of(robot, plant))
@@ -288,7 +288,7 @@ def test_initial_velocities_are_put_onto_the_loop(dextar: FiveBar) -> None:
 
 
 def test_an_absurd_torque_is_a_named_failure(dextar: FiveBar) -> None:
-    plant = Plant(dextar, home(dextar), 500, PlantOptions(torque_limit=None))
+    plant = Plant(dextar, home(dextar), 500, PlantSettings(torque_limit=None))
     with pytest.raises(PlantDiverged, match=r"motor speeds .* rad/s under 1e\+06 and -1e\+06 Nm open the loop by"):
         for _ in range(100):
             plant.advance((1e6, -1e6))

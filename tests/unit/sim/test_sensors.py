@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_sim.options import PlantOptions
 from fivebar_sim.sensors import Encoder, TorqueOutput
+from fivebar_sim.settings import PlantSettings
 
-FREE = PlantOptions(torque_limit=None)
+FREE = PlantSettings(torque_limit=None)
 TORQUE = st.floats(-50.0, 50.0)
 
 
@@ -57,21 +57,21 @@ def test_drives_round_to_the_nearest_step(torque: float, quantum: float) -> None
 
 @given(torque1=TORQUE, torque2=TORQUE)
 def test_drives_limit_each_motor_by_itself(torque1: float, torque2: float) -> None:
-    applied = TorqueOutput(PlantOptions(torque_limit=5.0)).apply((torque1, torque2))
+    applied = TorqueOutput(PlantSettings(torque_limit=5.0)).apply((torque1, torque2))
     assert applied == tuple(math.copysign(min(abs(torque), 5.0), torque) for torque in (torque1, torque2))
 
 
 def test_the_limit_holds_after_rounding() -> None:
-    drives = TorqueOutput(PlantOptions(torque_limit=1.0, torque_quantum=0.3))
+    drives = TorqueOutput(PlantSettings(torque_limit=1.0, torque_quantum=0.3))
     assert drives.apply((1.1, -1.1)) == (1.0, -1.0)
 
 
 def test_an_infinite_torque_is_limited() -> None:
-    assert TorqueOutput(PlantOptions()).apply((math.inf, -math.inf)) == (10.0, -10.0)
+    assert TorqueOutput(PlantSettings()).apply((math.inf, -math.inf)) == (10.0, -10.0)
 
 
 @pytest.mark.parametrize("command", [(math.nan, 0.0), (0.0, math.nan)])
 @pytest.mark.parametrize("delay", [0, 2])
 def test_a_torque_that_is_not_a_number_does_not_become_the_limit(command: tuple[float, float], delay: int) -> None:
     with pytest.raises(ValueError, match="is not a number"):
-        TorqueOutput(PlantOptions(delay_samples=delay)).apply(command)
+        TorqueOutput(PlantSettings(delay_samples=delay)).apply(command)

@@ -25,11 +25,12 @@ from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.injection import read_injection
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, Scheduling
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
 from fivebar_bringup.runs.run import run_offline, run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import load_scenario
 from fivebar_description.interface import HIGHEST_PRIORITY
+from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.drives.commands import USAGE
 

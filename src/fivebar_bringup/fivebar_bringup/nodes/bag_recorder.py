@@ -10,10 +10,10 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from std_msgs.msg import String
 
+from fivebar_bringup.runs.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_description.interface import FAULTS, TOPICS, Topic, topic_named
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
 
@@ -23,11 +23,6 @@ CHECKPOINT_PERIOD = 0.5
 QUEUE_DEPTH = 20_000
 """Messages per topic that may wait for the recorder: many seconds, so that a slow disk costs no message."""
 
-SPECS = (
-    Spec("directory", "bag", "Directory of the bag; it must not exist yet."),
-    Spec("topics", [topic.name for topic in TOPICS], "Topics of the graph that are recorded."),
-)
-
 
 class BagRecorder(GraphNode):
     """Writes every message of an explicit list of topics; a message that is lost on the way is counted."""
@@ -35,9 +30,9 @@ class BagRecorder(GraphNode):
     def __init__(self) -> None:
         """Make the node and the bag."""
         super().__init__("bag_recorder")
-        values = self.parameters(SPECS)
-        topics = [_topic(name) for name in values["topics"]]
-        directory = Path(values["directory"])
+        settings = self.declare_settings(RecorderSettings)
+        topics = [_topic(name) for name in settings.topics]
+        directory = Path(settings.directory)
         try:
             self._bag = BagWriter(directory, topics, self.get_namespace())
         except FileExistsError as error:
@@ -49,12 +44,12 @@ class BagRecorder(GraphNode):
         self._faults = self.advertise(FAULTS)
         for topic in topics:
             self._record(topic)
-        self.wait_for_publishers()
+        self.wait_for_publishers(settings.wait_for_nodes)
         self.every(CHECKPOINT_PERIOD, self._checkpoint)
 
     def stop(self) -> None:
         """Close the bag with all that has arrived and the count of what was lost."""
-        self.take_the_rest()
+        self.drain()
         lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
         try:
             self._bag.close({"dropped": str(sum(self._lost.values())), **lost})

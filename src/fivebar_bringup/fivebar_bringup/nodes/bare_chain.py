@@ -5,23 +5,28 @@ from __future__ import annotations
 import json
 import statistics
 import time
+from typing import Annotated, NamedTuple
 
 from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import JOINTS, Topic, sample_stamp_ns
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node
+from fivebar_description.settings import Setting
 
 RATE_HZ = 500
 VALUES = (0.1, 0.2, 0.3, 0.4)
 
-SPECS = (
-    Spec("position", 0, "Place in the ring; 0 sends the messages and takes the time.", "", 0, 100),
-    Spec("hops", 3, "Number of nodes in the ring.", "", 2, 100),
-    Spec("rounds", 2000, "Rounds that are timed.", "", 1, 10_000_000),
-)
+
+class BareChainSettings(NamedTuple):
+    """Where a node is in the ring, and how long the ring is timed."""
+
+    position: Annotated[
+        int, Setting("Place in the ring; 0 sends the messages and takes the time.", at_least=0, at_most=100)
+    ] = 0
+    hops: Annotated[int, Setting("Number of nodes in the ring.", at_least=2, at_most=100)] = 3
+    rounds: Annotated[int, Setting("Rounds that are timed.", at_least=1, at_most=10_000_000)] = 2000
 
 
 class BareChain(GraphNode):
@@ -30,13 +35,13 @@ class BareChain(GraphNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("bare_chain")
-        values = self.parameters(SPECS)
-        self._position: int = values["position"]
-        self._rounds: int = values["rounds"]
+        settings = self.declare_settings(BareChainSettings)
+        self._position = settings.position
+        self._rounds = settings.rounds
         self._sent = 0
         self._times: list[float] = []
         self._began = 0.0
-        here, there = self._position, (self._position + 1) % values["hops"]
+        here, there = self._position, (self._position + 1) % settings.hops
         self._output = self.advertise(Topic(f"bench/hop_{there}", "sensor_msgs/msg/JointState"))
         self.listen(Topic(f"bench/hop_{here}", "sensor_msgs/msg/JointState"), self._on_message)
         if self._position == 0:

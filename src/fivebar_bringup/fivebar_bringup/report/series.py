@@ -149,7 +149,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         vhc_error_joint=constraint[:, 1:],
         tracking_error=platform[:, :2] - reference[:, :2],
         acceleration_error=_acceleration_errors(
-            ImuCheck(robot, plan.mode1, plan.mode2, scenario.rate_hz, scenario.imu.description()),
+            ImuCheck(robot, plan.mode1, plan.mode2, scenario.rate_hz, scenario.imu),
             join.accelerations(),
             reference,
         ),

@@ -5,7 +5,6 @@ The `fivebar` command, the launch file and the page of nodes all start from this
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -13,11 +12,29 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from fivebar_bringup.runs.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import LAWS
+from fivebar_control.ros.node_settings import (
+    BLENDED,
+    CONTINUE,
+    HOLD,
+    NOT_OF_THE_FILTER,
+    NOT_OF_THE_GUARD,
+    ZONE_PREFIX,
+    BlenderSettings,
+    BridgeSettings,
+    EstimatorSettings,
+    GoalSettings,
+    ImuListenerSettings,
+    MotionSettings,
+    SupervisorSettings,
+    TrajectorySettings,
+)
+from fivebar_description.imu import IMU_PREFIX
 from fivebar_description.interface import (
     CANDIDATES,
     DRIVES_STATE,
@@ -45,6 +62,7 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.settings import to_parameters
+from fivebar_sim.ros.node_settings import ALL_JOINTS, MOTORS, EmulatedRobotSettings, PlantNodeSettings
 
 
 class Mode(StrEnum):
@@ -116,7 +134,11 @@ def crossing_graph(
         NodeSpec(
             "fivebar_control",
             "trajectory_generator",
-            {**motion, "after_fault": "continue" if mode is Mode.LOCKSTEP else "hold", **_goal_parameters(scenario)},
+            {
+                **motion,
+                **to_parameters(TrajectorySettings(CONTINUE if mode is Mode.LOCKSTEP else HOLD)),
+                **_goal_parameters(scenario),
+            },
             (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL),
             (REFERENCE, GOAL_STATUS),
             in_chain=True,
@@ -124,7 +146,7 @@ def crossing_graph(
         NodeSpec(
             "fivebar_control",
             "supervisor",
-            {**motion, "weighting": scheme.weighting},
+            {**motion, **to_parameters(SupervisorSettings(scheme.weighting))},
             (JOINT_STATES,),
             (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
             in_chain=True,
@@ -153,11 +175,13 @@ def crossing_graph(
     recorder = NodeSpec(
         "fivebar_bringup",
         RECORDER,
-        {
-            "directory": str(bag.absolute()),
-            "topics": [topic.name for topic in recorded],
-            "wait_for_nodes": [node.executable for node in nodes],
-        },
+        to_parameters(
+            RecorderSettings(
+                str(bag.absolute()),
+                tuple(topic.name for topic in recorded),
+                tuple(node.executable for node in nodes),
+            )
+        ),
         recorded,
         (FAULTS,),
     )
@@ -169,12 +193,16 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
         "fivebar_control",
         "imu_listener",
         {
-            "robot": scenario.robot,
-            "rate_hz": scenario.rate_hz,
-            "working_mode": list(scenario.working_mode),
-            "lead_samples": scenario.lead_samples,
-            "wait_for_nodes": [PLANT, "trajectory_generator"],
-            **_imu_parameters(scenario),
+            **to_parameters(
+                ImuListenerSettings(
+                    robot=scenario.robot,
+                    rate_hz=scenario.rate_hz,
+                    working_mode=scenario.working_mode,
+                    lead_samples=scenario.lead_samples,
+                    wait_for_nodes=(PLANT, "trajectory_generator"),
+                )
+            ),
+            **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
         },
         (IMU_DATA, REFERENCE, RUN_READY),
         (IMU_ERROR,),
@@ -186,13 +214,15 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
     return NodeSpec(
         "fivebar_control",
         BRIDGE,
-        {
-            "rate_hz": scenario.rate_hz,
-            "drives": drives,
-            "command_timeout_ms": scenario.safety.stop_cycles * 1e3 / scenario.rate_hz,
-            "autostart": bool(awaited),
-            "wait_for_nodes": list(awaited) or [""],
-        },
+        to_parameters(
+            BridgeSettings(
+                rate_hz=scenario.rate_hz,
+                drives=drives,
+                command_timeout_ms=scenario.safety.stop_cycles * 1e3 / scenario.rate_hz,
+                autostart=bool(awaited),
+                wait_for_nodes=tuple(awaited),
+            )
+        ),
         (TORQUE_COMMAND, FAULTS, RUN_READY),
         (MOTOR_STATES, FAULTS, DRIVES_STATE),
     )
@@ -202,13 +232,15 @@ def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[s
     robot = NodeSpec(
         "fivebar_sim",
         EMULATED_ROBOT,
-        {
-            "rate_hz": scenario.rate_hz,
-            "emulation": str(rehearsal.files.emulation.absolute()),
-            "samples": scenario.plan().path.samples(scenario.rate_hz),
-            "inject": list(rehearsal.inject) or [""],
-            "wait_for_nodes": awaited,
-        },
+        to_parameters(
+            EmulatedRobotSettings(
+                rate_hz=scenario.rate_hz,
+                emulation=str(rehearsal.files.emulation.absolute()),
+                samples=scenario.plan().path.samples(scenario.rate_hz),
+                inject=rehearsal.inject,
+                wait_for_nodes=tuple(awaited),
+            )
+        ),
         (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY),
         (GROUND_TRUTH, FAULTS, RUN_STATUS),
     )
@@ -234,33 +266,25 @@ def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
 
 
 def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
-    return {
-        "robot": scenario.robot,
-        "rate_hz": scenario.rate_hz,
-        "working_mode": list(scenario.signs()),
-        "waypoints": [coordinate for waypoint in scenario.waypoints for coordinate in waypoint],
-        "segment_durations": list(scenario.durations()),
-        "time_law": scenario.time_law,
-        "min_authority": scenario.min_authority,
-        "zone_rule": scenario.zone.rule,
-        "zone_duration_ms": scenario.zone.duration_ms,
-        "zone_epsilon": scenario.zone.epsilon,
-        "lead_samples": scenario.lead_samples,
-    }
+    motion = MotionSettings(
+        robot=scenario.robot,
+        rate_hz=scenario.rate_hz,
+        working_mode=scenario.signs(),
+        waypoints=tuple(coordinate for waypoint in scenario.waypoints for coordinate in waypoint),
+        segment_durations=scenario.durations(),
+        time_law=scenario.time_law,
+        min_authority=scenario.min_authority,
+        lead_samples=scenario.lead_samples,
+    )
+    return {**to_parameters(motion), **to_parameters(scenario.zone, ZONE_PREFIX)}
 
 
 def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
-    limit = {} if scenario.torque_limit is None else {"goal_torque_limit": scenario.torque_limit}
-    return {
-        "takes_goals": scenario.scheme().needs_no_zones,
-        "goal_speed_limit": scenario.safety.joint_speed_limit,
-        **limit,
-    }
-
-
-def _imu_parameters(scenario: Scenario) -> dict[str, Any]:
-    description = scenario.imu.model_dump(exclude={"noise"})
-    return {f"imu_{name}": list(value) if name == "bias" else value for name, value in description.items()}
+    limit = scenario.torque_limit
+    goals = GoalSettings(
+        takes_goals=scenario.scheme().needs_no_zones, goal_speed_limit=scenario.safety.joint_speed_limit
+    )
+    return to_parameters(goals if limit is None else goals._replace(goal_torque_limit=limit))
 
 
 def _estimator(scenario: Scenario) -> NodeSpec:
@@ -269,15 +293,17 @@ def _estimator(scenario: Scenario) -> NodeSpec:
         "fivebar_control",
         "state_estimator",
         {
-            "robot": scenario.robot,
-            "rate_hz": scenario.rate_hz,
-            "working_mode": list(scenario.working_mode),
-            "homing": [float(homing.x), float(homing.y)],
-            "assembly_mode": homing.assembly,
-            "encoder_counts": drives.encoder_counts or 0,
-            "delay_samples": drives.delay_samples,
-            "torque_limit": drives.torque_limit or 0.0,
-            **scenario.ekf.as_settings()._asdict(),
+            **to_parameters(
+                EstimatorSettings(
+                    robot=scenario.robot,
+                    rate_hz=scenario.rate_hz,
+                    working_mode=scenario.working_mode,
+                    homing=(homing.x, homing.y),
+                    assembly_mode=homing.assembly,
+                )
+            ),
+            **to_parameters(drives),
+            **to_parameters(scenario.ekf, without=NOT_OF_THE_FILTER),
         },
         # what is on its way to the drives matters only where they are late
         (MOTOR_STATES, *((TORQUE_COMMAND,) if drives.delay_samples else ())),
@@ -287,7 +313,7 @@ def _estimator(scenario: Scenario) -> NodeSpec:
 
 
 def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
-    scheme, safety = scenario.scheme(), scenario.safety_settings()
+    scheme = scenario.scheme()
     nominal = scheme.nominal.topic
     period_ms, cycles = 1e3 / scenario.rate_hz, scenario.safety.stop_cycles
     candidates = (nominal, VHC_TORQUE, SUPERVISOR_STATE) if scheme.blended else (nominal,)
@@ -295,22 +321,20 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
         "fivebar_control",
         "blender",
         {
-            "robot": scenario.robot,
-            "rate_hz": scenario.rate_hz,
-            "candidates": "blended" if scheme.blended else _law_word(scenario),
-            # one cycle less than the drives' side allows, so that the node which knows what is missing says so
-            "candidate_deadline_ms": LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else (cycles - 1) * period_ms,
-            "state_deadline_ms": 0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
-            # a plant ends with the motion, drives go on
-            "last_sample": 0 if endless else scenario.plan().path.samples(scenario.rate_hz),
-            "working_mode": list(scenario.working_mode),
-            "torque_limit": _zero_for_none(safety.torque_limit),
-            "torque_rate_limit": _zero_for_none(safety.torque_rate_limit),
-            "joint_speed_limit": safety.joint_speed_limit,
-            "workspace": [0.0] if safety.workspace is None else list(safety.workspace),
-            "type1_margin": safety.type1_margin,
-            "tracking_error_limit": safety.tracking_error_limit,
-            "rest_speed": safety.rest_speed,
+            **to_parameters(
+                BlenderSettings(
+                    robot=scenario.robot,
+                    rate_hz=scenario.rate_hz,
+                    working_mode=scenario.working_mode,
+                    candidates=BLENDED if scheme.blended else _law_word(scenario),
+                    # one cycle less than the drives' side allows, so that the node which knows what is missing says so
+                    candidate_deadline_ms=LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else (cycles - 1) * period_ms,
+                    state_deadline_ms=0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
+                    # a plant ends with the motion, drives go on
+                    last_sample=0 if endless else scenario.plan().path.samples(scenario.rate_hz),
+                )
+            ),
+            **to_parameters(scenario.safety_settings(), without=NOT_OF_THE_GUARD),
         },
         (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE),
         (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
@@ -324,35 +348,25 @@ def _law_word(scenario: Scenario) -> str:
     return name if name in LAWS else scenario.controller
 
 
-def _zero_for_none(limit: float) -> float:
-    """Return a limit as nodes take it: ROS parameters know neither null nor infinity."""
-    return limit if math.isfinite(limit) else 0.0
-
-
 def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
-    options = scenario.plant
     return NodeSpec(
         "fivebar_sim",
         PLANT,
         {
-            "robot": scenario.robot,
-            "rate_hz": scenario.rate_hz,
-            "samples": scenario.plan().path.samples(scenario.rate_hz),
-            "mode": mode.value,
-            "publishes": "motor_states" if scenario.estimated else "joint_states",
-            "initial_joints": list(initial_joints(scenario)),
-            "wait_for_nodes": awaited,
-            "freshness_samples": scenario.safety.stop_cycles - 1,
-            "mass_scale": options.mass_scale,
-            "inertia_scale": options.inertia_scale,
-            "friction_scale": options.friction_scale,
-            "torque_limit": options.torque_limit or 0.0,
-            "torque_quantum": options.torque_quantum,
-            "encoder_counts": options.encoder_counts or 0,
-            "delay_samples": options.delay_samples,
-            "seed": options.seed,
-            "imu_noise": scenario.imu.noise,
-            **_imu_parameters(scenario),
+            **to_parameters(
+                PlantNodeSettings(
+                    robot=scenario.robot,
+                    rate_hz=scenario.rate_hz,
+                    samples=scenario.plan().path.samples(scenario.rate_hz),
+                    mode=mode.value,
+                    publishes=MOTORS if scenario.estimated else ALL_JOINTS,
+                    initial_joints=initial_joints(scenario),
+                    wait_for_nodes=tuple(awaited),
+                    freshness_samples=scenario.safety.stop_cycles - 1,
+                )
+            ),
+            **to_parameters(scenario.plant),
+            **to_parameters(scenario.imu, IMU_PREFIX),
         },
         (TORQUE_COMMAND, RUN_READY),
         (

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, Scheduling, processes
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.rehearsal import refuse_unfit
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import load_scenario
+from fivebar_description.ros.scheduling import Scheduling
 
 COMMAND = (sys.executable, "-m", "fivebar_bringup.cli.main")
 
@@ -56,7 +57,7 @@ def drive_processes(scenario: str, drives: str, out: str) -> tuple[Path, tuple[L
     run.parameters.mkdir()
     nodes = crossing_graph(loaded, Mode.REALTIME, run.bag, drives=drives)
     started = []
-    for process in processes(nodes, Mode.REALTIME, loaded.rate_hz, Scheduling(priority=DEFAULT_PRIORITY)):
+    for process in processes(nodes, Mode.REALTIME, loaded.rate_hz, Scheduling(scheduling_priority=DEFAULT_PRIORITY)):
         parameters = run.parameters / f"{process.name}.yaml"
         parameters.write_text(process.parameter_file(), encoding="utf-8")
         command = (sys.executable, *process.command, "--ros-args", "--params-file", str(parameters))

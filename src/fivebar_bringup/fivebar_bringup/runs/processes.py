@@ -9,6 +9,9 @@ from typing import NamedTuple
 import yaml
 
 from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_description.ros.rate_watch import DiagnosticThresholds
+from fivebar_description.ros.scheduling import Scheduling
+from fivebar_description.settings import to_parameters
 
 CONTROLLERS = "controllers"
 """Name of the process that holds all nodes between a measurement and its torque, where they share one."""
@@ -27,13 +30,6 @@ SLOW = 0.98
 
 DEFAULT_PRIORITY = 50
 """Priority of the control chain in real time, where nothing else is said: that of interrupts."""
-
-
-class Scheduling(NamedTuple):
-    """What the system is asked for the control chain: a priority under SCHED_FIFO (0 for none), and processors."""
-
-    priority: int = 0
-    processors: str = ""
 
 
 class ProcessSpec(NamedTuple):
@@ -77,10 +73,5 @@ def _timed(node: NodeSpec, rate_hz: int, scheduling: Scheduling) -> NodeSpec:
     """Return a node that warns when it does not keep the rate, and asks for what its place in the graph needs."""
     if not node.in_chain and node.executable not in DRIVING:
         return node
-    timing = {
-        "warn_below_hz": SLOW * rate_hz,
-        "late_after_ms": LATE_PERIODS * 1e3 / rate_hz,
-        "scheduling_priority": scheduling.priority,
-        "processors": scheduling.processors,
-    }
-    return node._replace(parameters={**node.parameters, **timing})
+    thresholds = DiagnosticThresholds(warn_below_hz=SLOW * rate_hz, late_after_ms=LATE_PERIODS * 1e3 / rate_hz)
+    return node._replace(parameters={**node.parameters, **to_parameters(thresholds), **to_parameters(scheduling)})

@@ -16,11 +16,12 @@ from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.runs.injection import Injection, kills
 from fivebar_bringup.runs.launcher import Progress, run_graph
-from fivebar_bringup.runs.processes import Scheduling, processes
+from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
+from fivebar_description.ros.scheduling import Scheduling
 
 
 class RunFailed(Exception):

@@ -114,7 +114,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     if actual is None:
         actual = scaled(believed, plant.mass_scale, plant.inertia_scale, plant.friction_scale)
     steps = math.ceil(control.period / MAX_STEP - 1e-9)
-    settings = scenario.ekf.as_settings()
+    settings = scenario.ekf
     numbers = Numbers(
         control=control,
         actual=with_floats(actual),

@@ -37,8 +37,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 def _callee(function: FunctionType) -> Any:
     """Return a function compiled for compiled callers alone: what Python needs to call it takes half of the time."""
     if function not in _callees:
-        wrapped = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        _callees[function] = _machine_code(_rebound(function), **wrapped)
+        _callees[function] = _machine_code(_rebound(function), no_cpython_wrapper=True, no_cfunc_wrapper=True)
     return _callees[function]
 
 
@@ -105,7 +104,7 @@ def digest(function: Callable[..., Any]) -> str:
     return total.hexdigest()[:16]
 
 
-def _machine_code(function: FunctionType, **options: bool) -> Any:
+def _machine_code(function: FunctionType, **options: Any) -> Any:
     """Return a dispatcher of numba with some more of its options.
 
     Division by zero gives infinity or NaN, as the equations expect; sums keep their order, so that results are those of

@@ -115,12 +115,12 @@ def initial_joints(scenario: Scenario) -> JointAngles:
 def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample: None) -> OfflineRun:
     """Run a scenario in this process; `progress` is called with each finished sample's number."""
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
-    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant.as_options(), scenario.imu.as_options())
-    imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu.description())
+    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant, scenario.imu)
+    imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu)
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
     estimator = (
-        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf.as_settings())
+        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf)
         if scenario.estimated
         else None
     )

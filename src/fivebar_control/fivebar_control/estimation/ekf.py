@@ -9,7 +9,7 @@ follows a change of assembly mode without a switch, as long as the estimated vel
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from fivebar_control.estimation.covariance import (
     Covariance,
@@ -29,6 +29,7 @@ from fivebar_control.estimation.platform_motion import (
 )
 from fivebar_control.model.geometry import wrap
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import Setting
 
 STIFFNESS_LIMIT = 2.0
 """Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
@@ -53,25 +54,54 @@ class Belief(NamedTuple):
 
 
 class EkfSettings(NamedTuple):
-    """Settings of the filter.
+    """What the filter assumes, and what its estimates are used for.
 
-    Attributes:
-        acceleration_noise: density of the acceleration that the model does not know (m/s^2 per root Hz). It is what
-            the uncertainty along t_s grows by on the locus, where nothing else acts on the platform (1.19).
-        disturbance_rate: how fast the disturbances may wander (Nm per root s).
-        disturbance_initial: standard deviation of each disturbance at the start (Nm).
-        homing_tolerance: largest angle (rad) between an encoder and the declared homing posture.
-        mirror_deviations: distance of the other assembly mode, in standard deviations, below which the estimate is
-            ambiguous.
-        dwell_limit: time (s) with 1/cond(A) < `NEAR_LOCUS` after which it is ambiguous whatever the covariance says.
+    The acceleration noise is what the uncertainty along t_s grows by on the locus, where nothing else acts on the
+    platform (1.19).
     """
 
-    acceleration_noise: float = 0.02
-    disturbance_rate: float = 1.0
-    disturbance_initial: float = 0.1
-    homing_tolerance: float = 0.02
-    mirror_deviations: float = 5.0
-    dwell_limit: float = 0.2
+    acceleration_noise: Annotated[
+        float,
+        Setting(
+            "Density of the platform acceleration that the model does not explain.",
+            "m/s^2 per root Hz",
+            at_least=1e-6,
+            at_most=1e3,
+        ),
+    ] = 0.02
+    disturbance_rate: Annotated[
+        float,
+        Setting("Density of the disturbance torques' random walk.", "Nm per root s", at_least=0.0, at_most=1e3),
+    ] = 1.0
+    disturbance_initial: Annotated[
+        float,
+        Setting("Standard deviation of the disturbance torques at the start.", "Nm", at_least=0.0, at_most=1e3),
+    ] = 0.1
+    homing_tolerance: Annotated[
+        float,
+        Setting("Largest angle between an encoder and the declared homing posture.", "rad", at_least=1e-6, at_most=1.0),
+    ] = 0.02
+    mirror_deviations: Annotated[
+        float,
+        Setting(
+            "Distance of the other assembly mode, in standard deviations, below which the estimate is ambiguous.",
+            at_least=0.0,
+            at_most=1e3,
+        ),
+    ] = 5.0
+    dwell_limit: Annotated[
+        float,
+        Setting(
+            "Time near the Type 2 locus after which the estimate is ambiguous, whatever the deviations.",
+            "s",
+            at_least=1e-3,
+            at_most=1e6,
+        ),
+    ] = 0.2
+    feed_forward: Annotated[
+        bool,
+        Setting("Whether laws without an observer of their own compensate the estimated disturbance torques."),
+    ] = True
 
 
 class FilterModel(NamedTuple):

@@ -20,23 +20,18 @@ from fivebar_control.estimation.mirror import MirrorWatch
 from fivebar_control.fault import Fault
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar
+from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
 
 LONGEST_GAP = 10
 """Samples without a reading over which the filter predicts; after a longer gap the estimate is lost."""
 
 
 class Drives(NamedTuple):
-    """Parameters of encoders and drives for the estimator.
+    """What the estimator knows of the motors' encoders and drives."""
 
-    Attributes:
-        encoder_counts: per revolution of each motor, None for exact angles.
-        delay_samples: periods between a command and its effect.
-        torque_limit: largest torque that they apply (Nm), None for no limit.
-    """
-
-    encoder_counts: int | None = None
-    delay_samples: int = 0
-    torque_limit: float | None = None
+    encoder_counts: EncoderCounts = None
+    delay_samples: DelaySamples = 0
+    torque_limit: DriveTorqueLimit = None
 
     def limited(self, torque: float) -> float:
         """Return a commanded torque (Nm) limited as by the drives."""

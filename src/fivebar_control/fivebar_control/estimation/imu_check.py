@@ -8,7 +8,7 @@ from scipy.special import i0e, i1e
 
 from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
 from fivebar_control.model.state import Platform
-from fivebar_description.imu import ImuDescription, Vector3
+from fivebar_description.imu import ImuSettings, Vector3
 from fivebar_description.parameters import FiveBar
 
 SATURATION_MARGIN = 0.999
@@ -23,7 +23,7 @@ class ImuCheck:
     measured side is a measurement only.
     """
 
-    def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, imu: ImuDescription) -> None:
+    def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, imu: ImuSettings) -> None:
         """Bind the check to a robot in a working mode and to its IMU."""
         self._robot = robot
         self._modes = (mode1, mode2)

@@ -8,12 +8,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, Motor, NodeId, SyncPeriod, Unsigned32
 from fivebar_description.parameters import Positive
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 
-NodeId = Annotated[int, Field(ge=1, le=127)]
-Unsigned32 = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
 Milliseconds = Annotated[int, Field(ge=1, le=0xFFFF)]
 
 MICROSECONDS = 1_000_000
@@ -23,17 +22,13 @@ LARGEST_RAW_TORQUE = 0x7FFF
 """Largest value of 0x6071, which has 16 bits and a sign."""
 
 
-class Bus(StrictModel):
+class Bus(CanChannel):
     """Section `bus`: which CAN interface.
 
-    `channel` is the network device for socketcan ("can0"), an IPv4 multicast address for udp_multicast, and any word
-    for virtual. `bitrate` (bit/s) is that of the wire; socketcan's is set by the operating system and must agree.
+    `bitrate` (bit/s) is that of the wire; socketcan's is set by the operating system and must agree.
     """
 
-    interface: Literal["socketcan", "udp_multicast", "virtual"]
-    channel: Annotated[str, Field(min_length=1)]
     bitrate: Literal[125_000, 250_000, 500_000, 800_000, 1_000_000] = 1_000_000
-    port: Annotated[int, Field(ge=1024, le=65535)] = 43113
 
     @model_validator(mode="after")
     def _channel_fits_interface(self) -> Self:
@@ -78,22 +73,14 @@ class Stall(StrictModel):
     time_ms: Milliseconds
 
 
-class Drive(StrictModel):
-    """One drive: its scaling, limits and supervision.
+class Drive(Motor):
+    """One drive: how its raw values are to be read, and what it may do; see `Motor` for the other keys.
 
     Attributes:
-        node_id: its CANopen node id.
         identity: what its object 0x1018 must say; not checked when left out.
-        counts_per_revolution: encoder counts (0x6064) per revolution of the motor.
-        gear_ratio: motor revolutions per revolution of the joint; 1 for a direct drive.
-        sign: +1 where counts grow with the joint angle, else -1.
-        home_offset_rad: joint angle where 0x6064 reads 0.
-        rated_torque_nm: rated torque of the motor, at its shaft; must agree with 0x6076 (mNm).
         torque_units_per_rated: value of 0x6071 and 0x6077 that means rated torque; 1000 for per mille.
-        velocity_units_per_rev_s: value of 0x606C at one motor revolution per second: 60 for rpm,
-            counts_per_revolution for counts per second.
         velocity_in_pdo: whether 0x606C comes along every cycle; without it, positions are differenced.
-        torque_limit_nm: largest torque that is ever asked for, at the joint.
+        torque_limit_nm: largest torque that is ever commanded, at the joint.
         quick_stop_option: what the drive does on a quick stop (0x605A): 0 torque off at once, 1 to 3 brake in its own
             way and switch off, 5 to 7 brake and stay powered. Written where the drive has the object.
         heartbeat_ms: period of the drive's heartbeat (0x1017).
@@ -101,15 +88,8 @@ class Drive(StrictModel):
         stall: when an encoder counts as frozen; not watched when left out.
     """
 
-    node_id: NodeId
     identity: Identity | None = None
-    counts_per_revolution: Annotated[int, Field(ge=1, le=2**31 - 1)]
-    gear_ratio: Positive = 1.0
-    sign: Literal[1, -1] = 1
-    home_offset_rad: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
-    rated_torque_nm: Positive
     torque_units_per_rated: Annotated[int, Field(ge=1, le=LARGEST_RAW_TORQUE)] = 1000
-    velocity_units_per_rev_s: Positive
     velocity_in_pdo: bool = True
     torque_limit_nm: Positive
     quick_stop_option: Literal[0, 1, 2, 3, 5, 6, 7] = 0
@@ -154,7 +134,7 @@ class DriveFile(StrictModel):
     name: Annotated[str, Field(min_length=1)]
     bus: Bus
     master: Master = Master()
-    sync_period_us: Annotated[int, Field(ge=500, le=100_000)] = 2000
+    sync_period_us: SyncPeriod = SYNC_PERIOD_US
     gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1200
     missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
     sdo_timeout_ms: Milliseconds = 500

@@ -129,7 +129,7 @@ class UnifiedSettings(NamedTuple):
             "Largest torque that the law may choose for either motor; by default the drives' limit.",
             "Nm",
             above=0.0,
-            at_most=1e3,
+            at_most=1e6,
         ),
     ] = None
 

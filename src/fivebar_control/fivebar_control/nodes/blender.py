@@ -13,13 +13,12 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
-from fivebar_control.laws.registry import find_law, law_problem
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.ros.model_parameters import RATE, ROBOT, WORKING_MODE
-from fivebar_control.ros.safety_parameters import SAFETY, safety_settings
+from fivebar_control.ros.node_settings import BLENDED, NOT_OF_THE_GUARD, BlenderSettings, torque_of
 from fivebar_control.safety.awake_clock import AwakeClock
 from fivebar_control.safety.guard import Guard
+from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.safety.watchdog import Freshness
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -37,68 +36,20 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
     VHC_TORQUE,
-    Topic,
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 
 DEADLINE_LOOKS = 4
 """How often within a deadline the blender looks whether it has passed."""
 
 LOOKS_AWAKE = 2
 """So many looks at least make up a deadline: one that comes later has been held up, and with it what it looks for."""
-
-BLENDED = "blended"
-
-
-def _no_such_law(name: str) -> str | None:
-    return None if name == BLENDED else law_problem(name)
-
-
-def candidate_topic(candidates: str) -> Topic:
-    """Return where the candidate comes from that a single law publishes, or the nominal law of a blended controller.
-
-    Raises:
-        InputError: there is no such law.
-    """
-    return find_law("ctc" if candidates == BLENDED else candidates).topic
-
-
-SPECS = (
-    ROBOT,
-    RATE,
-    WORKING_MODE,
-    Spec(
-        "candidates",
-        BLENDED,
-        "Blend ctc/torque and vhc/torque by sigma, or take the candidate of the named law alone.",
-        check=_no_such_law,
-    ),
-    Spec(
-        "candidate_deadline_ms",
-        2000.0,
-        "Longest wait for the candidates of a sample, on the steady clock; then zero torque and a fault.",
-        "ms",
-        1.0,
-        60_000.0,
-    ),
-    Spec(
-        "state_deadline_ms",
-        0.0,
-        "Longest time from one sample to the next, on the steady clock; then zero torque and a fault. 0 for any, where"
-        " time waits for the torques.",
-        "ms",
-        0.0,
-        60_000.0,
-    ),
-    Spec("last_sample", 0, "Last sample of the run, after which none is missed; 0 for no end.", "", 0, 100_000_000),
-    *SAFETY,
-)
 
 
 class Blender(SamplingNode):
@@ -111,14 +62,15 @@ class Blender(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("blender")
-        values = self.parameters(SPECS)
-        self._robot = load_robot(values["robot"])
-        mode1, mode2 = values["working_mode"]
-        self._guard = Guard(self._robot, (mode1, mode2), values["rate_hz"], safety_settings(values))
-        deadlines = [values[name] / 1e3 for name in ("candidate_deadline_ms", "state_deadline_ms")]
+        settings = self.declare_settings(BlenderSettings)
+        safety = self.declare_settings(SafetySettings, without=NOT_OF_THE_GUARD, torque_limit=DRIVE_TORQUE_LIMIT)
+        self._robot = load_robot(settings.robot)
+        mode1, mode2 = settings.working_mode
+        self._guard = Guard(self._robot, (mode1, mode2), settings.rate_hz, safety)
+        deadlines = [settings.candidate_deadline_ms / 1e3, settings.state_deadline_ms / 1e3]
         shortest = min(deadline for deadline in deadlines if deadline)
         self._awake = AwakeClock(time.monotonic, shortest / LOOKS_AWAKE)
-        self._freshness = Freshness(deadlines[0], deadlines[1] or math.inf, values["last_sample"] or None)
+        self._freshness = Freshness(deadlines[0], deadlines[1] or math.inf, settings.last_sample or None)
         self._drives_state = ALL_WELL
         self._first = 0
         self._reply: JointState | None = None
@@ -132,11 +84,11 @@ class Blender(SamplingNode):
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
             Input(REFERENCE, fields_of(REFERENCE_NAMES, "position")),
-            Input(candidate_topic(values["candidates"]), torque),
+            Input(torque_of(settings.candidates), torque),
         ]
-        if values["candidates"] == BLENDED:
+        if settings.candidates == BLENDED:
             inputs += [Input(VHC_TORQUE, torque), Input(SUPERVISOR_STATE, fields_of(SUPERVISOR_NAMES, "position"))]
-        self.join(values["rate_hz"], inputs)
+        self.join(settings.rate_hz, inputs)
         # volatile on this side: faults of the past are the business of whoever reset them
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         # not awaited: drives that say nothing of themselves hold no fault
@@ -154,7 +106,7 @@ class Blender(SamplingNode):
             return DiagnosticStatus.ERROR, str(self._guard.fault)
         return super().health()
 
-    def figures(self) -> Mapping[str, object]:
+    def metrics(self) -> Mapping[str, object]:
         """Return how often a limit has cut the torque."""
         return {"limited_samples": self._guard.limited_samples}
 

@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
-from fivebar_control.ros.model_parameters import RATE
+from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_QOS,
@@ -37,26 +37,9 @@ from fivebar_description.interface import (
 )
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
-
-SPECS = (
-    RATE,
-    Spec("drives", "dextar_emulated", "Bus and drives: a shipped configuration's name or a path to a YAML file."),
-    Spec(
-        "command_timeout_ms",
-        20.0,
-        "Longest time for which a torque holds, on the steady clock; then zero torque and a fault.",
-        "ms",
-        1.0,
-        10_000.0,
-    ),
-    Spec("enable_timeout_s", 2.0, "Longest time for enabling, disabling or resetting the drives.", "s", 0.1, 60.0),
-    Spec("autostart", False, "Configure and activate without being asked, once the nodes to wait for are ready."),
-    Spec("wait_for_nodes", [""], "With autostart: nodes that must have announced themselves on run/ready."),
-)
 
 Transition = Callable[["DextarBridge", LifecycleState], TransitionCallbackReturn]
 
@@ -83,16 +66,16 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
     def __init__(self) -> None:
         """Make the node, unconfigured."""
         GraphNode.__init__(self, "dextar_bridge")
-        values = self.parameters(SPECS)
-        drives = load_drives(values["drives"])
-        self._rate_hz: int = values["rate_hz"]
+        settings = self.declare_settings(BridgeSettings)
+        drives = load_drives(settings.drives)
+        self._rate_hz = settings.rate_hz
         if self._rate_hz != drives.rate_hz:
             raise InputError(
                 f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {drives.rate_hz}, which is"
-                f" sync_period_us {drives.sync_period_us} of {values['drives']}"
+                f" sync_period_us {drives.sync_period_us} of {settings.drives}"
             )
         self._heartbeat_period = drives.master.heartbeat_ms / 2e3
-        timeout, enable_timeout = values["command_timeout_ms"] / 1e3, values["enable_timeout_s"]
+        timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
         self._session = DriveSession(drives, timeout, enable_timeout, self._on_latch)
         self._timer: Timer | None = None
         LifecycleNodeMixin.__init__(self)
@@ -107,8 +90,8 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self.listen(TORQUE_COMMAND, self._on_command)
         # volatile on this side: past faults concern only whoever reset them
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
-        if values["autostart"]:
-            self._awaited = {name for name in values["wait_for_nodes"] if name}
+        if settings.autostart:
+            self._awaited = set(settings.wait_for_nodes)
             # not awaited for this node's own readiness, which others may wait for
             self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
             self._start_timer = self.every(REPEAT_PERIOD, self._autostart)

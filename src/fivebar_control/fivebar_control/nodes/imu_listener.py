@@ -11,11 +11,10 @@ from std_msgs.msg import Float64
 
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.state import Platform
-from fivebar_control.ros.model_parameters import LEAD, RATE, ROBOT, WORKING_MODE
-from fivebar_description.imu import Vector3
+from fivebar_control.ros.node_settings import ImuListenerSettings
+from fivebar_description.imu import IMU_PREFIX, ImuSettings, Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.imu_parameters import declare_imu
 from fivebar_description.ros.messages import MessageError
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
@@ -43,20 +42,22 @@ class ImuListener(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("imu_listener")
-        values = self.parameters((ROBOT, RATE, WORKING_MODE, LEAD))
-        self._arguments = (load_robot(values["robot"]), *values["working_mode"], values["rate_hz"], declare_imu(self))
+        settings = self.declare_settings(ImuListenerSettings)
+        imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=("noise",))
+        mode1, mode2 = settings.working_mode
+        self._arguments = (load_robot(settings.robot), mode1, mode2, settings.rate_hz, imu)
         self._check = ImuCheck(*self._arguments)
         self._saturated = 0
         self._error = self.advertise(IMU_ERROR)
         # an IMU reading is about the moment of its stamp, a reference about one that is `lead_samples` later
         read_reference = fields_of(REFERENCE_NAMES, "position", "velocity")
-        inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, values["lead_samples"]))
-        self.join(values["rate_hz"], inputs, QUEUE_DEPTH)
-        self.wait_for_publishers()
+        inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, settings.lead_samples))
+        self.join(settings.rate_hz, inputs, QUEUE_DEPTH)
+        self.wait_for_publishers(settings.wait_for_nodes)
 
     def stop(self) -> None:
-        """Compare what has arrived: the run does not wait for this node, its end shall not either cut it short."""
-        self.take_the_rest()
+        """Process queued samples before shutdown: the run does not wait for this node."""
+        self.drain()
 
     def restart(self) -> None:
         """Begin with a low-pass that has no memory of the last run."""

@@ -11,7 +11,7 @@ from std_msgs.msg import String
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import Drives, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
-from fivebar_control.ros.model_parameters import RATE, ROBOT, WORKING_MODE
+from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,
@@ -27,82 +27,11 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 
-DEFAULT = EkfSettings()
 FAILED = 1
-
-
-def _sign(assembly: int) -> str | None:
-    return None if assembly in (-1, 1) else "expected +1 or -1"
-
-
-SETTINGS = (
-    Spec(
-        "acceleration_noise",
-        DEFAULT.acceleration_noise,
-        "Density of the platform acceleration that the model does not know.",
-        "m/s^2 per root Hz",
-        1e-6,
-        1e3,
-    ),
-    Spec(
-        "disturbance_rate",
-        DEFAULT.disturbance_rate,
-        "How fast the disturbance torques may wander.",
-        "Nm per root s",
-        0.0,
-        1e3,
-    ),
-    Spec(
-        "disturbance_initial",
-        DEFAULT.disturbance_initial,
-        "Standard deviation of the disturbance torques at the start.",
-        "Nm",
-        0.0,
-        1e3,
-    ),
-    Spec(
-        "homing_tolerance",
-        DEFAULT.homing_tolerance,
-        "Largest angle between an encoder and the declared homing posture.",
-        "rad",
-        1e-6,
-        1.0,
-    ),
-    Spec(
-        "mirror_deviations",
-        DEFAULT.mirror_deviations,
-        "Distance of the other assembly mode, in standard deviations, below which the estimate is ambiguous.",
-        "",
-        0.0,
-        1e3,
-    ),
-    Spec(
-        "dwell_limit",
-        DEFAULT.dwell_limit,
-        "Time near the Type 2 locus after which the estimate is ambiguous, whatever the deviations.",
-        "s",
-        1e-3,
-        1e6,
-    ),
-)
-"""The fields of `EkfSettings`."""
-
-SPECS = (
-    ROBOT,
-    RATE,
-    WORKING_MODE,
-    Spec("homing", [0.0, 0.15], "Where the platform stands at sample 0: x, y.", "m"),
-    Spec("assembly_mode", 1, "Sign of det A in that posture.", "", -1, 1, check=_sign),
-    Spec("encoder_counts", 0, "Encoder counts per revolution of a motor, 0 for exact.", "counts", 0, 1_000_000_000),
-    Spec("delay_samples", 0, "Sampling periods between a command and its effect.", "samples", 0, 100),
-    Spec("torque_limit", 10.0, "Largest torque that the drives apply, 0 for no limit.", "Nm", 0.0, 1e6),
-    *SETTINGS,
-)
 
 
 class StateEstimatorNode(SamplingNode):
@@ -116,18 +45,15 @@ class StateEstimatorNode(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("state_estimator")
-        values = self.parameters(SPECS)
-        if len(values["homing"]) != 2:
-            raise InputError(f"state_estimator: parameter homing: {list(values['homing'])}: expected two numbers")
-        if len(values["working_mode"]) != 2 or any(mode not in (-1, 1) for mode in values["working_mode"]):
-            raise InputError(f"state_estimator: working_mode: {list(values['working_mode'])}: expected two signs")
-        (x, y), (mode1, mode2) = values["homing"], values["working_mode"]
+        settings = self.declare_settings(EstimatorSettings)
+        drives = self.declare_settings(Drives, torque_limit=DRIVE_TORQUE_LIMIT)
+        mode1, mode2 = settings.working_mode
         self._arguments = (
-            load_robot(values["robot"]),
-            Homing(x, y, mode1, mode2, values["assembly_mode"]),
-            values["rate_hz"],
-            Drives(values["encoder_counts"] or None, values["delay_samples"], values["torque_limit"] or None),
-            EkfSettings(**{spec.name: values[spec.name] for spec in SETTINGS}),
+            load_robot(settings.robot),
+            Homing(*settings.homing, mode1, mode2, settings.assembly_mode),
+            settings.rate_hz,
+            drives,
+            self.declare_settings(EkfSettings, without=NOT_OF_THE_FILTER),
         )
         self._estimator = StateEstimator(*self._arguments)
         self._waiting: tuple[int, tuple[float, ...]] | None = None
@@ -137,9 +63,9 @@ class StateEstimatorNode(SamplingNode):
         self._covariance = self.advertise(ESTIMATE_COVARIANCE)
         self._disturbance = self.advertise(ESTIMATE_DISTURBANCE)
         self._faults = self.advertise(FAULTS)
-        if values["delay_samples"] > 0:
+        if drives.delay_samples > 0:
             self.listen(TORQUE_COMMAND, self._on_command)
-        self.join(values["rate_hz"], (Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort")),))
+        self.join(settings.rate_hz, (Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort")),))
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""

@@ -6,10 +6,10 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
-from fivebar_control.laws.registry import CONDITION, SIGMOID
 from fivebar_control.loop.supervisor import Supervisor, SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.motion_parameters import declare_motion
+from fivebar_control.ros.node_settings import SupervisorSettings
 from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
@@ -19,16 +19,8 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
-
-WEIGHTING = Spec(
-    "weighting",
-    CONDITION,
-    "What sigma follows: 1/cond(A), or a sigmoid in time around each planned crossing (for multi_model_ctc).",
-    choices=(CONDITION, SIGMOID),
-)
 
 
 class SupervisorNode(SamplingNode):
@@ -38,7 +30,7 @@ class SupervisorNode(SamplingNode):
         """Make the node."""
         super().__init__("supervisor")
         self._motion = declare_motion(self)
-        weighting = self.parameters((WEIGHTING,))["weighting"]
+        weighting = self.declare_settings(SupervisorSettings).weighting
         self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz, weighting)
         self._reply: SupervisorState | None = None
         self._state = self.advertise(SUPERVISOR_STATE)

@@ -10,6 +10,7 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform
 from fivebar_control.ros.goal_server import GoalServer
 from fivebar_control.ros.motion_parameters import declare_motion
+from fivebar_control.ros.node_settings import HOLD, TrajectorySettings
 from fivebar_control.trajectory.hold import Hold
 from fivebar_control.trajectory.motion_queue import MotionQueue
 from fivebar_description.interface import (
@@ -22,22 +23,11 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 
-HOLD, CONTINUE = "hold", "continue"
-
 STILL = (0.0,) * len(JOINTS)
-
-AFTER_FAULT = Spec(
-    "after_fault",
-    HOLD,
-    "While safety/state tells of a fault and after its reset: hold where the robot stands, or continue with the plan"
-    " (for lockstep, where a run is to be the same each time).",
-    choices=(HOLD, CONTINUE),
-)
 
 
 class TrajectoryGenerator(SamplingNode):
@@ -52,7 +42,7 @@ class TrajectoryGenerator(SamplingNode):
         self._queue = self._new_queue()
         self._goals = GoalServer(self, self._motion, self._queue)
         self._reference = self.advertise(REFERENCE)
-        if self.parameters((AFTER_FAULT,))[AFTER_FAULT.name] == HOLD:
+        if self.declare_settings(TrajectorySettings).after_fault == HOLD:
             # not awaited: without a last node there is nothing to hold for
             self.create_subscription(String, SAFETY_STATE.name, self._on_safety_state, qos_profile(SAFETY_STATE.qos))
         self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position")),))

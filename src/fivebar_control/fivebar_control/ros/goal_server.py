@@ -8,33 +8,16 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from fivebar_control.ros.model_parameters import ROBOT
 from fivebar_control.ros.motion_parameters import Motion
-from fivebar_control.trajectory.limits import MotionLimits
+from fivebar_control.ros.node_settings import GoalSettings
 from fivebar_control.trajectory.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec
 from fivebar_description.ros.qos import qos_profile
 
 NOTICE = 2
 """Samples from the one that is answered to the first that may belong to a new motion: the next is told already."""
-
-SPECS = (
-    Spec("takes_goals", False, "Take requests on the topic goal: only where the unified controller follows."),
-    Spec(
-        "goal_torque_limit", MotionLimits().torque, "Torque that both motors can give, for planning.", "Nm", 1e-3, 1e6
-    ),
-    Spec(
-        "goal_speed_limit",
-        MotionLimits().motor_speed,
-        "Largest speed of both motors, for planning.",
-        "rad/s",
-        1e-3,
-        1e4,
-    ),
-)
 
 
 class GoalServer:
@@ -45,10 +28,10 @@ class GoalServer:
 
     def __init__(self, node: GraphNode, motion: Motion, queue: MotionQueue) -> None:
         """Declare the parameters and join the topics, on a node that has declared the motion."""
-        values = node.parameters(SPECS)
-        robot = node.get_parameter(ROBOT.name).value
-        conditions = Conditions(str(robot), motion.rate_hz, values["goal_torque_limit"], values["goal_speed_limit"])
-        self._open: bool = values["takes_goals"]
+        settings = node.declare_settings(GoalSettings)
+        robot = node.get_parameter("robot").value
+        conditions = Conditions(str(robot), motion.rate_hz, settings.goal_torque_limit, settings.goal_speed_limit)
+        self._open = settings.takes_goals
         self._rate_hz = motion.rate_hz
         self._queue = queue
         self._planning = PlanningProcess(conditions)

@@ -9,13 +9,14 @@ An undefined value, NaN, passes none of them.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import Setting
 
 REACH_TOLERANCE = 1e-3
 """How far (m) the platform may seem to be beyond a leg's reach: more cannot be, so the joints are misread."""
@@ -57,26 +58,80 @@ class Limits(NamedTuple):
     tracking_error: float
 
 
+def _has_an_inside(area: Area) -> str | None:
+    return None if area.x_min < area.x_max and area.y_min < area.y_max else "expected x_min < x_max and y_min < y_max"
+
+
 class SafetySettings(NamedTuple):
-    """What the last node before the drives allows.
+    """What the last node before the drives allows. An infinite limit is no limit."""
 
-    Attributes:
-        torque_limit: largest torque of either motor (Nm), inf for none.
-        torque_rate_limit: fastest change of either torque (Nm/s), inf for none; a stop is not slowed by it.
-        joint_speed_limit: largest speed of either motor joint (rad/s).
-        workspace: where the platform may be; None for wherever both legs reach.
-        type1_margin: least |sin q_i2|, on the side of the working mode; 0 for motions that pass through Type 1.
-        tracking_error_limit: largest distance from the reference (m).
-        rest_speed: speed of the motor joints (rad/s) below which the robot counts as at rest, for a reset.
-    """
-
-    torque_limit: float = math.inf
-    torque_rate_limit: float = math.inf
-    joint_speed_limit: float = 50.0
-    workspace: Area | None = None
-    type1_margin: float = 0.01
-    tracking_error_limit: float = 0.05
-    rest_speed: float = 0.1
+    torque_limit: Annotated[
+        float,
+        Setting(
+            "Largest commanded torque of either motor; the drives' limit holds besides.",
+            "Nm",
+            above=0.0,
+            at_most=1e6,
+            unlimited=True,
+        ),
+    ] = math.inf
+    torque_rate_limit: Annotated[
+        float,
+        Setting(
+            "Fastest change of either commanded torque; a stop is not slowed down by it.",
+            "Nm/s",
+            above=0.0,
+            at_most=1e9,
+            unlimited=True,
+        ),
+    ] = math.inf
+    joint_speed_limit: Annotated[
+        float,
+        Setting("Speed of a motor joint beyond which the robot is stopped.", "rad/s", at_least=1e-3, at_most=1e4),
+    ] = 50.0
+    workspace: Annotated[
+        Area | None,
+        Setting(
+            "Where the platform may be: x_min, x_max, y_min, y_max. Without it, wherever both legs reach.",
+            "m",
+            check=_has_an_inside,
+        ),
+    ] = None
+    type1_margin: Annotated[
+        float,
+        Setting(
+            "Least |sin q_i2| on the side of the working mode; without effect in motions that may meet Type 1.",
+            at_least=0.0,
+            below=1.0,
+        ),
+    ] = 0.01
+    tracking_error_limit: Annotated[
+        float,
+        Setting(
+            "Distance of the platform from the reference beyond which the robot is stopped.",
+            "m",
+            at_least=1e-6,
+            at_most=10.0,
+        ),
+    ] = 0.05
+    rest_speed: Annotated[
+        float,
+        Setting(
+            "Speed of the motor joints below which the robot counts as at rest, so that a fault can be reset.",
+            "rad/s",
+            at_least=1e-6,
+            at_most=1e3,
+        ),
+    ] = 0.1
+    stop_cycles: Annotated[
+        int,
+        Setting(
+            "In real time: cycles within which the robot is stopped once a node is lost.",
+            "cycles",
+            at_least=2,
+            at_most=10_000,
+        ),
+    ] = 3
 
 
 def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from scipy.optimize import brentq
 
@@ -34,6 +34,7 @@ from fivebar_control.trajectory.type1 import (
 )
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.settings import Setting
 
 MIN_ZONE_SAMPLES = 10
 """A ballistic blending zone holds at least this many samples with sigma = 1."""
@@ -49,6 +50,34 @@ TIME_LAWS = (QUINTIC, CRITERION, SEPTIC)
 which every segment has that is planned in the motors' angles."""
 
 
+TimeLaw = Annotated[str, Setting("How the reference passes along a segment.", choices=TIME_LAWS)]
+
+BALLISTIC, FIXED = "ballistic", "fixed"
+
+
+class ZoneSettings(NamedTuple):
+    """How wide the blending zones are."""
+
+    rule: Annotated[
+        str,
+        Setting(
+            "How the zones are sized: by a time from the speed at each crossing, or all alike.",
+            choices=(BALLISTIC, FIXED),
+        ),
+    ] = BALLISTIC
+    duration_ms: Annotated[
+        float,
+        Setting("Time with sigma = 1 at a crossing, for the ballistic rule.", "ms", at_least=0.1, at_most=10_000.0),
+    ] = 40.0
+    epsilon: Annotated[
+        float, Setting("Half width of the zones in 1/cond(A), for the fixed rule.", above=0.0, below=0.5)
+    ] = 0.05
+
+    def as_rule(self) -> ZoneRule:
+        """Return the rule for the planner."""
+        return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == FIXED else None)
+
+
 class ZoneRule(NamedTuple):
     """How wide a blending zone is.
 
@@ -56,7 +85,7 @@ class ZoneRule(NamedTuple):
     that sigma = 1 lasts about `duration` T_b (s). A number is a fixed epsilon for all crossings, as in the thesis.
     """
 
-    duration: float = 0.040
+    duration: float = ZoneSettings().duration_ms / 1e3
     epsilon: float | None = None
 
 

@@ -20,7 +20,7 @@ from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
 
 LOOK_PERIOD = 0.05
-"""Longest time (s) between two looks at a condition that is waited for."""
+"""Polling period (s) of a condition that is waited for."""
 
 
 class DomainMember:

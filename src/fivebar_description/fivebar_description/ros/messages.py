@@ -14,11 +14,11 @@ from sensor_msgs.msg import JointState
 from fivebar_description.interface import NANOSECONDS, Topic
 
 LARGEST = 1e100
-"""Greatest magnitude of a figure that is computed with: sums and squares of greater ones would overflow."""
+"""Largest magnitude that is accepted: sums and squares of larger values would overflow."""
 
 
 class MessageError(ValueError):
-    """A message that must not be used; the text says what is wrong with it."""
+    """A message that must not be used; the text gives the reason."""
 
 
 def message_class(topic: Topic) -> Any:
@@ -64,7 +64,7 @@ def read_fields(
     The joints may come in any order. With `allow_nan` a NaN (an undefined torque) passes; infinities never do.
 
     Raises:
-        MessageError: wrong names, a field of another length than the names, or a figure that is not finite or beyond
+        MessageError: wrong names, a field of another length than the names, or a value that is not finite or beyond
             `LARGEST`.
     """
     given = tuple(message.name)

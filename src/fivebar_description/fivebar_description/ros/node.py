@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, ClassVar, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
@@ -19,101 +19,89 @@ from std_msgs.msg import String
 
 from fivebar_description.interface import RUN_READY, Topic
 from fivebar_description.ros.messages import message_class
-from fivebar_description.ros.parameters import Spec, check_changes, declare
+from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
-from fivebar_description.ros.rate_watch import RateStatistics, RateWatch
-from fivebar_description.ros.scheduling import SCHEDULING, apply_scheduling
+from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
+from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
+from fivebar_description.settings import from_parameters
 
 READY_PERIOD = 0.1
-"""Time (s) between two looks at whether all topics of the node are joined to their other ends."""
+"""Period (s) of the check whether every subscription of the node has a publisher."""
 
 SENDER_DEPTH = 1000
-"""Messages that a sender keeps for listeners which have not taken them yet. A listener keeps few, but what is recorded
-must survive a recorder that gets no processor time for a while; acknowledged messages are not kept."""
+"""History depth of publishers. Subscribers of the control path keep few messages, but the recorder must lose none
+while it gets no processor time; acknowledged messages are not kept."""
 
 DELIVERY_TIME = 1.0
-"""Longest time (s) that an ending node waits for its last messages to arrive."""
+"""Longest time (s) that a node waits at shutdown until its last messages are acknowledged."""
 
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
 
-
-THRESHOLDS = (
-    Spec("warn_below_hz", 0.0, "Warn on /diagnostics below this rate of answers, 0 for never.", "Hz", 0.0, 1e5),
-    Spec("warn_jitter_ms", 0.0, "Warn above this jitter of the answers, 0 for never.", "ms", 0.0, 1e5),
-    Spec("late_after_ms", 0.0, "An answer that comes later after the one before is late; 0 for never.", "ms", 0.0, 1e5),
-    Spec("warn_late", 0, "Warn above so many late answers in a second.", "", 0, 100_000),
-    Spec("warn_dropped", 0, "Warn above so many dropped messages since the start.", "", 0, 1_000_000),
-)
-"""When a node warns of itself; every node has these parameters."""
-
-WAIT_FOR_NODES = Spec(
-    "wait_for_nodes", [""], "Nodes whose announcement on run/ready must come before that of this one."
-)
+S = TypeVar("S", bound=tuple[Any, ...])
 
 
 class GraphNode(Node):
     """A node whose topics, messages and parameters are those of the graph."""
 
     process_topics: ClassVar[ProcessTopics | None] = None
-    """The topics among the nodes of this process, where there are several."""
+    """In-process topics of this process, if it runs several nodes."""
 
     def __init__(self, name: str) -> None:
-        """Make the node; parameters and topics are added by its class."""
+        """Create the node; subclasses add parameters and topics."""
         super().__init__(name)
         self._specs: list[Spec] = []
         self._inputs: list[Subscription[Any]] = []
         self._outputs: list[Publisher[Any]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._complete_looks = 0
+        self._complete_checks = 0
         self._drops = 0
         self._last_drop = ""
         self.answered = 0
         """Samples answered so far."""
-        self._node_settings = self.parameters((*THRESHOLDS, *SCHEDULING))
-        late_after = self._node_settings["late_after_ms"]
+        self._thresholds = self.declare_settings(DiagnosticThresholds)
+        self._scheduling = self.declare_settings(Scheduling)
+        late_after = self._thresholds.late_after_ms
         self._rate_watch = RateWatch(late_after / 1e3 if late_after else math.inf)
         self.exit_status: int | None = None
-        """Set by a node that has done its work: the process then ends with this status."""
+        """Set by a node that has finished; the process then exits with this status."""
         self._awaited_nodes: set[str] = set()
         self._announcements: Subscription[Any] | None = None
         self._ready = self.advertise(RUN_READY)
-        self._ready_timer = self.every(READY_PERIOD, self._look_ready)
+        self._ready_timer = self.every(READY_PERIOD, self._check_ready)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
         self.add_on_set_parameters_callback(lambda changes: check_changes(self._specs, changes))
 
     def stop(self) -> None:
-        """Do what must be done last; called once, before the node ends, while it can still publish."""
+        """Shut down in order; called once, before the node is destroyed, while it can still publish."""
 
-    def wait_for_publishers(self) -> None:
-        """Announce the node only once the nodes of the parameter `wait_for_nodes` know of its subscriptions.
+    def wait_for_publishers(self, nodes: Iterable[str]) -> None:
+        """Announce the node only once other nodes know of its subscriptions.
 
-        For a node that only listens: what is sent before the sender knows of a subscription is lost, and nobody repeats
-        it for this node.
+        For a node that only listens: a message that is published before the publisher has discovered the subscription
+        is lost, and is not repeated for this node.
         """
-        values = self.parameters((WAIT_FOR_NODES,))
-        self._awaited_nodes = {name for name in values[WAIT_FOR_NODES.name] if name}
+        self._awaited_nodes = set(nodes)
 
     def note_answer(self) -> None:
-        """Count a sample as answered, now."""
+        """Count a sample as answered at this moment."""
         self.answered += 1
         self._rate_watch.note(time.monotonic())
 
     def note_pause(self) -> None:
-        """Do not take the time until the next answer for a late one."""
+        """Exclude the interval until the next answer from the statistics."""
         self._rate_watch.pause()
 
     def schedule(self) -> None:
-        """Ask the system for the priority and the processors of the node's parameters; call it once all threads run."""
-        warn = self.get_logger().warning
-        apply_scheduling(self._node_settings["scheduling_priority"], self._node_settings["processors"], warn)
+        """Request the priority and the processors that the parameters ask for; call it once all threads run."""
+        apply_scheduling(self._scheduling, self.get_logger().warning)
 
     def deliver(self) -> None:
-        """Wait until every listener has what was published, for a short while: a node that ends takes the rest along.
+        """Wait for a limited time until subscribers have acknowledged all messages.
 
-        What a listener has not acknowledged by then is lost; one that was killed never will.
+        A publisher that ends discards the rest, and a subscriber whose process was killed never acknowledges.
         """
         end = time.monotonic() + DELIVERY_TIME
         for publisher in self._outputs:
@@ -125,19 +113,32 @@ class GraphNode(Node):
         Raises:
             InputError: a value given from outside is not allowed.
         """
+        values = declare(self, specs)
+        # known only now, so that a refused declaration is explained by `declare` and not by rclpy's callback
         self._specs.extend(specs)
-        return declare(self, specs)
+        return values
+
+    def declare_settings(
+        self, settings: type[S], prefix: str = "", without: Collection[str] = (), **defaults: Any
+    ) -> S:
+        """Declare the settings of a NamedTuple as parameters and return their values; the arguments as in `specs_of`.
+
+        Raises:
+            InputError: a value given from outside is not allowed.
+        """
+        values = self.parameters(specs_of(settings, prefix, without, **defaults))
+        return from_parameters(settings, values, prefix, without)
 
     def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
-        """Call back with the new values after parameters were changed while the node runs."""
+        """Register a callback that receives the new values of parameters changed at run time."""
 
         def changed(changes: list[Parameter[Any]]) -> None:
             callback({change.name: change.value for change in changes})
 
         self.add_post_set_parameters_callback(changed)
 
-    def take_the_rest(self) -> None:
-        """Take what has arrived and still waits; for nodes that only listen, whose end must not lose what was said."""
+    def drain(self) -> None:
+        """Process queued messages before shutdown; for nodes that only listen."""
         for subscription in self._inputs:
             handle = subscription.handle
             with handle:
@@ -145,7 +146,7 @@ class GraphNode(Node):
                     subscription.callback(taken[0])
 
     def advertise(self, topic: Topic) -> Sender:
-        """Return who publishes a topic of the graph."""
+        """Create a publisher of a topic of the graph."""
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
         publisher: Sender = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos, depth))
         self._outputs.append(publisher)
@@ -167,11 +168,11 @@ class GraphNode(Node):
             self._inputs.append(subscribe(callback))
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
-        """Call back every `period` seconds of the steady clock."""
+        """Create a timer with a period (s) of the steady clock."""
         return self.create_timer(period, callback, clock=self._steady)
 
     def drop(self, topic: Topic, reason: str) -> None:
-        """Count a message that is not used, and say so, at most every few seconds."""
+        """Count a discarded message and log a throttled warning."""
         self._drops += 1
         self._last_drop = f"{topic.name}: {reason}"
         self.get_logger().warning(
@@ -179,12 +180,12 @@ class GraphNode(Node):
             throttle_duration_sec=WARNING_PERIOD,
         )
 
-    def _look_ready(self) -> None:
-        """Announce the node once all its inputs have a publisher, seen twice in a row so that both ends know.
+    def _check_ready(self) -> None:
+        """Announce the node once all inputs have had a publisher in two checks in a row.
 
-        For awaited nodes that is not enough. Their announcements, which are kept for latecomers, come to a subscription
-        made now, after all others: nodes learn of another's subscriptions in the order in which they were made, so a
-        node that answers the last one knows of all.
+        Then discovery is complete on both sides. For awaited nodes that is not enough. Their announcements are latched
+        and reach a subscription created now, after all others: a node discovers another's subscriptions in the order of
+        their creation, so one that serves the last knows all of them.
         """
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
         if complete and self._awaited_nodes:
@@ -193,8 +194,8 @@ class GraphNode(Node):
                     String, RUN_READY.name, self._on_announcement, qos_profile(RUN_READY.qos)
                 )
             return
-        self._complete_looks = self._complete_looks + 1 if complete else 0
-        if self._complete_looks == 2:
+        self._complete_checks = self._complete_checks + 1 if complete else 0
+        if self._complete_checks == 2:
             self._ready.publish(String(data=self.get_name()))
             self._ready_timer.cancel()
 
@@ -203,48 +204,35 @@ class GraphNode(Node):
 
     def health(self) -> tuple[bytes, str]:
         """Return the diagnostic level and message of the node; classes with faults override it."""
-        if self._drops > self._node_settings["warn_dropped"]:
+        if self._drops > self._thresholds.warn_dropped:
             return DiagnosticStatus.WARN, f"messages dropped, last: {self._last_drop}"
         return DiagnosticStatus.OK, "ok"
 
-    def figures(self) -> Mapping[str, object]:
-        """Return what a node tells on /diagnostics besides what all tell."""
+    def metrics(self) -> Mapping[str, object]:
+        """Return the metrics that this class adds to those of every node on /diagnostics."""
         return {}
-
-    def _timing(self, rates: RateStatistics) -> str | None:
-        """Return how the answers miss the thresholds, None where they do not or where there are none."""
-        limits = self._node_settings
-        if rates.answers == 0:
-            return None
-        if rates.rate_hz < limits["warn_below_hz"]:
-            return f"slow: {rates.rate_hz:.1f} answers per second, expected {limits['warn_below_hz']:g}"
-        if 0.0 < limits["warn_jitter_ms"] < rates.jitter_ms:
-            return f"uneven: jitter {rates.jitter_ms:.2f} ms, limit {limits['warn_jitter_ms']:g} ms"
-        if rates.late > limits["warn_late"]:
-            return f"late: {rates.late} of {rates.answers} answers, limit {limits['warn_late']}"
-        return None
 
     def _publish_diagnostics(self) -> None:
         rates = self._rate_watch.take()
         level, message = self.health()
-        timing = self._timing(rates)
+        timing = self._thresholds.timing_problem(rates)
         if level == DiagnosticStatus.OK and timing is not None:
             level, message = DiagnosticStatus.WARN, timing
-        figures = {
+        metrics = {
             "answered": self.answered,
             "rate_hz": f"{rates.rate_hz:.1f}",
             "jitter_ms": f"{rates.jitter_ms:.3f}",
             "interval_max_ms": f"{rates.interval_max_ms:.3f}",
             "late": self._rate_watch.late,
             "dropped": self._drops,
-            **self.figures(),
+            **self.metrics(),
         }
         status = DiagnosticStatus(
             level=level,
             name=self.get_fully_qualified_name(),
             message=message,
             hardware_id="fivebar",
-            values=[KeyValue(key=name, value=str(value)) for name, value in figures.items()],
+            values=[KeyValue(key=name, value=str(value)) for name, value in metrics.items()],
         )
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()

@@ -1,9 +1,9 @@
-"""Declaration of node parameters with description, unit and range, and their checks."""
+"""Declares and checks node parameters with description, unit and range."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -11,8 +11,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from fivebar_description.interface import NANOSECONDS
-from fivebar_description.settings import REQUIRED, Declared, absent, declared
+from fivebar_description.settings import REQUIRED, Declared, declared
 from fivebar_description.strict_yaml import InputError
 
 
@@ -64,7 +63,8 @@ class Spec(NamedTuple):
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value beyond its type and range, None if nothing."""
-        numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+        value = _as_tuple(value)
+        numbers = value if isinstance(value, tuple) else (value,)
         if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
             return "expected finite numbers"
         if self.choices and value not in self.choices:
@@ -72,45 +72,41 @@ class Spec(NamedTuple):
         return self.check(value) if self.check is not None else None
 
 
-def specs_of(settings: type[tuple[Any, ...]]) -> tuple[Spec, ...]:
-    """Return the parameters that hold the settings of a NamedTuple; `settings.from_parameters` makes it of them."""
-    return tuple(_spec(one) for one in declared(settings))
+def specs_of(
+    settings: type[tuple[Any, ...]], prefix: str = "", without: Collection[str] = (), **defaults: Any
+) -> tuple[Spec, ...]:
+    """Return the parameters that hold the settings of a NamedTuple; `settings.from_parameters` makes it of them.
+
+    Args:
+        settings: the NamedTuple.
+        prefix: of the parameters' names.
+        without: fields that are no parameters of the node.
+        defaults: of the node where they are not those of the settings, by field.
+    """
+    return tuple(_spec(one, prefix, defaults) for one in declared(settings) if one.name not in without)
 
 
-def _spec(one: Declared) -> Spec:
-    setting = one.setting
-    if one.default is REQUIRED:
+def _spec(one: Declared, prefix: str, defaults: Mapping[str, Any]) -> Spec:
+    setting, none = one.setting, one.none
+    default = defaults.get(one.name, one.default)
+    if default is REQUIRED:
         raise TypeError(f"{one.name}: a setting of a node needs a default")
-    default = absent(one) if one.default is None else one.default
     lower = setting.at_least if setting.above is None else setting.above
     upper = setting.at_most if setting.below is None else setting.below
-
-    def problem(value: Any) -> str | None:
-        if one.optional and value == absent(one):
-            return None
-        if one.kind in (float, int) and setting.outside(value):
-            return f"expected {setting.range_text()}"
-        return setting.problem(value)
-
-    none = "" if not one.optional else f" {absent(one)} for none." if one.kind in (float, int) else " [0.0] for none."
+    if lower is not None and none is not None and one.kind in (float, int):
+        lower = min(lower, none)
+    shown = list(none) if isinstance(none, tuple) else none
     return Spec(
-        one.name,
-        list(default) if isinstance(default, tuple) else default,
-        setting.description + none,
+        prefix + one.name,
+        one.to_parameter(default),
+        setting.description if none is None else f"{setting.description} {shown!r} for none.",
         setting.unit,
-        min(lower, absent(one)) if lower is not None and one.optional else lower,
+        lower,
         upper,
         setting.choices,
         setting.tunable,
-        problem,
+        one.problem,
     )
-
-
-def whole_period(rate_hz: int) -> str | None:
-    """Return what is wrong with a sampling rate (Hz) whose period is not a whole number of nanoseconds."""
-    if rate_hz > 0 and NANOSECONDS % rate_hz == 0:
-        return None
-    return "expected a rate that divides 1e9, so that stamps are whole nanoseconds"
 
 
 def declare(node: Node, specs: Sequence[Spec]) -> dict[str, Any]:
@@ -131,9 +127,15 @@ def _declare_one(node: Node, spec: Spec) -> Any:
         bounds = f"expected {spec.minimum} to {spec.maximum} {spec.unit}".rstrip()
         expected = "" if spec.minimum is None else f"{bounds}: "
         raise InputError(f"{node.get_name()}: parameter {spec.name}: {expected}{_one_line(error)}") from error
+    value = _as_tuple(value)
     problem = spec.problem(value)
     if problem is not None:
-        raise InputError(f"{node.get_name()}: parameter {spec.name}: {value!r}: {problem}")
+        shown = list(value) if isinstance(value, tuple) else value
+        raise InputError(f"{node.get_name()}: parameter {spec.name}: {shown!r}: {problem}")
+    return value
+
+
+def _as_tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
 
 

@@ -1,12 +1,12 @@
-"""Topics among the nodes of one process: a message goes from hand to hand there, and out to everybody else after that.
+"""In-process topics: nodes of one process exchange messages directly; DDS gets them afterwards.
 
-Between two nodes in one process the way through DDS costs more than what most of them compute. Here a node's message is
-handed to the listeners of its process as it is, and published when they have all had their turn, the last topic
-first: the torque that a sample has led to is the one that is waited for outside. A topic from outside is taken and
-unpacked once, for all who listen.
+Between two nodes of one process, transport through DDS costs more than most of their computations. Here a message is
+passed to the callbacks of its process by reference and published on DDS when all of them have run, the newest topic
+first, because the torque command is what other processes wait for. A topic from another process is received and
+deserialised once for all listeners.
 
-This is for topics with one writer, whose messages nobody changes or waits for in a service: those that follow the
-samples. What may come from several nodes (faults, states) goes through DDS for everybody.
+This is for topics with a single publisher whose messages are never modified: those of the control cycle. Topics that
+may have several publishers (faults, states) go through DDS only.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ Callback = Callable[[Any], None]
 
 
 class Sender(Protocol):
-    """Who publishes messages of one topic."""
+    """Publishes the messages of one topic."""
 
     def publish(self, message: Any, /) -> None:
         """Publish a message."""
 
 
 class _Line:
-    """One topic in the process."""
+    """One topic within the process."""
 
     def __init__(self, subscribe: Callable[[Callback], Subscription[Any]] | None = None) -> None:
         self.listeners: list[Callback] = []
@@ -38,14 +38,14 @@ class _Line:
 
 
 class ProcessTopics:
-    """The topics of one process. Nodes join while they are made; then `connect` subscribes to what is not made here."""
+    """The topics of one process: nodes register while they are created, then `connect` subscribes to the others."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start without topics."""
         self._lines: dict[str, _Line] = {}
         self._waiting: deque[tuple[list[Callback], Any]] = deque()
         self._unsent: dict[Sender, list[Any]] = {}
-        self._handing_out = False
+        self._dispatching = False
 
     def listen(
         self,
@@ -54,34 +54,34 @@ class ProcessTopics:
         subscribe: Callable[[Callback], Subscription[Any]],
         inputs: list[Subscription[Any]],
     ) -> None:
-        """Let a listener hear a topic, by its full name; `inputs` gets the subscription, if it takes one."""
+        """Register a callback for a topic by its full name; `inputs` receives the subscription, if one is created."""
         line = self._lines.setdefault(topic, _Line())
         line.listeners.append(listener)
         line.inputs.append(inputs)
         line.subscribe = line.subscribe or subscribe
 
     def advertise(self, topic: str, publisher: Sender) -> Sender:
-        """Return who publishes a topic, by its full name, in this process and through `publisher` outside."""
+        """Return a publisher of a topic, by its full name, within this process and through `publisher` on DDS."""
         line = self._lines.setdefault(topic, _Line())
         line.has_writer = True
         return _ProcessSender(self, line.listeners, publisher)
 
     def connect(self) -> None:
-        """Subscribe once to every topic that has listeners but no writer here."""
+        """Subscribe once to every topic that has listeners but no publisher in this process."""
         for line in self._lines.values():
             if line.subscribe is not None and not line.has_writer:
                 subscription = line.subscribe(self._receiver(line.listeners))
                 for inputs in line.inputs:
                     inputs.append(subscription)
 
-    def hand_out(self, listeners: list[Callback], message: Any, publisher: Sender | None = None) -> None:
-        """Give a message to listeners, then all that follows from it, and publish everything outside."""
+    def dispatch(self, listeners: list[Callback], message: Any, publisher: Sender | None = None) -> None:
+        """Run the callbacks of a message and of all messages that they publish, then publish all of them on DDS."""
         self._waiting.append((listeners, message))
         if publisher is not None:
             self._unsent.setdefault(publisher, []).append(message)
-        if self._handing_out:
+        if self._dispatching:
             return
-        self._handing_out = True
+        self._dispatching = True
         try:
             while self._waiting:
                 listeners, message = self._waiting.popleft()
@@ -91,20 +91,20 @@ class ProcessTopics:
                 for message in messages:
                     sender.publish(message)
         finally:
-            # what a failed listener has left must not come out with a later message
+            # messages left by a callback that raised must not be published with a later one
             self._waiting.clear()
             self._unsent.clear()
-            self._handing_out = False
+            self._dispatching = False
 
     def _receiver(self, listeners: list[Callback]) -> Callback:
         def receive(message: Any) -> None:
-            self.hand_out(listeners, message)
+            self.dispatch(listeners, message)
 
         return receive
 
 
 class _ProcessSender:
-    """Publishes a topic in its process and outside."""
+    """Publishes a topic within its process and on DDS."""
 
     def __init__(self, topics: ProcessTopics, listeners: list[Callback], publisher: Sender) -> None:
         self._topics = topics
@@ -112,4 +112,4 @@ class _ProcessSender:
         self._publisher = publisher
 
     def publish(self, message: Any, /) -> None:
-        self._topics.hand_out(self._listeners, message, self._publisher)
+        self._topics.dispatch(self._listeners, message, self._publisher)

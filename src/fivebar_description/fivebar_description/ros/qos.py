@@ -8,7 +8,7 @@ from fivebar_description.interface import Qos
 
 
 def qos_profile(qos: Qos, depth: int | None = None) -> QoSProfile:
-    """Return the rclpy profile; `depth` overrides the history depth, which is each side's own affair."""
+    """Return the rclpy profile; `depth` overrides the history depth, which each side chooses."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth if depth is not None else qos.depth,

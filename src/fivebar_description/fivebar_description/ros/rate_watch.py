@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from fivebar_description.settings import Setting
 
 
 class RateStatistics(NamedTuple):
@@ -22,6 +24,44 @@ class RateStatistics(NamedTuple):
     jitter_ms: float
     interval_max_ms: float
     late: int
+
+
+class DiagnosticThresholds(NamedTuple):
+    """When a node warns on /diagnostics; every node has these parameters."""
+
+    warn_below_hz: Annotated[
+        float, Setting("Warn below this rate of answers, 0 for never.", "Hz", at_least=0.0, at_most=1e5)
+    ] = 0.0
+    warn_jitter_ms: Annotated[
+        float, Setting("Warn above this jitter of the answers, 0 for never.", "ms", at_least=0.0, at_most=1e5)
+    ] = 0.0
+    late_after_ms: Annotated[
+        float,
+        Setting(
+            "Interval between two answers beyond which the second is late, 0 for none.",
+            "ms",
+            at_least=0.0,
+            at_most=1e5,
+        ),
+    ] = 0.0
+    warn_late: Annotated[
+        int, Setting("Warn above this number of late answers in a second.", at_least=0, at_most=100_000)
+    ] = 0
+    warn_dropped: Annotated[
+        int, Setting("Warn above this number of dropped messages since the start.", at_least=0, at_most=1_000_000)
+    ] = 0
+
+    def timing_problem(self, rates: RateStatistics) -> str | None:
+        """Return how the answers miss the thresholds, None where they do not or where there are none."""
+        if rates.answers == 0:
+            return None
+        if rates.rate_hz < self.warn_below_hz:
+            return f"slow: {rates.rate_hz:.1f} answers per second, expected {self.warn_below_hz:g}"
+        if 0.0 < self.warn_jitter_ms < rates.jitter_ms:
+            return f"uneven: jitter {rates.jitter_ms:.2f} ms, limit {self.warn_jitter_ms:g} ms"
+        if rates.late > self.warn_late:
+            return f"late: {rates.late} of {rates.answers} answers, limit {self.warn_late}"
+        return None
 
 
 class RateWatch:

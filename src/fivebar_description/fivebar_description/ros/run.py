@@ -1,4 +1,4 @@
-"""The one way to run a node: safe defaults for DDS, one executor, clear errors, exit status 0 on a signal."""
+"""Entry point of every node: safe defaults for DDS, one executor, clear errors, exit status 0 on a signal."""
 
 from __future__ import annotations
 
@@ -22,15 +22,14 @@ from fivebar_description.strict_yaml import InputError
 try:
     from rclpy.experimental import EventsExecutor as NodeExecutor
 except ImportError:
-    # early releases of Jazzy lack it; this one does the same for more processor time
+    # missing in early releases of Jazzy; the other executor is equivalent but costs more processor time
     from rclpy.executors import SingleThreadedExecutor as NodeExecutor
 
 WAKE_PERIOD = 0.1
 """Longest time (s) the executor sleeps before a signal is noticed."""
 
 SWITCH_INTERVAL = 2e-4
-"""Longest time (s) for which a thread that has received something waits for another to leave the interpreter; Python's
-own five milliseconds would be more than two periods at 500 Hz."""
+"""Switch interval (s) of Python's global interpreter lock; the default of 5 ms is more than two periods at 500 Hz."""
 
 BAD_INPUT = 2
 
@@ -49,7 +48,7 @@ def run_node(make: Callable[[], GraphNode]) -> None:
 
 
 def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
-    """Run nodes in this process until one is finished or they are told to stop, then exit the process.
+    """Run nodes in this process until one finishes or a signal stops them, then exit the process.
 
     Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input.
     """
@@ -62,7 +61,7 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
 
     signal.signal(signal.SIGINT, stop)
     signal.signal(signal.SIGTERM, stop)
-    # the node publishes its last word on a signal, so the context must outlive it: no handlers of rclpy's own
+    # nodes still publish after a signal, so rclpy's own handlers, which shut the context down, are not installed
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
@@ -82,7 +81,7 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         executor.add_node(node)
     for node in nodes:
         node.schedule()
-    # what start-up has made stays; the collector need never walk it again
+    # objects created at start-up stay: exclude them from garbage collection
     gc.collect()
     gc.freeze()
     sys.setswitchinterval(SWITCH_INTERVAL)
@@ -104,5 +103,5 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
 
 
 def _status(nodes: Sequence[GraphNode]) -> int | None:
-    """Return the largest exit status that a node has set, None where all go on."""
+    """Return the largest exit status that a node has set, None while all are running."""
     return max((node.exit_status for node in nodes if node.exit_status is not None), default=None)

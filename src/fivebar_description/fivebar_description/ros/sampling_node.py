@@ -1,4 +1,4 @@
-"""A node that is driven by samples: it joins its inputs by exact stamp and answers each sample once."""
+"""Base of the nodes that answer samples: joins inputs by exact stamp and answers each sample once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import CAPACITY, Arrival, StampJoin
 
 QUEUE_DEPTH = 2000
-"""Messages that may wait for a node whose answer nobody waits for: the run goes on while it has no processor time."""
+"""History depth of nodes outside of the control cycle: the run continues while such a node gets no processor time."""
 
 
 class Input(NamedTuple):
@@ -23,8 +23,8 @@ class Input(NamedTuple):
     Attributes:
         topic: where it comes from.
         read: returns a message's values, or raises MessageError for a bad one.
-        later: by how many samples a message belongs to a later sample than its stamp says; the samples before have no
-            such input and get no answer.
+        later: number of samples by which a message belongs to a later sample than that of its stamp; the first samples
+            lack this input and get no answer.
     """
 
     topic: Topic
@@ -43,12 +43,12 @@ class SamplingNode(GraphNode):
     def join(self, rate_hz: int, inputs: Sequence[Input], depth: int | None = None) -> None:
         """Subscribe to the inputs, the driving one first; call once, after everything that answers is in place.
 
-        `depth` is how many messages may wait, for a node whose answer nobody waits for; by default that of the topic.
+        `depth` is the history depth, for a node outside of the control cycle; by default that of the topic.
         """
         self.rate_hz = rate_hz
         self._join = StampJoin([one.topic.name for one in inputs], depth or CAPACITY)
         self._driver = inputs[0].topic
-        # the driver last: when its message arrives, those of the same sample are the likelier to be there
+        # the driving input last: when its message arrives, the others of the sample are more likely to be there
         for one in (*inputs[1:], inputs[0]):
             self.listen(one.topic, self._receiver(one), depth)
 
@@ -57,13 +57,13 @@ class SamplingNode(GraphNode):
         """Answer a sample whose inputs are complete, in the order in which they were declared."""
 
     def repeat(self) -> None:
-        """Answer the last sample again: its driving message was repeated, so an answer may have been lost."""
+        """Answer the last sample again: its driving message was repeated, so the answer may have been lost."""
 
     def restart(self) -> None:
-        """Forget the past: the driver begins a new run at sample 0."""
+        """Reset the state: the driving input starts a new run at sample 0."""
 
     def admit(self, sample: int, driving: bool) -> bool:
-        """Look at a new sample's input before it is joined; False leaves it out."""
+        """Inspect an input of a new sample before it is joined; False discards it."""
         return True
 
     @property

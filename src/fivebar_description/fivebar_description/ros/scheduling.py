@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated, NamedTuple
 
 from fivebar_description.interface import HIGHEST_PRIORITY
-from fivebar_description.ros.parameters import Spec
+from fivebar_description.settings import Setting
 
 
 def processor_set(text: str) -> set[int]:
@@ -27,38 +28,40 @@ def _problem(text: str) -> str | None:
     return None if valid else 'expected processor numbers with commas between them, such as "0,2"'
 
 
-SCHEDULING = (
-    Spec(
-        "scheduling_priority",
-        0,
-        "Priority under SCHED_FIFO of all threads of the process, 0 for ordinary scheduling. Needs the right to it"
-        " (CAP_SYS_NICE, or rtprio in limits.conf); without it the node warns and goes on.",
-        "",
-        0,
-        HIGHEST_PRIORITY,
-    ),
-    Spec(
-        "processors",
-        "",
-        'Processors that the process may use, such as "0,2"; empty for all. What is not possible is warned of.',
-        check=_problem,
-    ),
-)
-"""Parameters that every node has; in a process of several nodes those of the last one count."""
+class Scheduling(NamedTuple):
+    """Parameters that every node has; in a process of several nodes those of the last one count."""
+
+    scheduling_priority: Annotated[
+        int,
+        Setting(
+            "Priority under SCHED_FIFO of all threads of the process, 0 for ordinary scheduling. Needs the right to it"
+            " (CAP_SYS_NICE, or rtprio in limits.conf); without it the node warns and continues.",
+            at_least=0,
+            at_most=HIGHEST_PRIORITY,
+        ),
+    ] = 0
+    processors: Annotated[
+        str,
+        Setting(
+            'Processors that the process may use, such as "0,2"; empty for all. If the system refuses, the node warns.',
+            check=_problem,
+        ),
+    ] = ""
 
 
-def apply_scheduling(priority: int, processors: str, warn: Callable[[str], None]) -> None:
-    """Put all threads of this process under a priority and onto processors; what is refused is told to `warn`."""
+def apply_scheduling(scheduling: Scheduling, warn: Callable[[str], None]) -> None:
+    """Put all threads of this process under a priority and onto processors; report what is refused to `warn`."""
+    priority, processors = scheduling
     threads = [int(path.name) for path in Path("/proc/self/task").iterdir()]
     if processors:
         try:
             for thread in threads:
                 os.sched_setaffinity(thread, processor_set(processors))
         except OSError as error:
-            warn(f"processors {processors} not granted ({error.strerror}): going on with all")
+            warn(f"processors {processors} not granted ({error.strerror}): continuing with all")
     if priority:
         try:
             for thread in threads:
                 os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(priority))
         except OSError as error:
-            warn(f"scheduling_priority {priority} not granted ({error.strerror}): going on with ordinary scheduling")
+            warn(f"scheduling_priority {priority} not granted ({error.strerror}): continuing with ordinary scheduling")

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Any
 
 CAPACITY = 16
-"""Samples that may wait for their other inputs, where not told otherwise; the oldest is given up when more arrive."""
+"""Samples that may wait for their other inputs, by default; the oldest is given up when more arrive."""
 
 LEAP = 5000
 """A sample so many after the last one is taken for a wrong stamp, unless its like comes again: to believe a single one

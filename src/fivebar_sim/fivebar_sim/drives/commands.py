@@ -47,8 +47,8 @@ def read_command(line: str) -> InjectionCommand | None:
     return None
 
 
-def obey(emulation: Emulation, line: str) -> str:
-    """Obey one line; return what to tell the person who wrote it."""
+def execute(emulation: Emulation, line: str) -> str:
+    """Execute one line and return the reply to its author."""
     order = read_command(line)
     if order is None:
         return f"not understood: {line.strip()!r}; expected {USAGE}"

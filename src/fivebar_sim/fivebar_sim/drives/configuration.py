@@ -1,50 +1,29 @@
-"""What the emulated drives are like, read from a file of their own: the bridge's configuration is checked by them."""
+"""Configuration of the emulated drives, in a file of its own so that it checks the bridge's."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from fivebar_description.parameters import NotNegative, Positive
+from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, Motor, SyncPeriod, Unsigned32
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale
 
 Four = Annotated[tuple[float, float, float, float], Field(strict=False)]
 
 
-class EmulatedBus(StrictModel):
-    """Section `bus`: channel is an IPv4 multicast address for udp_multicast, a network device for socketcan."""
-
-    interface: Literal["socketcan", "udp_multicast", "virtual"]
-    channel: Annotated[str, Field(min_length=1)]
-    port: Annotated[int, Field(ge=1024, le=65535)] = 43113
-
-
-class DriveFacts(StrictModel):
-    """One drive and its motor.
+class DriveFacts(Motor):
+    """One emulated drive; see `Motor` for the other keys.
 
     Attributes:
-        node_id: CANopen node id.
-        vendor, product: what 0x1018 says.
-        counts_per_revolution: encoder counts per motor revolution.
-        gear_ratio: motor revolutions per joint revolution.
-        sign: +1 where counts grow with the joint angle, else -1.
-        home_offset_rad: joint angle at 0 counts.
-        rated_torque_nm: rated torque at the motor shaft; 0x6076 says it in mNm.
-        velocity_units_per_rev_s: value of 0x606C at one motor revolution per second.
+        vendor, product: content of object 0x1018.
     """
 
-    node_id: Annotated[int, Field(ge=1, le=127)]
-    vendor: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
-    product: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
-    counts_per_revolution: Annotated[int, Field(ge=1, le=2**31 - 1)]
-    gear_ratio: Positive = 1.0
-    sign: Literal[1, -1] = 1
-    home_offset_rad: float = 0.0
-    rated_torque_nm: Positive
-    velocity_units_per_rev_s: Positive
+    vendor: Unsigned32
+    product: Unsigned32
 
 
 class DriveFactsPair(StrictModel):
@@ -65,13 +44,13 @@ class EmulationFile(StrictModel):
     """
 
     name: Annotated[str, Field(min_length=1)]
-    bus: EmulatedBus
+    bus: CanChannel
     robot: str = "dextar"
     initial_joints: Four
-    sync_period_us: Annotated[int, Field(ge=500, le=100_000)] = 2000
-    mass_scale: Positive = 1.0
-    inertia_scale: Positive = 1.0
-    friction_scale: NotNegative = 1.0
+    sync_period_us: SyncPeriod = SYNC_PERIOD_US
+    mass_scale: MassScale = 1.0
+    inertia_scale: InertiaScale = 1.0
+    friction_scale: FrictionScale = 1.0
     drives: DriveFactsPair
 
     @property

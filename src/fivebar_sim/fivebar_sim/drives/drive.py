@@ -1,4 +1,4 @@
-"""One emulated drive: object dictionary, power state machine, PDOs on SYNC, heartbeats and ways to break."""
+"""One emulated drive: object dictionary, power state machine, PDOs on SYNC, heartbeats and fault injection."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ AT_REST = 0.01
 """Speed (rad/s) of the joint at which a quick stop is over."""
 
 LATE_BY = 0.005
-"""Delay (s) of PDOs under the injection LATE, unless told otherwise."""
+"""Default delay (s) of PDOs under the injection LATE."""
 
 
 class InjectedFault(Enum):
@@ -74,7 +74,7 @@ class EmulatedDrive:
         node: Any = canopen.LocalNode(facts.node_id, object_dictionary(facts))
         self._node = node
         self._power = PowerStateMachine()
-        # as 0x605A says of the drive that comes out of its box
+        # the factory default of 0x605A
         self._power.brakes = True
         self._command: bytes | None = None
         self._master_heard: float | None = None
@@ -101,7 +101,7 @@ class EmulatedDrive:
 
     @property
     def angle(self) -> float:
-        """The joint angle (rad) that the encoder's reading (0x6064) tells."""
+        """The joint angle (rad) of the encoder reading (0x6064)."""
         facts = self._facts
         return (
             facts.sign * self._counts * TURN / (facts.gear_ratio * facts.counts_per_revolution) + facts.home_offset_rad
@@ -114,7 +114,7 @@ class EmulatedDrive:
         return facts.sign * self._applied / 1000.0 * facts.rated_torque_nm * facts.gear_ratio
 
     def sense(self, angle: float, velocity: float) -> None:
-        """Let the encoder see a joint angle (rad) and velocity (rad/s)."""
+        """Update the encoder with a joint angle (rad) and velocity (rad/s)."""
         if self._frozen:
             self._speed = 0
             return
@@ -123,7 +123,7 @@ class EmulatedDrive:
         self._speed = round(velocity * turns * self._facts.velocity_units_per_rev_s)
 
     def take(self, can_id: int, data: bytes) -> None:
-        """Take a frame other than SYNC."""
+        """Process a frame other than SYNC."""
         if self.network.cut:
             return
         was_operational = self.operational
@@ -139,7 +139,7 @@ class EmulatedDrive:
             self._take_command(data)
 
     def answer_sync(self) -> None:
-        """Send the TPDOs, then obey the command that came since the last SYNC."""
+        """Send the TPDOs, then apply the command received since the last SYNC."""
         if self.network.cut or not self.operational:
             self._applied = 0
             return
@@ -156,7 +156,7 @@ class EmulatedDrive:
         self._applied = self._torque_to_apply()
 
     def tend(self, now: float) -> None:
-        """Send heartbeats and watch that of the master."""
+        """Send heartbeats and monitor that of the master."""
         self.network.tend(now)
         _, timeout = self._master
         if self._master_heard is not None and timeout > 0.0 and now - self._master_heard > timeout:
@@ -164,7 +164,7 @@ class EmulatedDrive:
             self.trip(HEARTBEAT_EMERGENCY, COMMUNICATION_ERROR)
 
     def trip(self, code: int, register: int = GENERIC_ERROR) -> None:
-        """Enter the fault state without torque and say why."""
+        """Enter the fault state without torque and send an emergency message."""
         self._power.trip()
         self._applied = 0
         self._error_code = code
@@ -197,7 +197,7 @@ class EmulatedDrive:
         return max(-limit, min(limit, self._number(0x6071)))
 
     def _braking(self) -> int:
-        """Return the torque of a quick stop in units of 0x6071, 0 once the motor stands still."""
+        """Return the torque of a quick stop in units of 0x6071, 0 once the motor is at rest."""
         facts = self._facts
         speed = self._speed / facts.velocity_units_per_rev_s * TURN / facts.gear_ratio
         if abs(speed) < AT_REST:
@@ -213,12 +213,12 @@ class EmulatedDrive:
 
     @property
     def _master(self) -> tuple[int, float]:
-        """Node id of the master and the longest silence (s) that is borne, 0 for any."""
+        """Node id of the master and its heartbeat timeout (s), 0 for none."""
         entry = self._number(0x1016, 1)
         return entry >> 16 & 0x7F, (entry & 0xFFFF) / 1e3
 
     def _pdo_id(self, communication: int) -> int | None:
-        """The CAN id of a PDO, None while it is switched off."""
+        """The CAN id of a PDO, None while it is disabled."""
         can_id = self._number(communication, 1)
         return None if can_id & PDO_INVALID else can_id & 0x7FF
 

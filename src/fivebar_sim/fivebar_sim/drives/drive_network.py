@@ -1,4 +1,4 @@
-"""The emulated drives' way onto the bus, which can be cut or slowed down, and whose periodic frames need no thread."""
+"""The emulated drives' access to the bus, which can be interrupted or delayed; periodic frames need no thread."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import canopen
 
 
 class LoopTask:
-    """A frame that is sent again and again by `DriveNetwork.tend`; takes the place of canopen's periodic task."""
+    """A periodic frame that `DriveNetwork.tend` sends; replaces canopen's periodic task."""
 
     def __init__(self, network: DriveNetwork, can_id: int, data: bytes, period: float) -> None:
-        """Send for the first time at the next look."""
+        """Send for the first time at the next call of `tend`."""
         self._network = network
         self._can_id = can_id
         self._data = bytes(data)
@@ -22,15 +22,15 @@ class LoopTask:
         self._due = 0.0
 
     def update(self, data: bytes) -> None:
-        """Send other data from now on."""
+        """Change the data."""
         self._data = bytes(data)
 
     def stop(self) -> None:
-        """Send no more."""
+        """Stop sending."""
         self._network.tasks.discard(self)
 
     def tend(self, now: float) -> None:
-        """Send where it is due."""
+        """Send the frame if it is due."""
         if now >= self._due:
             self._due = now + self._period
             self._network.send_message(self._can_id, self._data)
@@ -46,14 +46,14 @@ class DriveNetwork(canopen.Network):
         self._waiting: list[tuple[float, int, bytes]] = []
         self.tasks: set[LoopTask] = set()
         self.cut = False
-        """Whether the drive is off the bus: it neither sends nor hears."""
+        """Whether the drive is off the bus: it neither sends nor receives."""
         self.delay = 0.0
-        """Time (s) by which PDOs are late."""
+        """Delay (s) of PDOs."""
         self.mute = False
-        """Whether the drive's heartbeat has ceased, and nothing else."""
+        """Whether the drive stops sending its heartbeat, and nothing else."""
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
-        """Send a frame, unless the drive is cut off; PDOs wait for the delay."""
+        """Send a frame, unless the drive is cut off; PDOs are delayed."""
         if self.cut:
             return
         if self.delay > 0.0 and 0x180 <= can_id < 0x580:
@@ -68,7 +68,7 @@ class DriveNetwork(canopen.Network):
         return task
 
     def tend(self, now: float) -> None:
-        """Send what is due."""
+        """Send all frames that are due."""
         for task in () if self.mute else tuple(self.tasks):
             task.tend(now)
         due = [frame for frame in self._waiting if frame[0] <= now]

@@ -10,33 +10,34 @@ from typing import NamedTuple
 
 import can
 
+from fivebar_description.drive_file import CanChannel
 from fivebar_description.parameters import load_robot
-from fivebar_sim.drives.configuration import EmulatedBus, EmulationFile
+from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
-from fivebar_sim.options import PlantOptions
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
+from fivebar_sim.settings import PlantSettings
 
 SYNC_ID = 0x080
-LOOK_PERIOD = 0.002
-"""Longest time (s) between two looks at heartbeats and late frames."""
+POLL_PERIOD = 0.002
+"""Longest time (s) between two checks of heartbeats and delayed frames."""
 
 FRAMES_AT_ONCE = 64
-"""Frames that are taken before the next such look."""
+"""Frames that are processed before the next such check."""
 
 
 HISTORY = 64
-"""SYNCs that are remembered."""
+"""Number of SYNCs that are kept."""
 
 
 class SyncRecord(NamedTuple):
-    """One SYNC: its number, the joint angles (rad) that both encoders tell, and the exact state."""
+    """One SYNC: its number, the joint angles (rad) of both encoders, and the exact state."""
 
     number: int
     angles: tuple[float, float]
     truth: Measurement
 
 
-def open_bus(bus: EmulatedBus) -> can.BusABC:
+def open_bus(bus: CanChannel) -> can.BusABC:
     """Open the bus of a configuration; frames over UDP never leave this machine."""
     if bus.interface == "udp_multicast":
         return can.Bus(interface=bus.interface, channel=bus.channel, port=bus.port, hop_limit=0, fd=False)
@@ -64,33 +65,33 @@ class Emulation:
         first, second = emulation.pair
         self.drives = EmulatedDrive(first, bus, clock), EmulatedDrive(second, bus, clock)
         self.syncs = 0
-        """SYNCs heard so far."""
+        """SYNCs received so far."""
         self.sync_delay = 0.0
-        """Time (s) by which SYNCs come late to the drives."""
+        """Delay (s) of SYNCs."""
         self.history: deque[SyncRecord] = deque(maxlen=HISTORY)
-        """What the last SYNCs found, the newest at the end."""
+        """The last SYNCs, the newest at the end."""
         self._late_syncs: deque[float] = deque()
         self._sense()
 
     def go_home(self) -> None:
-        """Put the robot, at rest, to where it stood at the start.
+        """Reset the robot to its initial posture, at rest.
 
         Raises:
             InputError: the robot or its posture cannot be.
         """
         file = self._file
         # the drives themselves limit and quantise
-        options = PlantOptions(
+        settings = PlantSettings(
             mass_scale=file.mass_scale,
             inertia_scale=file.inertia_scale,
             friction_scale=file.friction_scale,
             torque_limit=None,
         )
         rate_hz = round(1e6 / file.sync_period_us)
-        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, options)
+        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, settings)
 
     def take(self, can_id: int, data: bytes) -> None:
-        """Take a frame from the bus."""
+        """Process a frame from the bus."""
         if can_id == SYNC_ID and not data:
             if self.sync_delay > 0.0:
                 self._late_syncs.append(self._clock() + self.sync_delay)
@@ -101,7 +102,7 @@ class Emulation:
             drive.take(can_id, data)
 
     def tend(self) -> None:
-        """Do what is due by the clock."""
+        """Do what is due at this time."""
         now = self._clock()
         while self._late_syncs and self._late_syncs[0] <= now:
             self._late_syncs.popleft()
@@ -110,10 +111,10 @@ class Emulation:
             drive.tend(now)
 
     def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
-        """Serve the bus until told to end; `between` is called between frames."""
+        """Serve the bus until `ending` is set; `between` is called between frames."""
         while not ending.is_set():
-            # what is waiting is heard before any age is looked at: a process that was held up judges nobody by that
-            timeout = LOOK_PERIOD
+            # process queued frames before checking timeouts: a delay of this process must not count as one of others
+            timeout = POLL_PERIOD
             for _ in range(FRAMES_AT_ONCE):
                 if not self._hear(timeout):
                     break
@@ -126,14 +127,14 @@ class Emulation:
         try:
             message = self._bus.recv(timeout)
         except can.CanOperationError:
-            # a datagram on the group that is no frame
+            # a datagram in the multicast group that is no CAN frame
             return True
         if message is not None and is_plain(message):
             self.take(message.arbitration_id, bytes(message.data))
         return message is not None
 
     def _sync(self) -> None:
-        """Read the encoders and answer, then compute the way to the next SYNC: the torque for it is known by now."""
+        """Read the encoders and answer, then integrate to the next SYNC, whose torque is known by now."""
         self.syncs += 1
         self._sense()
         first, second = self.drives

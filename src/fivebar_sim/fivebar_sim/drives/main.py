@@ -12,7 +12,7 @@ from types import FrameType
 import can
 
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import USAGE, obey
+from fivebar_sim.drives.commands import USAGE, execute
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.emulation import Emulation, open_bus
 
@@ -50,7 +50,7 @@ def main() -> None:
 
         def look_for_lines() -> None:
             while not lines.empty():
-                print(obey(emulation, lines.get()), flush=True)
+                print(execute(emulation, lines.get()), flush=True)
 
         emulation.run(ending, look_for_lines)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""The object dictionary of an emulated drive: what CiA 301 and CiA 402 ask of a cyclic torque drive."""
+"""The object dictionary of an emulated drive: the objects that CiA 301 and CiA 402 require of a cyclic torque drive."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from canopen.objectdictionary import ObjectDictionary, ODArray, ODRecord, ODVari
 from fivebar_sim.drives.configuration import DriveFacts
 
 INJECT = 0x2000
-"""Manufacturer's object: writing a number here breaks the drive in a chosen way."""
+"""Manufacturer-specific object: writing a number injects a fault."""
 
 PDO_INVALID = 1 << 31
 
@@ -56,7 +56,7 @@ def object_dictionary(facts: DriveFacts) -> ObjectDictionary:
     dictionary.add_object(_record("interpolation time period", 0x60C2, ODRecord, period))
     for number, can_id in enumerate((0x200 + node, 0x300 + node)):
         _add_pdo(dictionary, "RPDO", 0x1400 + number, 0x1600 + number, can_id)
-    # the drive comes with one more TPDO switched on than is wanted, as many do
+    # one more TPDO is enabled by default than the bridge needs, as on many drives
     for number, can_id in enumerate((0x180 + node, (0x280 + node) | PDO_INVALID, 0x380 + node)):
         _add_pdo(dictionary, "TPDO", 0x1800 + number, 0x1A00 + number, can_id)
     return dictionary

@@ -17,14 +17,14 @@ class PowerState(Enum):
 
 
 REMOTE = 0x0200
-"""Bit of the statusword: the drive listens to the controlword."""
+"""Bit of the statusword: the controlword is processed."""
 
 VOLTAGE = 0x0010
-"""Bit of the statusword: there is high voltage."""
+"""Bit of the statusword: high voltage is applied."""
 
 
 class PowerStateMachine:
-    """Follows controlwords; a fault is left by the rising edge of bit 7 only."""
+    """Follows controlwords; only a rising edge of bit 7 leaves the fault state."""
 
     def __init__(self) -> None:
         """Start switched off."""
@@ -41,7 +41,7 @@ class PowerStateMachine:
         return self.state.value | REMOTE | VOLTAGE
 
     def control(self, word: int) -> bool:
-        """Take a controlword; return whether it reset a fault."""
+        """Process a controlword; return whether it reset a fault."""
         rising = bool(word & 0x80 and not self._last & 0x80)
         self._last = word
         if self.state is PowerState.FAULT:
@@ -69,7 +69,7 @@ class PowerStateMachine:
         return PowerState.SWITCHED_ON if self.state is PowerState.READY else PowerState.ENABLED
 
     def come_to_rest(self) -> None:
-        """Take note that the motor stands still: a quick stop that does not stay is over."""
+        """Report that the motor is at rest: a quick stop without staying powered is over."""
         if self.state is PowerState.QUICK_STOP and not self.stays:
             self.state = PowerState.SWITCH_ON_DISABLED
 

@@ -1,4 +1,4 @@
-"""The emulated drives and the robot that they move, with what the graph of a rehearsal wants to know of them.
+"""The emulated drives and the robot that they move, with the topics that a rehearsal needs.
 
 The drives talk to the bridge over CAN alone. This node besides publishes the exact state for judging, the progress of
 the run, and injects faults at given moments.
@@ -30,30 +30,21 @@ from fivebar_description.interface import (
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec, whole_period
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import USAGE, obey, read_command
+from fivebar_sim.drives.commands import USAGE, execute, read_command
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import TURN
 from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
+from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 
 STATUS_PERIOD = 0.1
 GRACE = 2.0
-"""Time (s) beyond the planned end after which a run is over even if its last sample never came."""
+"""Time (s) after the planned end at which a run is over even if its last sample is missing."""
 
 FITTING_COUNTS = 1.5
-"""Difference (counts) between an encoder's reading and what the bridge makes of it."""
-
-SPECS = (
-    Spec("emulation", "dextar_emulated", "Bus, drives and robot: a shipped emulation's name or a path to a YAML file."),
-    Spec("rate_hz", 500, "Sampling rate of the graph; it must divide 1e9.", "Hz", 1, 10_000, check=whole_period),
-    Spec("samples", 0, "Number of the last sample of the run, 0 for no end.", "", 0, 100_000_000),
-    Spec("inject", [""], "Faults: seconds since sample 0 and an order, such as '1.2 fault 1'."),
-    Spec("wait_for_nodes", [""], "Nodes that are named where the run does not begin in time."),
-    Spec("ready_timeout_s", 30.0, "Longest wait for sample 1.", "s", 0.1, 3600.0),
-)
+"""Tolerance (counts) between an encoder reading and the angle that the bridge publishes."""
 
 
 class EmulatedRobot(GraphNode):
@@ -62,13 +53,13 @@ class EmulatedRobot(GraphNode):
     def __init__(self) -> None:
         """Boot the drives and serve the bus in a thread."""
         super().__init__("emulated_robot")
-        values = self.parameters(SPECS)
-        self._rate_hz: int = values["rate_hz"]
-        self._samples: int = values["samples"]
-        self._injections = sorted(_injection(text) for text in values["inject"] if text)
-        self._missing_nodes = {name for name in values["wait_for_nodes"] if name}
-        self._ready_timeout: float = values["ready_timeout_s"]
-        file = load_emulation(values["emulation"])
+        settings = self.declare_settings(EmulatedRobotSettings)
+        self._rate_hz = settings.rate_hz
+        self._samples = settings.samples
+        self._injections = sorted(_injection(text) for text in settings.inject)
+        self._missing_nodes = set(settings.wait_for_nodes)
+        self._ready_timeout = settings.ready_timeout_s
+        file = load_emulation(settings.emulation)
         try:
             self._bus = open_bus(file.bus)
         except (can.CanError, OSError) as error:
@@ -77,7 +68,7 @@ class EmulatedRobot(GraphNode):
         self._tolerance = FITTING_COUNTS * max(TURN / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
         self._ahead = 0
         self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._obeyed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._ending = threading.Event()
         self._sample, self._commanded = 0, -1
         self._overruns = 0
@@ -93,8 +84,10 @@ class EmulatedRobot(GraphNode):
         self.listen(TORQUE_COMMAND, self._on_command)
         self.create_subscription(String, FAULTS.name, self._on_fault, qos_profile(FAULTS.qos))
         self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
-        self.every(STATUS_PERIOD, self._look_at_clock)
-        self._thread = threading.Thread(target=self._emulation.run, args=(self._ending, self._obey_orders), daemon=True)
+        self.every(STATUS_PERIOD, self._check_clock)
+        self._thread = threading.Thread(
+            target=self._emulation.run, args=(self._ending, self._execute_orders), daemon=True
+        )
         self._thread.start()
 
     def stop(self) -> None:
@@ -103,10 +96,10 @@ class EmulatedRobot(GraphNode):
         self._thread.join()
         self._bus.shutdown()
 
-    def _obey_orders(self) -> None:
-        # in the thread of the drives, which has no time for a log
+    def _execute_orders(self) -> None:
+        # in the thread of the drives, which must not spend time on logging
         while not self._orders.empty():
-            self._obeyed.put(obey(self._emulation, self._orders.get()))
+            self._replies.put(execute(self._emulation, self._orders.get()))
 
     def _on_ready(self, message: String) -> None:
         self._missing_nodes.discard(message.data)
@@ -149,8 +142,8 @@ class EmulatedRobot(GraphNode):
     def _sync_of(self, sample: int, q11: float, q21: float) -> SyncRecord | None:
         """Return the SYNC that a sample was measured at.
 
-        A SYNC carries no number on the bus. Samples count with it, though, from the first one on; where the readings
-        contradict that (SYNCs without samples while drives were enabled), it is the newest SYNC that has them.
+        A SYNC has no number on the bus, but samples are numbered in step with it; where the readings contradict that
+        (SYNCs without samples while the drives were being enabled), the newest SYNC with these readings is taken.
         """
 
         def fits(record: SyncRecord) -> bool:
@@ -172,11 +165,11 @@ class EmulatedRobot(GraphNode):
             if sample == self._sample > 0:
                 self._latency.note(time.monotonic() - self._heard)
 
-    def _look_at_clock(self) -> None:
-        """Publish how far the run is; end it where it does not begin, or where the bridge has fallen silent."""
+    def _check_clock(self) -> None:
+        """Publish the progress of the run; end it if it does not start or the bridge has stopped publishing."""
         now = time.monotonic()
-        while not self._obeyed.empty():
-            self.get_logger().info(self._obeyed.get())
+        while not self._replies.empty():
+            self.get_logger().info(self._replies.get())
         if self._samples and self._state == "running":
             if self._began is None and self._faulty:
                 # drives that could not be enabled, say
@@ -194,7 +187,7 @@ class EmulatedRobot(GraphNode):
         self._publish_status()
 
     def _end(self, failed: bool) -> None:
-        """Tell that the run is over; the drives stay, so that the bridge can switch them off in order."""
+        """Announce the end of the run; the drives keep running, so that the bridge can switch them off in order."""
         self._state = "failed" if failed else "completed"
         self._publish_status()
 

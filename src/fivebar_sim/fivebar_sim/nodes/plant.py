@@ -1,4 +1,4 @@
-"""The simulated robot as a node: publishes a sample, takes the torque that answers it, and moves on."""
+"""The simulated robot as a node: publishes a sample, applies the torque that answers it, and advances."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_description.imu import IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -28,14 +29,13 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.imu_parameters import declare_imu
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
-from fivebar_sim.options import ImuOptions, PlantOptions
 from fivebar_sim.plant import Plant, PlantDiverged
-from fivebar_sim.ros.plant_parameters import LOCKSTEP, MOTORS, SPECS
+from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
+from fivebar_sim.settings import PlantSettings
 
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2
@@ -46,7 +46,7 @@ FIRST_ANSWER_TIME = 1.0
 ZERO = (0.0, 0.0)
 
 Messages = tuple[JointState, JointState | None]
-"""What the joints' topic says of a sample, and that of the truth, if there is one."""
+"""Joint states of a sample, and the ground truth where it is published."""
 
 
 class PlantNode(GraphNode):
@@ -54,39 +54,27 @@ class PlantNode(GraphNode):
 
     In lockstep, sample k is followed by sample k + 1 as soon as the command that carries stamp k has come. In real
     time, samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on; with drives
-    that delay, one sample later still. What lies between two samples is computed as soon as its torque is known, not
-    when the next sample is due: that one is then published at once, and the controllers have the whole period.
+    that delay, one sample later still. The motion between two samples is integrated as soon as its torque is known,
+    not when the next sample is due: that one is then published at once, and the controllers have the whole period.
     """
 
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("plant")
-        values = self.parameters(SPECS)
-        self._rate_hz: int = values["rate_hz"]
-        self._samples: int = values["samples"]
-        self._lockstep = values["mode"] == LOCKSTEP
-        self._command_timeout: float = values["command_timeout_s"]
-        self._freshness: int = values["freshness_samples"]
-        self._missing_nodes = {name for name in values["wait_for_nodes"] if name}
-        self._ready_timeout: float = values["ready_timeout_s"]
+        settings = self.declare_settings(PlantNodeSettings)
+        plant = self.declare_settings(PlantSettings)
+        imu = self.declare_settings(ImuSettings, IMU_PREFIX)
+        self._rate_hz = settings.rate_hz
+        self._samples = settings.samples
+        self._lockstep = settings.mode == LOCKSTEP
+        self._command_timeout = settings.command_timeout_s
+        self._freshness = settings.freshness_samples
+        self._missing_nodes = set(settings.wait_for_nodes)
+        self._ready_timeout = settings.ready_timeout_s
         # in real time, drives that delay have the torque for the time ahead when the time begins
-        self._known_ahead = not self._lockstep and values["delay_samples"] > 0
-        self._plant = Plant(
-            load_robot(values["robot"]),
-            values["initial_joints"],
-            self._rate_hz,
-            PlantOptions(
-                mass_scale=values["mass_scale"],
-                inertia_scale=values["inertia_scale"],
-                friction_scale=values["friction_scale"],
-                torque_limit=values["torque_limit"] or None,
-                torque_quantum=values["torque_quantum"],
-                encoder_counts=values["encoder_counts"] or None,
-                delay_samples=values["delay_samples"] - self._known_ahead,
-                seed=values["seed"],
-            ),
-            ImuOptions(declare_imu(self), values["imu_noise"]),
-        )
+        self._known_ahead = not self._lockstep and plant.delay_samples > 0
+        plant = plant._replace(delay_samples=plant.delay_samples - self._known_ahead)
+        self._plant = Plant(load_robot(settings.robot), settings.initial_joints, self._rate_hz, plant, imu)
         self._sample = 0
         self._next: Messages | None = None
         self._fault = ""
@@ -96,7 +84,7 @@ class PlantNode(GraphNode):
         self._published = 0.0
         self._imu_message: Imu | None = None
         self._began = self._heard = time.monotonic()
-        self._motors_only = values["publishes"] == MOTORS
+        self._motors_only = settings.publishes == MOTORS
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only else None
         self._imu = self.advertise(IMU_DATA)
@@ -112,7 +100,7 @@ class PlantNode(GraphNode):
         self._state.publish(String(data=ALL_WELL))
 
     def stop(self) -> None:
-        """Tell that no more samples will come, so that nobody takes their end for a fault."""
+        """Announce that no more samples will come, so that their absence does not count as a fault."""
         self._state.publish(String(data="drives_off: the plant has ended"))
 
     def health(self) -> tuple[bytes, str]:
@@ -149,7 +137,7 @@ class PlantNode(GraphNode):
             self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
 
     def _measure(self, sample: int) -> Messages:
-        """Return what is to be published of a sample."""
+        """Return the messages of a sample."""
         stamp = sample_stamp_ns(sample, self._rate_hz)
         measured = self._plant.measure()
         if not self._motors_only:
@@ -162,7 +150,7 @@ class PlantNode(GraphNode):
         )
 
     def _publish_sample(self) -> None:
-        # the joints first: it is for them that the controllers wait
+        # the joint states first, because the controllers wait for them
         joints, truth = self._measured
         self._joint_states.publish(joints)
         self._published = time.monotonic()
@@ -177,7 +165,7 @@ class PlantNode(GraphNode):
         message = Imu()
         message.header.stamp = to_stamp(sample_stamp_ns(self._sample, self._rate_hz))
         message.header.frame_id = IMU_FRAME
-        # -1 says that there is no orientation (sensor_msgs/Imu)
+        # -1 means that there is no orientation (sensor_msgs/Imu)
         message.orientation_covariance[0] = -1.0
         vector = message.linear_acceleration
         vector.x, vector.y, vector.z = reading.acceleration
@@ -204,10 +192,10 @@ class PlantNode(GraphNode):
             self._heard = time.monotonic()
             self._move()
             if self._lockstep:
-                self._go_on()
+                self._advance()
 
     def _tick(self) -> None:
-        """Real time: go on to the next sample, whatever the controllers do; without a new command the last one acts."""
+        """Real time: advance to the next sample unconditionally; without a new command the last one stays in effect."""
         answered, _ = self._latest
         if answered < self._sample:
             self._overruns += 1
@@ -217,12 +205,12 @@ class PlantNode(GraphNode):
                 f" limit {self._freshness} samples"
             )
         self._move()
-        self._go_on()
+        self._advance()
         if self._known_ahead:
             self._move()
 
     def _move(self) -> None:
-        """Compute the time up to the next sample under the latest command, once."""
+        """Integrate to the next sample under the latest command, once."""
         if self._next is not None or self._sample == self._samples or self.exit_status is not None:
             return
         try:
@@ -232,7 +220,7 @@ class PlantNode(GraphNode):
             return
         self._next = self._measure(self._sample + 1)
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         if self.exit_status is not None:
             return
         self.note_answer()

@@ -212,7 +212,7 @@ def test_peaks_are_magnitudes_per_motor(record: Record) -> None:
 
 
 def test_without_a_limit_nothing_saturates(record: Record) -> None:
-    unlimited = DOWN.model_copy(update={"plant": DOWN.plant.model_copy(update={"torque_limit": None})})
+    unlimited = DOWN.model_copy(update={"plant": DOWN.plant._replace(torque_limit=None)})
     assert summary_of(record(commands={3: (1e6, 0.0)}), unlimited).torque_saturated_samples is None
 
 

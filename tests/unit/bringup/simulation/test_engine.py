@@ -24,8 +24,8 @@ from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
-from fivebar_sim.options import PlantOptions
 from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
+from fivebar_sim.settings import PlantSettings
 
 POSITION = 1e-9
 """m; what one source of equations and two plants must agree to."""
@@ -233,7 +233,7 @@ def test_the_plain_plant_is_pinocchios_through_type_2_and_type_1(vx: float, vy: 
     one, two = start.leg1, start.leg2
     rates = (one.dq1, one.dtheta - one.dq1, two.dq1, two.dtheta - two.dq1)
     state = PlantState(chain_at(one.q1, one.q2, *rates[:2]), chain_at(two.q1, two.q2, *rates[2:]))
-    other = Plant(robot, (one.q1, one.q2, two.q1, two.q2), 500, PlantOptions(friction_scale=0.0), velocities=rates)
+    other = Plant(robot, (one.q1, one.q2, two.q1, two.q2), 500, PlantSettings(friction_scale=0.0), velocities=rates)
     least = math.inf
     for _ in range(1000):
         other.advance((0.0, 0.0))
@@ -250,7 +250,7 @@ def test_the_plain_plant_is_pinocchios_through_type_2_and_type_1(vx: float, vy: 
 def test_a_motion_too_fast_to_simulate_diverges_as_pinocchios_does(dextar: FiveBar) -> None:
     q = inverse_geometry(dextar, 1, -1, 0.0, 0.13)
     state = PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))
-    plant = Plant(dextar, tuple(q), 500, PlantOptions(torque_limit=None))
+    plant = Plant(dextar, tuple(q), 500, PlantSettings(torque_limit=None))
     made = 0
     with pytest.raises(PlantDiverged):
         while made < 1000:

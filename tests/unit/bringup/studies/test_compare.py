@@ -67,7 +67,7 @@ def test_a_scenario_with_a_plant_of_its_own_is_one_more_rig() -> None:
     assert default_rigs(changed(plant={"mass_scale": 1.3})) == (*RIGS, AS_GIVEN)
     # the same plant, watched by nobody
     encoders = load_scenario("middle_encoders")
-    assert default_rigs(changed(plant=encoders.plant.model_dump())) == (*RIGS, AS_GIVEN)
+    assert default_rigs(changed(plant=encoders.plant._asdict())) == (*RIGS, AS_GIVEN)
 
 
 def changed(**sections: object) -> Scenario:

@@ -114,7 +114,7 @@ def test_encoders_of_20000_counts_give_them_within_three_percent(counted: RunDir
 def test_scaled_parameters_of_a_scenario_come_back(tmp_path: Path) -> None:
     """All of a kind off by the same factor, as the section `plant` has it; the bag alone, with the robot named."""
     scenario = load_scenario("excitation_encoders")
-    plant = scenario.plant.model_copy(update={"mass_scale": 1.3, "inertia_scale": 0.8, "friction_scale": 1.5})
+    plant = scenario.plant._replace(mass_scale=1.3, inertia_scale=0.8, friction_scale=1.5)
     scenario = scenario.model_copy(update={"plant": plant})
     write_bag(simulate(scenario), scenario, tmp_path / "bag")
     found = identify_bag(tmp_path / "bag", "dextar").found.fit.values

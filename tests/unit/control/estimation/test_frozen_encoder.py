@@ -40,7 +40,7 @@ def test_a_frozen_reading_is_noticed(crossing: tuple[Scenario, OfflineRun], firs
     """The reference is on the locus at sample 50, where the motors turn round."""
     scenario, run = crossing
     estimator = StateEstimator(
-        scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf.as_settings()
+        scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf
     )
     frozen = None
     for sample in run.samples:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fivebar_control.estimation.imu_check import ImuCheck, noise_floor
 from fivebar_control.model.state import Platform, State
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.imu import ImuDescription
+from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.urdf import urdf_text
 
@@ -21,9 +21,7 @@ Vector = NDArray[np.float64]
 States = Callable[[int, int], list[State]]
 Vectors = Callable[[State], tuple[Vector, Vector]]
 
-MOUNTED = ImuDescription(
-    bias=(0.1, -0.3, 0.2), mount_x=-0.02, mount_y=0.015, roll=0.3, pitch=-0.4, yaw=1.2, range=1000.0
-)
+MOUNTED = ImuSettings(bias=(0.1, -0.3, 0.2), mount_x=-0.02, mount_y=0.015, roll=0.3, pitch=-0.4, yaw=1.2, range=1000.0)
 
 
 def modes(state: State) -> tuple[int, int]:
@@ -53,7 +51,7 @@ def test_a_perfect_motion_leaves_no_error_however_the_imu_is_mounted(
 
 
 def test_error_is_measured_minus_desired_magnitude(dextar: FiveBar) -> None:
-    check = ImuCheck(dextar, 1, -1, 500, ImuDescription())
+    check = ImuCheck(dextar, 1, -1, 500, ImuSettings())
     assert check.error((3.0, 4.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 0.0, 2.0)) == pytest.approx(3.0, abs=1e-14)
     assert check.error((0.0, 0.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 5.0, -12.0)) == pytest.approx(
         -13.0, abs=1e-14
@@ -62,14 +60,14 @@ def test_error_is_measured_minus_desired_magnitude(dextar: FiveBar) -> None:
 
 def test_the_desired_side_goes_through_the_same_low_pass(dextar: FiveBar) -> None:
     """A sensor that is late by its own filter makes no error; after one time constant 1 - 1/e of a step are in."""
-    check = ImuCheck(dextar, 1, -1, 500, ImuDescription(bandwidth_hz=50.0 / (2.0 * math.pi)))
+    check = ImuCheck(dextar, 1, -1, 500, ImuSettings(bandwidth_hz=50.0 / (2.0 * math.pi)))
     check.error((0.0, 0.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 0.0, 0.0))
     errors = [check.error((0.0, 0.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 0.0, 1.0)) for _ in range(10)]
     assert errors[9] == pytest.approx(math.exp(-1.0) - 1.0, abs=1e-12)
 
 
 def test_saturation_is_noticed_on_any_axis(dextar: FiveBar) -> None:
-    check = ImuCheck(dextar, 1, -1, 500, ImuDescription(range=20.0))
+    check = ImuCheck(dextar, 1, -1, 500, ImuSettings(range=20.0))
     assert check.saturated((20.0, 0.0, 9.8))
     assert check.saturated((0.0, -20.0, 9.8))
     assert not check.saturated((19.9, -19.9, 9.8))

@@ -18,10 +18,11 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.runs.launcher import run_graph
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, Scheduling, processes
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import FAULTS, JOINT_STATES
+from fivebar_description.ros.scheduling import Scheduling
 
 HOPS = 3
 """Hops of one cycle: plant to controllers, controllers to blender, blender to plant."""

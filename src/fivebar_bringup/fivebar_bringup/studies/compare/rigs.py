@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from fivebar_bringup.scenario import PlantSection, Scenario
+from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.gains import Gains
+from fivebar_sim.settings import PlantSettings
 
 WRONG = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 0.8}
 ENCODERS = {"encoder_counts": 20_000, "torque_quantum": 0.002, "delay_samples": 1}
@@ -89,7 +90,7 @@ def default_rigs(scenario: Scenario) -> tuple[str, ...]:
     """Return the rigs for a scenario where none are named: all, and its own plant where that is none of them."""
     for name in RIGS:
         content = on_rig(scenario, name)
-        if PlantSection(**content["plant"]) == scenario.plant and content["estimator"] == scenario.estimator:
+        if PlantSettings(**content["plant"]) == scenario.plant and content["estimator"] == scenario.estimator:
             return tuple(RIGS)
     return RIG_NAMES
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_bringup.scenario import PlantSection, Scenario
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.laws import registry
 from fivebar_control.trajectory.limits import limits_of
@@ -13,6 +13,7 @@ from fivebar_control.trajectory.postures import mode_name
 from fivebar_control.trajectory.transfer import Speed, Transfer, plan_transfer
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.settings import PlantSettings
 
 ASSEMBLY_MODES = {"+": 1, "-": -1}
 """The assembly modes by name: the sign of det A."""
@@ -97,15 +98,15 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         "segment_duration": list(transfer.durations),
         "time_law": "quintic",
         "rate_hz": request.rate_hz,
-        "plant": _plant(request).model_dump(),
+        "plant": _plant(request)._asdict(),
     }
     return validate(content, Scenario, "goto")
 
 
-def _plant(request: Request) -> PlantSection:
+def _plant(request: Request) -> PlantSettings:
     before = request.start.scenario
-    plant = PlantSection() if before is None else before.plant
-    return plant.model_copy(update={"torque_limit": request.torque_limit})
+    plant = PlantSettings() if before is None else before.plant
+    return plant._replace(torque_limit=request.torque_limit)
 
 
 def _refuse_malformed(request: Request) -> None:

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 from pydantic import PrivateAttr
 
 from fivebar_bringup.report.thesis import CARTESIAN, MIDDLE, MULTIPLE, Waypoints
-from fivebar_bringup.scenario import ImuSection, Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC, Plan
+from fivebar_description.imu import ImuSettings
 
 JOINT = "multi_joint"
 CTC, MULTI_MODEL = "ctc", "multi_model_ctc"
@@ -95,9 +96,9 @@ class ThesisCase(NamedTuple):
             controller=self.controller,
             waypoints=waypoints(self.motion),
             segment_duration=self.duration,
-            time_law=self.time_law,  # type: ignore[arg-type]
+            time_law=self.time_law,
             plant=PLANTS[self.plant],  # type: ignore[arg-type]
-            imu=rig_imu() if self.imu else ImuSection(),
+            imu=rig_imu() if self.imu else ImuSettings(),
             adaptive_gain={"enabled": self.adaptive_gain},  # type: ignore[arg-type]
             **VARIANTS[self.variant],
         )
@@ -127,7 +128,7 @@ def waypoints(motion: str) -> Waypoints:
 
 
 @cache
-def rig_imu() -> ImuSection:
+def rig_imu() -> ImuSettings:
     """Return the IMU of the simulated rig: noisy, biased, slow, and mounted beside the platform point and turned."""
     return load_scenario("imu_middle").imu
 

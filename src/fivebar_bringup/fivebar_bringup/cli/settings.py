@@ -1,0 +1,15 @@
+"""Subcommand that documents the settings of a scenario."""
+
+from __future__ import annotations
+
+from fivebar_bringup.cli.app import app
+from fivebar_bringup.settings_page import settings_page
+
+
+@app.command()
+def settings() -> None:
+    """Print every setting of a scenario with its type, unit, range and default, as Markdown.
+
+    Example: `fivebar settings > docs/settings.md`
+    """
+    print(settings_page(), end="")

@@ -1,0 +1,90 @@
+"""docs/settings.md: every setting of a scenario, from the declarations that also check it."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import math
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.settings import REQUIRED, Declared, Keys, declared, declared_as
+
+INTRODUCTION = """\
+# Settings
+
+What a scenario can say, section by section. A node has the settings of its component as ROS parameters with the same
+description, unit and range (`ros2 param describe`); there 0, or an array with the single element 0, stands for `null`.
+
+This page is printed by `fivebar settings`.
+"""
+
+COLUMNS = ("name", "type", "unit", "range", "default", "description")
+
+WORDS = {float: "number", int: "integer", bool: "`true` or `false`", str: "text", dict: "keys with values"}
+
+
+def settings_page() -> str:
+    """Return the page as Markdown."""
+    hints = get_type_hints(Scenario, include_extras=True)
+    top = (declared_as(name, hints[name], _default(name)) for name in Scenario.model_fields)
+    parts = [INTRODUCTION, "## Top level\n", _table([one for one in top if one is not None])]
+    for name, field in Scenario.model_fields.items():
+        keys = next((one for one in field.metadata if isinstance(one, Keys)), None)
+        if keys is None or field.annotation is None:
+            continue
+        kind: Any = field.annotation
+        settings = declared(kind)
+        parts += [
+            f"## `{name}`\n",
+            f"{inspect.getdoc(kind)}\n",
+            _table([one for one in settings if one.name not in keys.without]),
+        ]
+    return "\n".join(parts)
+
+
+def _default(name: str) -> Any:
+    field = Scenario.model_fields[name]
+    return REQUIRED if field.is_required() else field.get_default(call_default_factory=True)
+
+
+def _table(settings: list[Declared]) -> str:
+    rows = [COLUMNS, tuple("---" for _ in COLUMNS), *(_row(one) for one in settings)]
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def _row(one: Declared) -> tuple[str, ...]:
+    cells = (_kind(one), one.setting.unit, one.setting.range_text(), _value(one.default), one.setting.description)
+    return (f"`{one.name}`", *(cell.replace("|", r"\|") for cell in cells))
+
+
+def _kind(one: Declared) -> str:
+    words = ", ".join(f"`{choice}`" for choice in one.setting.choices) if one.setting.choices else _type(one.kind)
+    return f"{words}, or `null` for none" if one.optional or one.setting.unlimited else words
+
+
+def _type(kind: Any) -> str:
+    """Return a type in words."""
+    if get_origin(kind) is Annotated:
+        return _type(get_args(kind)[0])
+    if get_origin(kind) in (Union, UnionType):
+        return " or ".join(_type(one) for one in get_args(kind))
+    if get_origin(kind) is Literal:
+        return WORDS[type(get_args(kind)[0])]
+    if hasattr(kind, "_fields"):
+        return f"list of {len(kind._fields)} numbers"
+    if get_origin(kind) is not tuple:
+        return WORDS[get_origin(kind) or kind]
+    element, *others = get_args(kind)
+    number = "" if ... in others else f"{len(others) + 1} "
+    words = _type(element)
+    return f"list of {number}{'lists' + words.removeprefix('list') if words.startswith('list') else words + 's'}"
+
+
+def _value(default: Any) -> str:
+    if default is REQUIRED:
+        return "required"
+    if isinstance(default, float) and math.isinf(default):
+        default = None
+    return f"`{json.dumps(default)}`"

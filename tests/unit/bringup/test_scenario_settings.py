@@ -1,0 +1,124 @@
+"""The sections of a scenario: the same values are allowed in a file and as parameters of a node."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+import yaml
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.safety.stages import Area
+from fivebar_description.settings import Declared, Keys, declared, from_parameters, to_parameters
+from fivebar_description.strict_yaml import InputError, validate
+
+GOOD = {"name": "any", "waypoints": [[0.0, 0.15], [0.0, 0.02]]}
+
+
+def sections() -> dict[str, tuple[Any, Keys]]:
+    """The sections that hold the settings of a component, with the NamedTuple of each."""
+    return {
+        name: (field.annotation, keys)
+        for name, field in Scenario.model_fields.items()
+        for keys in field.metadata
+        if isinstance(keys, Keys)
+    }
+
+
+SETTINGS = [
+    (section, one)
+    for section, (settings, keys) in sections().items()
+    for one in declared(settings)
+    if one.name not in keys.without
+]
+IDS = [f"{section}-{one.name}" for section, one in SETTINGS]
+
+
+def scenario(**content: Any) -> Scenario:
+    return validate({**GOOD, **content}, Scenario, "any.yaml")
+
+
+def allowed_in_a_file(section: str, name: str, value: Any) -> bool:
+    try:
+        scenario(**{section: {name: value}})
+    except InputError as error:
+        assert str(error).startswith(f"any.yaml: {section}.{name}")
+        return False
+    return True
+
+
+def probes(one: Declared) -> list[Any]:
+    """Values on both sides of each bound, and some that are hardly ever right."""
+    if one.kind is str:
+        return [*one.setting.choices, "", "no such word"]
+    if one.kind is bool:
+        return [True, False]
+    if one.kind not in (float, int):
+        return [[1.0] * length for length in (2, 3, 4, 5)] + [[-0.1, 0.1, 0.0, 0.2], [0.1, -0.1, 0.0, 0.2]]
+    bounds = (one.setting.at_least, one.setting.above, one.setting.at_most, one.setting.below)
+    numbers = [number for bound in bounds if bound is not None for number in (bound, bound - 1, bound + 1)]
+    return [one.kind(number) for number in (*numbers, 0, 1, -1, 3)]
+
+
+@pytest.mark.parametrize(("section", "one"), SETTINGS, ids=IDS)
+def test_file_and_node_refuse_the_same_values(section: str, one: Declared) -> None:
+    for value in probes(one):
+        if value == one.none:
+            # in a node's parameters that is null
+            continue
+        parameter = tuple(value) if isinstance(value, list) else value
+        assert allowed_in_a_file(section, one.name, value) == (one.problem(parameter) is None), value
+    assert allowed_in_a_file(section, one.name, None) == (one.optional or one.setting.unlimited)
+
+
+@pytest.mark.parametrize(("section", "one"), SETTINGS, ids=IDS)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, {}, [math.nan]])
+def test_a_file_refuses_what_is_no_value_at_all(section: str, one: Declared, value: Any) -> None:
+    assert not allowed_in_a_file(section, one.name, value)
+
+
+@pytest.mark.parametrize("section", sections())
+def test_defaults_come_through_file_and_parameters(section: str) -> None:
+    settings, keys = sections()[section]
+    written = yaml.safe_load(scenario().to_yaml())
+    assert set(written[section]) == {one.name for one in declared(settings)} - set(keys.without)
+    assert getattr(validate(written, Scenario, "again"), section) == settings()
+    parameters = {name: tuple(v) if isinstance(v, list) else v for name, v in to_parameters(settings(), "p_").items()}
+    assert from_parameters(settings, parameters, "p_") == settings()
+
+
+def test_the_tracking_limit_is_no_key_of_the_section_safety() -> None:
+    with pytest.raises(InputError, match=r"^any.yaml: safety.tracking_error_limit: unknown key$"):
+        scenario(safety={"tracking_error_limit": 0.1})
+    assert scenario(tracking_error_limit=0.1).safety_settings().tracking_error_limit == 0.1
+    with pytest.raises(InputError, match=r"^any.yaml: tracking_error_limit: 0.0: input should be greater"):
+        scenario(tracking_error_limit=0.0)
+
+
+@pytest.mark.parametrize(
+    ("safety", "drives", "limit"), [(None, 10.0, 10.0), (3.0, 10.0, 3.0), (30.0, 10.0, 10.0), (3.0, None, 3.0)]
+)
+def test_the_lesser_torque_limit_holds(safety: float | None, drives: float | None, limit: float) -> None:
+    given = scenario(safety={"torque_limit": safety}, plant={"torque_limit": drives})
+    assert given.torque_limit == given.safety_settings().torque_limit == limit
+
+
+def test_without_any_torque_limit_there_is_none() -> None:
+    given = scenario(plant={"torque_limit": None})
+    assert given.torque_limit is None
+    assert given.safety_settings().torque_limit == math.inf
+
+
+def test_a_workspace_is_read_and_written_as_four_numbers() -> None:
+    given = scenario(safety={"workspace": [-0.1, 0.1, 0, 0.2]})
+    assert given.safety.workspace == Area(-0.1, 0.1, 0.0, 0.2)
+    assert yaml.safe_load(given.to_yaml())["safety"]["workspace"] == [-0.1, 0.1, 0.0, 0.2]
+    with pytest.raises(InputError, match=r"safety.workspace: \[0.1, -0.1, 0, 0.2\]: expected x_min < x_max"):
+        scenario(safety={"workspace": [0.1, -0.1, 0, 0.2]})
+
+
+@pytest.mark.parametrize("name", ["", "two words", "../up", ".hidden", "a/b"])
+def test_a_name_that_is_no_directory_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match=r"any.yaml: name: .*: expected a letter or digit"):
+        scenario(name=name)

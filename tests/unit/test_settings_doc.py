@@ -1,0 +1,29 @@
+"""docs/settings.md is what the declarations of the settings say, and they say something of every key of a scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.settings_page import settings_page
+from fivebar_description.settings import Keys
+
+PAGE = Path(__file__).parents[2] / "docs/settings.md"
+
+
+def test_the_page_is_up_to_date() -> None:
+    assert PAGE.read_text(encoding="utf-8") == settings_page(), "stale: fivebar settings > docs/settings.md"
+
+
+@pytest.mark.parametrize("name", Scenario.model_fields)
+def test_every_key_has_a_row(name: str) -> None:
+    parts = settings_page().split("\n## ")
+    content = Scenario(name="any", waypoints=((0.0, 0.15), (0.0, 0.02))).model_dump()[name]
+    if any(isinstance(one, Keys) for one in Scenario.model_fields[name].metadata):
+        (table,) = (part for part in parts if part.startswith(f"`{name}`"))
+        assert all(f"\n| `{key}` | " in table for key in content)
+        assert table.count("\n| `") == len(content)
+    else:
+        assert f"\n| `{name}` | " in parts[1]
