@@ -11,7 +11,7 @@ from fivebar_bringup.report.series import read_series
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import ComparedCase
+from fivebar_bringup.studies.compare.cases import Case
 from fivebar_bringup.studies.compare.energy import motor_work
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar, LegParameters, load_robot
@@ -58,7 +58,7 @@ def test_work_is_kinetic_energy_and_friction() -> None:
 
 
 def test_a_crossing_that_ends_at_rest_gives_all_to_friction() -> None:
-    scenario = ComparedCase(load_scenario("middle"), "unified", 0.5, "realistic").scenario()
+    scenario = Case(load_scenario("middle"), "unified", 0.5, "realistic").scenario()
     series = read_series(RunInMemory(simulate(scenario), scenario), scenario)
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
     robot = load_robot("dextar")

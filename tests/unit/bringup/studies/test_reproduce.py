@@ -27,11 +27,11 @@ from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, tables
-from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, ThesisCase
+from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, Case
 from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
 from fivebar_bringup.studies.reproduce.reproduce import CLAIMS, html_page, reproduce
-from fivebar_bringup.studies.reproduce.rows import Comparison, largest
-from fivebar_bringup.studies.reproduce.runner import CaseResult, run_case, run_cases
+from fivebar_bringup.studies.reproduce.rows import Row, largest
+from fivebar_bringup.studies.reproduce.runner import Result, run_case, run_cases
 from fivebar_bringup.studies.reproduce.verdicts import (
     Judgement,
     Pair,
@@ -166,15 +166,8 @@ def test_an_unknown_figure_may_be_the_largest() -> None:
     assert largest([1.0, None]) is None
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        ThesisCase(),
-        ThesisCase("ctc", duration=0.5),
-        ThesisCase("multi_joint", "fig_3_2", 0.5, imu=True),
-    ],
-)
-def test_a_run_in_memory_is_the_run_in_its_bag(case: ThesisCase, tmp_path: Path) -> None:
+@pytest.mark.parametrize("case", [Case(), Case("ctc", duration=0.5), Case("multi_joint", "fig_3_2", 0.5, imu=True)])
+def test_a_run_in_memory_is_the_run_in_its_bag(case: Case, tmp_path: Path) -> None:
     """Bit for bit, so that the figures of the page are those of the run's own report."""
     scenario = case.scenario()
     run = simulate(scenario)
@@ -189,10 +182,7 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: ThesisCase, tmp_path: Path)
 
 
 def test_two_processes_find_what_one_does() -> None:
-    cases: dict[ThesisCase, tuple[str, ...]] = {
-        ThesisCase(duration=0.5): (),
-        ThesisCase("ctc", duration=0.5): (),
-    }
+    cases: dict[Case, tuple[str, ...]] = {Case(duration=0.5): (), Case("ctc", duration=0.5): ()}
     one, two = run_cases(cases, workers=1), run_cases(cases, workers=2)
     for case in cases:
         first, second = one[case].summary, two[case].summary
@@ -207,10 +197,7 @@ def test_an_interrupted_reproduction_leaves_no_process() -> None:
         if done:
             raise KeyboardInterrupt
 
-    cases: dict[ThesisCase, tuple[str, ...]] = {
-        ThesisCase(motion="multiple", duration=20.0): (),
-        ThesisCase(duration=0.5): (),
-    }
+    cases: dict[Case, tuple[str, ...]] = {Case(motion="multiple", duration=20.0): (), Case(duration=0.5): ()}
     before = set(multiprocessing.active_children())
     with pytest.raises(KeyboardInterrupt):
         run_cases(cases, workers=2, progress=interrupt)
@@ -218,7 +205,7 @@ def test_an_interrupted_reproduction_leaves_no_process() -> None:
 
 
 def test_a_lost_run_keeps_its_reasons() -> None:
-    lost = ThesisCase("ctc", "middle", 1.0, "friction × 1.2")
+    lost = Case("ctc", "middle", 1.0, "friction × 1.2")
     result = run_case(lost)
     assert not result.completed
     assert "tracking_lost" in result.why_not
@@ -226,15 +213,15 @@ def test_a_lost_run_keeps_its_reasons() -> None:
 
 
 def test_a_refused_motion_is_a_result_too() -> None:
-    result = run_case(ThesisCase(motion="late", duration=0.01))
+    result = run_case(Case(motion="late", duration=0.01))
     assert result.summary is None
     assert result.why_not.startswith("refused: ")
     assert (result.requested, result.tracking_error, result.imu_ratio) == (None, None, None)
 
 
 def test_the_criterion_time_law_meets_the_criterion_and_the_quintic_does_not() -> None:
-    quintic = run_case(ThesisCase("multi_model_ctc", "early", 0.3))
-    criterion = run_case(ThesisCase("multi_model_ctc", "early", 0.3, time_law="criterion"))
+    quintic = run_case(Case("multi_model_ctc", "early", 0.3))
+    criterion = run_case(Case("multi_model_ctc", "early", 0.3, time_law="criterion"))
     assert quintic.crossing_residual == pytest.approx(2.033, abs=1e-3)
     assert criterion.crossing_residual is not None and criterion.crossing_residual < 1e-9
     assert quintic.crossing_fractions == pytest.approx((0.2413, 0.2413), abs=1e-4)
@@ -243,7 +230,7 @@ def test_the_criterion_time_law_meets_the_criterion_and_the_quintic_does_not() -
 
 
 def test_the_residual_of_the_series_is_the_planned_one() -> None:
-    scenario = ThesisCase("multi_cartesian", "early", 0.5).scenario()
+    scenario = Case("multi_cartesian", "early", 0.5).scenario()
     run = simulate(scenario)
     series = read_series(RunInMemory(run, scenario), scenario)
     summary = summarize(RunInMemory(run, scenario), series, scenario, Timing())
@@ -254,7 +241,7 @@ def test_the_residual_of_the_series_is_the_planned_one() -> None:
 
 
 def test_the_free_dynamics_are_the_criterion() -> None:
-    found = free_dynamics([ThesisCase(motion="middle"), ThesisCase(motion="fig_3_2")])
+    found = free_dynamics([Case(motion="middle"), Case(motion="fig_3_2")])
     assert (found.states, found.torques) == (4, 40)
     assert found.along < 1e-11 < 10.0 < found.force
     # away from the locus it is no zero: in proportion to the distance
@@ -368,7 +355,7 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
     """With every run refused: nothing is known, nothing is completed, and nothing breaks."""
     cases = [*tables.crossing_cases(QUICK), *tables.comparison_cases(QUICK), *tables.far_cases()]
     cases += tables.imu_cases(QUICK)
-    results = {case: CaseResult(case, refused="out of reach") for case in cases}
+    results = {case: Result(case, refused="out of reach") for case in cases}
     made = [
         tables.crossing_table(QUICK, results),
         tables.variants_table(QUICK, results),
@@ -385,7 +372,7 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
 
 def test_what_comes_from_outside_is_escaped() -> None:
     malice = '"><script>alert(1)</script>'
-    row = Comparison(malice, malice, malice, malice, {}, Judgement(NOT, malice, malice), malice)
+    row = Row(malice, malice, malice, malice, {}, Judgement(NOT, malice, malice), malice)
     table = Table("name", malice, malice, (malice,), ((Cell(malice, 1),),))
     assert "<script" not in html_page([row], [table], 1, 1.0, malice)
 

@@ -15,7 +15,7 @@ TIGHT_LIMIT = 0.6
 """Torque limit (Nm) under which it is seen whether the planner keeps the controllers from what they cannot do."""
 
 
-class ComparedCase(NamedTuple):
+class Case(NamedTuple):
     """One run, by what distinguishes it from the others.
 
     Attributes:
@@ -68,7 +68,7 @@ class ComparedCase(NamedTuple):
         return validate({**content, "segment_duration": quickest_durations(scenario)}, PlannedScenario, self.motion)
 
 
-class Selection(NamedTuple):
+class Extent(NamedTuple):
     """What is compared: scenarios, controllers, durations of the segments (s), rigs; None for the default ones."""
 
     given: tuple[Scenario, ...]
@@ -80,20 +80,20 @@ class Selection(NamedTuple):
         """Return the rigs for a scenario."""
         return default_rigs(given) if self.rigs is None else self.rigs
 
-    def cases(self) -> list[ComparedCase]:
+    def cases(self) -> list[Case]:
         """Return the runs that are compared."""
         return [
-            ComparedCase(given, controller, duration, rig)
+            Case(given, controller, duration, rig)
             for given in self.given
             for rig in self.rigs_of(given)
             for controller in self.controllers
             for duration in self.durations
         ]
 
-    def tight_cases(self) -> list[ComparedCase]:
+    def tight_cases(self) -> list[Case]:
         """Return the runs under the tight limit: as asked on the first rig, and the quickest allowed on all rigs."""
         return [
-            ComparedCase(given, controller, duration, rig, TIGHT_LIMIT)
+            Case(given, controller, duration, rig, TIGHT_LIMIT)
             for given in self.given
             for number, rig in enumerate(self.rigs_of(given))
             for controller in self.controllers
@@ -101,6 +101,6 @@ class Selection(NamedTuple):
         ]
 
 
-def longest_first(cases: Sequence[ComparedCase]) -> list[ComparedCase]:
+def longest_first(cases: Sequence[Case]) -> list[Case]:
     """Return cases in an order that keeps several processes busy to the end."""
     return sorted(cases, key=lambda case: case.length, reverse=True)

@@ -13,7 +13,7 @@ from fivebar_bringup.pages.picture import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.table import Table
 from fivebar_bringup.runs.results import finite, new_directory
-from fivebar_bringup.studies.compare.cases import Selection, longest_first
+from fivebar_bringup.studies.compare.cases import Extent, longest_first
 from fivebar_bringup.studies.compare.figures import compare_figures
 from fivebar_bringup.studies.compare.results import run_case
 from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
@@ -36,7 +36,7 @@ class Comparison(NamedTuple):
 
 
 def compare(
-    extent: Selection,
+    extent: Extent,
     out: Path | None,
     workers: int,
     command: str = "fivebar compare",

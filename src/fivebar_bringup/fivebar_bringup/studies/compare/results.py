@@ -13,7 +13,7 @@ from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import ComparedCase
+from fivebar_bringup.studies.compare.cases import Case
 from fivebar_bringup.studies.compare.energy import motor_work
 from fivebar_bringup.studies.compare.screening import objections
 from fivebar_control.estimation.homing import check_declared
@@ -23,7 +23,7 @@ AT_LIMIT = 1e-6
 """A torque this close (Nm) to the limit is at the limit."""
 
 
-class ComparedResult(NamedTuple):
+class Result(NamedTuple):
     """What a run came to; a run that the planner refused has no figures, and no other figure is missing.
 
     Attributes:
@@ -46,7 +46,7 @@ class ComparedResult(NamedTuple):
         wall_s: how long it took (s).
     """
 
-    case: ComparedCase
+    case: Case
     completed: bool = False
     why_not: tuple[str, ...] = ()
     objections: tuple[str, ...] = ()
@@ -104,7 +104,7 @@ class ComparedResult(NamedTuple):
         }
 
 
-def run_case(case: ComparedCase) -> ComparedResult:
+def run_case(case: Case) -> Result:
     """Make one run without ROS and return its figures."""
     began = time.monotonic()
     try:
@@ -113,13 +113,13 @@ def run_case(case: ComparedCase) -> ComparedResult:
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())
     except InputError as refusal:
-        return ComparedResult(case, why_not=(f"refused: {refusal}",))
+        return Result(case, why_not=(f"refused: {refusal}",))
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, Timing())
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
-    return ComparedResult(
+    return Result(
         case,
         summary.completed,
         tuple(summary.not_completed_because),

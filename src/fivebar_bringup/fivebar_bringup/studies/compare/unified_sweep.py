@@ -59,7 +59,7 @@ class Worst(NamedTuple):
     torque: float
 
 
-class SettingRow(NamedTuple):
+class Row(NamedTuple):
     """One value of one setting, and the worst of the runs with it on each of `PLANTS`."""
 
     setting: str
@@ -67,12 +67,12 @@ class SettingRow(NamedTuple):
     worst: dict[str, Worst]
 
 
-def sweep(run: Callable[[Scenario], Worst]) -> Iterator[SettingRow]:
+def sweep(run: Callable[[Scenario], Worst]) -> Iterator[Row]:
     """Yield a row for every value of every setting."""
     for setting, values in SWEPT.items():
         for value in values:
             unified = {setting: value, **({"kd": 2.0 * math.sqrt(value)} if setting == "kp" else {})}
-            yield SettingRow(setting, value, {plant: _worst(run, plant, unified) for plant in PLANTS})
+            yield Row(setting, value, {plant: _worst(run, plant, unified) for plant in PLANTS})
 
 
 def _worst(run: Callable[[Scenario], Worst], plant: str, unified: dict[str, float]) -> Worst:
@@ -119,7 +119,7 @@ def _place(robot: FiveBar, sample: Sample) -> tuple[float, float]:
     return state.x, state.y
 
 
-def table(rows: Sequence[SettingRow]) -> str:
+def table(rows: Sequence[Row]) -> str:
     """Return the rows as a table in Markdown: error in mm, its root mean square in mm, torque in Nm."""
     lines = ["| setting | " + " | ".join(PLANTS) + " |", "|---|" + "---|" * len(PLANTS)]
     for row in rows:
@@ -129,7 +129,7 @@ def table(rows: Sequence[SettingRow]) -> str:
     return "\n".join(lines)
 
 
-def draw(rows: Sequence[SettingRow]) -> Figure:
+def draw(rows: Sequence[Row]) -> Figure:
     """Draw largest error and torque over each setting, with the bounds that they are to keep."""
     figure = new_figure(
         "Settings of the unified law", "the worst of the middle and the multiple crossing, T = 0.5 to 3 s", 6.4, 13.0

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT
-from fivebar_bringup.studies.compare.results import ComparedResult
+from fivebar_bringup.studies.compare.results import Result
 from fivebar_bringup.studies.reproduce.rows import largest
 
 UNIFIED = "unified"
@@ -37,7 +37,7 @@ class Finding(NamedTuple):
         return self._asdict()
 
 
-def findings(results: Sequence[ComparedResult], tight: Sequence[ComparedResult]) -> list[Finding]:
+def findings(results: Sequence[Result], tight: Sequence[Result]) -> list[Finding]:
     """Judge the runs of the law without switching.
 
     Args:
@@ -47,14 +47,14 @@ def findings(results: Sequence[ComparedResult], tight: Sequence[ComparedResult])
     return [*(_on_rig(rig, bound, results) for rig, bound in BOUNDS.items()), _under_tight_limit(tight)]
 
 
-def lost(result: ComparedResult) -> bool:
+def lost(result: Result) -> bool:
     """Return whether a run failed, or left the error that its rig is expected to keep."""
     bound = BOUNDS.get(result.case.rig)
     error = result.tracking_error
     return not result.completed or (bound is not None and (error is None or error > bound.error))
 
 
-def _on_rig(rig: str, bound: Bound, results: Sequence[ComparedResult]) -> Finding:
+def _on_rig(rig: str, bound: Bound, results: Sequence[Result]) -> Finding:
     runs = [result for result in results if result.case.controller == UNIFIED and result.case.rig == rig]
     title = f"{UNIFIED} on the rig {rig}"
     expected = (
@@ -79,7 +79,7 @@ def _on_rig(rig: str, bound: Bound, results: Sequence[ComparedResult]) -> Findin
     return Finding(title, expected, measured, met)
 
 
-def _under_tight_limit(tight: Sequence[ComparedResult]) -> Finding:
+def _under_tight_limit(tight: Sequence[Result]) -> Finding:
     runs = [result for result in tight if result.case.controller == UNIFIED]
     asked = [run for run in runs if run.case.duration is not None]
     quickest = [run for run in runs if run.case.duration is None]
@@ -104,11 +104,11 @@ def _under_tight_limit(tight: Sequence[ComparedResult]) -> Finding:
     return Finding(title, expected, measured, not missed and not slowed_lost)
 
 
-def _where(runs: Sequence[ComparedResult], value: float | None, figure: str) -> str:
+def _where(runs: Sequence[Result], value: float | None, figure: str) -> str:
     """Return in which run a figure has a value, in brackets; nothing where it is not known."""
     found = [run for run in runs if value is not None and getattr(run, figure) == value]
     return f" ({_paces(found[:1])})" if found else ""
 
 
-def _paces(runs: Sequence[ComparedResult]) -> str:
+def _paces(runs: Sequence[Result]) -> str:
     return ", ".join(f"{run.case.motion} {run.case.pace}" for run in runs) or "none"

@@ -55,7 +55,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
 """Zone and resolution of the law on the locus."""
 
 
-class ThesisCase(NamedTuple):
+class Case(NamedTuple):
     """One run, by what distinguishes it from the others.
 
     Attributes:
@@ -133,21 +133,19 @@ def rig_imu() -> ImuSettings:
     return load_scenario("imu_middle").imu
 
 
-class Scope(NamedTuple):
+class Extent(NamedTuple):
     """How much is run: durations of the segments (s), and plants besides the nominal one."""
 
     durations: tuple[float, ...]
     perturbed: tuple[str, ...]
 
-    def grid(
-        self, controller: str, motions: tuple[str, ...] = ("middle", "multiple"), **other: Any
-    ) -> list[ThesisCase]:
+    def grid(self, controller: str, motions: tuple[str, ...] = ("middle", "multiple"), **other: Any) -> list[Case]:
         """Return a controller's cases on motions with every duration."""
-        return [ThesisCase(controller, motion, duration, **other) for motion in motions for duration in self.durations]
+        return [Case(controller, motion, duration, **other) for motion in motions for duration in self.durations]
 
 
-FULL = Scope((0.5, 1.0, 2.0, 3.0), PERTURBED)
-QUICK = Scope((1.0,), ("friction × 1.2",))
+FULL = Extent((0.5, 1.0, 2.0, 3.0), PERTURBED)
+QUICK = Extent((1.0,), ("friction × 1.2",))
 """A look at everything in a fraction of the time."""
 
 SHOWN = 1.0

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.pages.picture import Picture
 from fivebar_bringup.report.wording import plain
-from fivebar_bringup.studies.reproduce.cases import Scope, ThesisCase
-from fivebar_bringup.studies.reproduce.runner import CaseResult, Drawings, Results
+from fivebar_bringup.studies.reproduce.cases import Case, Extent
+from fivebar_bringup.studies.reproduce.runner import Drawings, Result, Results
 from fivebar_bringup.studies.reproduce.verdicts import Judgement, finite_torque
 
 
-class Comparison(NamedTuple):
+class Row(NamedTuple):
     """One comparison.
 
     Attributes:
@@ -61,15 +61,13 @@ class Claim(NamedTuple):
     """How a row comes about: which runs it needs, with which of their figures, and what it makes of them."""
 
     name: str
-    needs: Callable[[Scope], Mapping[ThesisCase, Drawings]]
-    make: Callable[[Scope, Results], Comparison]
+    needs: Callable[[Extent], Mapping[Case, Drawings]]
+    make: Callable[[Extent, Results], Row]
 
 
-def of(
-    cases: Sequence[ThesisCase], shown: ThesisCase | None = None, drawings: Drawings = ()
-) -> dict[ThesisCase, Drawings]:
+def of(cases: Sequence[Case], shown: Case | None = None, drawings: Drawings = ()) -> dict[Case, Drawings]:
     """Return cases as needs, one of them with drawings; the one that is shown need not be among the others."""
-    needs: dict[ThesisCase, Drawings] = dict.fromkeys(cases, ())
+    needs: dict[Case, Drawings] = dict.fromkeys(cases, ())
     if shown is not None:
         needs[shown] = drawings
     return needs
@@ -81,22 +79,20 @@ def largest(values: Sequence[float | None]) -> float | None:
     return max(known, default=None) if len(known) == len(values) else None
 
 
-def runs_of(cases: Sequence[ThesisCase], results: Results) -> list[CaseResult]:
+def runs_of(cases: Sequence[Case], results: Results) -> list[Result]:
     """Return the results of cases."""
     return [results[case] for case in cases]
 
 
-def by_duration(runs: Sequence[CaseResult], name: str) -> dict[str, float | None]:
+def by_duration(runs: Sequence[Result], name: str) -> dict[str, float | None]:
     """Return a figure of runs that differ in nothing but the duration."""
     return {f"{run.case.duration:g} s": getattr(run, name) for run in runs}
 
 
-def torque_row(
-    place: str, title: str, statement: str, runs: Sequence[CaseResult], remark: str, picture: Picture
-) -> Comparison:
+def torque_row(place: str, title: str, statement: str, runs: Sequence[Result], remark: str, picture: Picture) -> Row:
     """Return the row of a claim that the torques asked for stay finite, over runs that differ in the duration."""
     peaks = by_duration(runs, "requested")
-    return Comparison(
+    return Row(
         place,
         title,
         statement,

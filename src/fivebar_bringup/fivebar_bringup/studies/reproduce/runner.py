@@ -17,7 +17,7 @@ from fivebar_bringup.report.summary import Summary, rms, summarize
 from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.reproduce.cases import ThesisCase
+from fivebar_bringup.studies.reproduce.cases import Case
 from fivebar_bringup.studies.shared_work import share
 from fivebar_control.estimation.imu_check import noise_floor
 from fivebar_control.trajectory.planner import PlanRefused
@@ -25,7 +25,7 @@ from fivebar_control.trajectory.planner import PlanRefused
 Drawings = tuple[str, ...]
 
 
-class CaseResult(NamedTuple):
+class Result(NamedTuple):
     """What is kept of a run.
 
     Attributes:
@@ -42,7 +42,7 @@ class CaseResult(NamedTuple):
         wall_s: how long it took (s).
     """
 
-    case: ThesisCase
+    case: Case
     summary: Summary | None = None
     refused: str | None = None
     crossing_residual: float | None = None
@@ -116,13 +116,11 @@ class CaseResult(NamedTuple):
         return Picture(stem, f"{caption} Run: {case.label}.", self.pictures[name])
 
 
-Results = Mapping[ThesisCase, CaseResult]
+Results = Mapping[Case, Result]
 
 
 def run_cases(
-    cases: Mapping[ThesisCase, Drawings],
-    workers: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    cases: Mapping[Case, Drawings], workers: int, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Results:
     """Run every case and draw its figures; with fewer than two workers in this process.
 
@@ -135,18 +133,18 @@ def run_cases(
     return {result.case: result for result in share(_run_item, longest_first, workers, progress)}
 
 
-def _run_item(item: tuple[ThesisCase, Drawings]) -> CaseResult:
+def _run_item(item: tuple[Case, Drawings]) -> Result:
     return run_case(*item)
 
 
-def run_case(case: ThesisCase, drawings: Sequence[str] = ()) -> CaseResult:
+def run_case(case: Case, drawings: Sequence[str] = ()) -> Result:
     """Run one case without ROS and return what is kept of it."""
     began = time.monotonic()
     scenario = case.scenario()
     try:
         plan = scenario.plan()
     except PlanRefused as refusal:
-        return CaseResult(case, refused=str(refusal))
+        return Result(case, refused=str(refusal))
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
@@ -154,7 +152,7 @@ def run_case(case: ThesisCase, drawings: Sequence[str] = ()) -> CaseResult:
     findings = Findings(scenario, plan, scenario.five_bar(), series, summary)
     fractions = [_fraction(findings, number) for number in range(len(plan.crossings))]
     outside = ~series.in_zone
-    return CaseResult(
+    return Result(
         case,
         summary,
         crossing_residual=max((abs(residual) for residual in crossing_residuals(findings)), default=None),
@@ -196,5 +194,5 @@ def _larger(pair: tuple[float | None, float | None]) -> float | None:
     return max(known, default=None)
 
 
-def _length(case: ThesisCase) -> float:
+def _length(case: Case) -> float:
     return case.duration * len(case.scenario().waypoints)

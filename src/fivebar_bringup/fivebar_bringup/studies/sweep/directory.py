@@ -13,7 +13,7 @@ from fivebar_bringup.runs.bag.tail import replace_file
 from fivebar_bringup.runs.results import json_text, new_directory, write_results
 from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_bringup.studies.sweep.program import program_digest
-from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines
+from fivebar_bringup.studies.sweep.rows import HEAD, Row, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
 from fivebar_description.strict_yaml import InputError
 
@@ -73,7 +73,7 @@ class SweepDirectory(StudyDirectory):
                 raise InputError(f"{self.path}: another sweep is writing here") from error
             yield
 
-    def complete_rows(self) -> dict[int, list[SweepRow]]:
+    def complete_rows(self) -> dict[int, list[Row]]:
         """Return the rows of each case that has all of them; a torn last line and what belongs to it are left out.
 
         Raises:
@@ -86,7 +86,7 @@ class SweepDirectory(StudyDirectory):
         text = text[: text.rfind("\n") + 1]
         if text and not text.startswith(HEAD):
             raise InputError(f"{self.rows}: begins with another line than that of this version's results")
-        by_case: dict[int, list[SweepRow]] = {}
+        by_case: dict[int, list[Row]] = {}
         try:
             for row in from_lines(text[len(HEAD) :]):
                 by_case.setdefault(row.case, []).append(row)
@@ -94,11 +94,11 @@ class SweepDirectory(StudyDirectory):
             raise InputError(f"{self.rows}: {error}") from error
         return {number: rows for number, rows in by_case.items() if _is_complete(rows)}
 
-    def replace_rows(self, rows: Sequence[SweepRow]) -> None:
+    def replace_rows(self, rows: Sequence[Row]) -> None:
         """Write these rows and no others, in one step."""
         replace_file(self.rows, (HEAD + as_lines(rows)).encode("utf-8"))
 
-    def append_rows(self, rows: Sequence[SweepRow]) -> None:
+    def append_rows(self, rows: Sequence[Row]) -> None:
         """Add rows, with the system by the time this returns."""
         with self.rows.open("ab") as file:
             file.write(as_lines(rows).encode("utf-8"))
@@ -133,7 +133,7 @@ def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[Sweep
     return new, settings
 
 
-def _is_complete(rows: Sequence[SweepRow]) -> bool:
+def _is_complete(rows: Sequence[Row]) -> bool:
     """Return whether these are all rows of a case."""
     names = tuple(row.controller for row in rows)
     return names in (("",), CONTROLLERS)

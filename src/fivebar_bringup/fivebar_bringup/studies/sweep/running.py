@@ -10,7 +10,7 @@ from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, Draw, draw
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, Row
 from fivebar_bringup.studies.sweep.success import shortcomings
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
@@ -31,18 +31,18 @@ class Batch(NamedTuple):
     end: int
 
 
-def run_batch(batch: Batch) -> list[SweepRow]:
+def run_batch(batch: Batch) -> list[Row]:
     """Return the rows of a batch, in order of case and controller."""
     return [row for number in range(batch.first, batch.end) for row in run_case(batch.seed, number)]
 
 
-def run_case(seed: int, number: int) -> list[SweepRow]:
+def run_case(seed: int, number: int) -> list[Row]:
     """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
     case = draw(seed, number)
     try:
         plan = planned(case)
     except InputError as refusal:
-        return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
+        return [Row(number, "", REFUSED, str(refusal), None, "", *case[1:])]
     samples = _sampled(case, plan)
     return [_row(case, controller, plan, samples) for controller in CONTROLLERS]
 
@@ -85,13 +85,13 @@ def _sampled(case: Draw, plan: Plan) -> Sampled:
     return sampled(scenario.five_bar(), plan, RATE_HZ, scenario.lead_samples)
 
 
-def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> SweepRow:
+def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Row:
     verdict = screened(case, controller, plan)
     outcome, missed = _judged(case_of(case.scenario(controller)), plan, samples)
     nearest = max(verdict.figures, key=use_of)
     first = plan.crossings[0]
     faulty = outcome.fault != NO_FAULT
-    return SweepRow(
+    return Row(
         case.number,
         controller,
         FEASIBLE if verdict.feasible else SCREENED_OUT,

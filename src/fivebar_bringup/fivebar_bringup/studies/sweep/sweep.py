@@ -16,7 +16,7 @@ from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.directory import Settings, SweepDirectory, opened
 from fivebar_bringup.studies.sweep.explanations import CONTROLLER, explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, Row
 from fivebar_bringup.studies.sweep.running import Batch, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
     TARGET,
@@ -83,7 +83,7 @@ class Tally:
     def __init__(self, cases: int) -> None:
         """Begin with nothing."""
         self._cases = cases
-        self._batches: dict[int, list[SweepRow]] = {}
+        self._batches: dict[int, list[Row]] = {}
         self._counted = 0
         self.feasible = 0
 
@@ -93,11 +93,11 @@ class Tally:
         return self.feasible >= self._cases or self._counted * BATCH >= MOST_DRAWS * self._cases
 
     @property
-    def rows(self) -> list[SweepRow]:
+    def rows(self) -> list[Row]:
         """The rows of the batches that count, in order."""
         return [row for number in range(self._counted) for row in self._batches[number]]
 
-    def add(self, rows: list[SweepRow]) -> None:
+    def add(self, rows: list[Row]) -> None:
         """Take the rows of a batch; what comes when there are enough is left out."""
         self._batches[rows[0].case // BATCH] = rows
         while not self.enough and self._counted in self._batches:
@@ -112,10 +112,10 @@ class Tally:
 
 def _all_rows(
     directory: SweepDirectory, settings: Settings, workers: int, progress: Callable[[int, int], None]
-) -> list[SweepRow]:
+) -> list[Row]:
     found = directory.complete_rows()
     tally = Tally(settings.cases)
-    kept: list[SweepRow] = []
+    kept: list[Row] = []
     for first in sorted({number - number % BATCH for number in found}):
         if all(number in found for number in range(first, first + BATCH)):
             batch = [row for number in range(first, first + BATCH) for row in found[number]]
@@ -137,7 +137,7 @@ def _all_rows(
     return tally.rows
 
 
-def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[SweepRow]) -> Sweep:
+def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row]) -> Sweep:
     explanations = [explained(row) for row in runs_of(rows, CONTROLLER, FEASIBLE) if not row.success]
     overview = overview_table(rows)
     tables = [overview, error_table(rows), equipment_table(rows)]
@@ -178,7 +178,7 @@ def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Sweep
     return Sweep(directory.page, overview, content)
 
 
-def _verdict(rows: Sequence[SweepRow]) -> tuple[bool, str]:
+def _verdict(rows: Sequence[Row]) -> tuple[bool, str]:
     good, everything = rate_of(runs_of(rows, CONTROLLER, FEASIBLE))
     text = (
         f"{CONTROLLER} made {good} of the {everything} crossings that were called feasible before the run; expected are"
