@@ -64,13 +64,13 @@ def compare(
     Example: `fivebar compare middle --durations 0.5,1 --rigs ideal,realistic --out runs/compared`
     """
     # here, because they load matplotlib
-    from fivebar_bringup.studies.compare.cases import Extent
+    from fivebar_bringup.studies.compare.cases import ComparisonExtent
     from fivebar_bringup.studies.compare.compare import compare as make
     from fivebar_bringup.studies.compare.rigs import RIG_NAMES
 
     with input_errors(), ending_on_sigterm():
         names = scenarios or (["middle"] if quick else ["middle", "multiple"])
-        extent = Extent(
+        extent = ComparisonExtent(
             given=tuple(load_scenario(name) for name in names),
             controllers=tuple(CONTROLLERS) if controllers is None else _controllers(controllers),
             durations=_durations(durations if durations is not None else "1" if quick else "0.5,1,2,3"),

@@ -31,8 +31,8 @@ from fivebar_bringup.studies.goto.live import goal_fields, request_live
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of
 from fivebar_bringup.studies.goto.stand import stand as rest
 from fivebar_bringup.studies.goto.start import HOME, HOME_MODE, Start, start_after
-from fivebar_bringup.studies.goto.wording import as_json as transfer_as_json
-from fivebar_bringup.studies.goto.wording import show
+from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
+from fivebar_bringup.studies.goto.transfer_report import show
 from fivebar_control.trajectory.limits import Limits
 from fivebar_control.trajectory.transfer import Speed
 from fivebar_description.strict_yaml import InputError

@@ -10,14 +10,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.style import GREY, INK, PURPLE, VERMILION, error_axis, new_figure, shade_zones, time_axis
-from fivebar_bringup.report.findings import Findings
-from fivebar_bringup.report.wording import engineering
+from fivebar_bringup.pages.units import engineering
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.criterion import criterion_residual
 
 
-def reference_residual(run: Findings) -> FloatArray:
+def reference_residual(run: RunAnalysis) -> FloatArray:
     """Return [n], m t_s^T xddot (N) of the recorded reference; NaN where there is none.
 
     The sign follows t_s, which is continuous but for 1/cond(A) = 1, where the two singular directions change places.
@@ -29,7 +29,7 @@ def reference_residual(run: Findings) -> FloatArray:
     return np.array(rows, dtype=np.float64)
 
 
-def crossing_residuals(run: Findings) -> list[float]:
+def crossing_residuals(run: RunAnalysis) -> list[float]:
     """Return the reference's m t_s^T xddot (N) at each planned crossing, in order of time."""
     plan = run.plan
     return [
@@ -38,7 +38,7 @@ def crossing_residuals(run: Findings) -> list[float]:
     ]
 
 
-def criterion(run: Findings) -> Figure:
+def criterion(run: RunAnalysis) -> Figure:
     """Draw the residual over time, strong in the blending zones, with the planned crossings."""
     series, at_crossings = run.series, crossing_residuals(run)
     largest = max((abs(residual) for residual in at_crossings), default=None)

@@ -24,15 +24,15 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.pages.units import engineering, plain, suitable_unit
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
-from fivebar_bringup.report.wording import engineering, plain, suitable_unit
 from fivebar_bringup.runs.bag.recording import FloatArray
 
 
-def torques(run: Findings) -> Figure:
+def torques(run: RunAnalysis) -> Figure:
     """Draw both motors' torques, and where the drives gave less than asked, what was asked."""
     figure = new_figure("Motor torques", f"answers to {counterpart(run.scenario).torque}", 6.0)
     series, summary = run.series, run.summary
@@ -52,7 +52,7 @@ def torques(run: Findings) -> Figure:
     return figure
 
 
-def vhc_error(run: Findings) -> Figure:
+def vhc_error(run: RunAnalysis) -> Figure:
     """Draw the error of the virtual constraint in both its forms, strong where the constraint law acts."""
     other = counterpart(run.scenario)
     figure = new_figure(
@@ -80,7 +80,7 @@ def vhc_error(run: Findings) -> Figure:
     return figure
 
 
-def supervisor(run: Findings) -> Figure:
+def supervisor(run: RunAnalysis) -> Figure:
     """Draw the weight, what it follows from, and what the candidate laws ask for."""
     series = run.series
     use = "answers to section 4.1.2"
@@ -107,7 +107,7 @@ def supervisor(run: Findings) -> Figure:
     return figure
 
 
-def tracking(run: Findings) -> Figure:
+def tracking(run: RunAnalysis) -> Figure:
     """Draw the platform's distance from the reference along both axes."""
     series, summary = run.series, run.summary
     largest = engineering(summary.tracking_error_peak_m, "m")
@@ -125,7 +125,7 @@ def tracking(run: Findings) -> Figure:
     return figure
 
 
-def acceleration(run: Findings) -> Figure:
+def acceleration(run: RunAnalysis) -> Figure:
     """Draw the error of the acceleration's magnitude as the IMU sees it."""
     series, summary = run.series, run.summary
     figure = new_figure("Acceleration check by the IMU", f"answers to {counterpart(run.scenario).acceleration}", 4.4)
@@ -142,7 +142,7 @@ def acceleration(run: Findings) -> Figure:
     return figure
 
 
-def _candidates(axes: Axes, run: Findings) -> None:
+def _candidates(axes: Axes, run: RunAnalysis) -> None:
     """Draw the larger motor's torque of every law on a logarithmic axis."""
     series = run.series
     controller = run.scenario.scheme()
@@ -174,7 +174,7 @@ def _zoned_line(
     axes.plot(series.time, inside, color=color, linewidth=2.4, label=name, linestyle=style)
 
 
-def _finish(run: Findings, panels: Sequence[Axes]) -> None:
+def _finish(run: RunAnalysis, panels: Sequence[Axes]) -> None:
     """Share the time axis and put one legend above the first panel."""
     time_axis(panels, run.series, run.plan.path.duration)
     for number, axes in enumerate(panels):

@@ -2,16 +2,35 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
 
-from fivebar_bringup.pages.picture import Picture
+import numpy as np
+from matplotlib.figure import Figure
+
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style, png
 from fivebar_bringup.report import criterion_figure, figures, plane
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.thesis import counterpart
 
+DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
+    "torques": figures.torques,
+    "vhc_error": figures.vhc_error,
+    "acceleration": figures.acceleration,
+    "supervisor": figures.supervisor,
+    "criterion": criterion_figure.criterion,
+    "path": lambda run: plane.path(run, plane.survey_run(run)),
+    "hero": lambda run: plane.hero(run, plane.survey_run(run)),
+}
 
-def draw_pictures(run: Findings) -> list[Picture]:
+
+def draw(run: RunAnalysis, name: str) -> bytes:
+    """Return one of a run's figures as PNG."""
+    with house_style():
+        return png(DRAW[name](run))
+
+
+def draw_pictures(run: RunAnalysis) -> list[Picture]:
     """Return all pictures of a run, in the order in which the page shows them; none for a run without samples."""
     if not run.series.sample.size:
         return []

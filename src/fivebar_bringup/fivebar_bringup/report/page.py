@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.report.summary import Pair, Summary
+from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.report.summary import MotorPair, Summary
 from fivebar_bringup.report.thesis import thesis_figures
-from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.scenario import Scenario
 
 RUNNERS = {"ros": "ROS 2 node graph", "offline": "one process, without ROS"}
@@ -76,7 +76,7 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("wall time", plain(summary.wall_s, "s"))
 
 
-def _both(pair: Pair, unit: str) -> str:
+def _both(pair: MotorPair, unit: str) -> str:
     text = plain if unit == "Nm" else engineering
     return ", ".join(text(value, unit) for value in pair)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
@@ -27,7 +27,7 @@ def write_report(run: RunDirectory) -> Summary:
     recording = read_bag(run.bag)
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, timing)
-    pictures = draw_pictures(Findings(scenario, scenario.plan(), scenario.five_bar(), series, summary))
+    pictures = draw_pictures(RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary))
     page = html_page(scenario, summary, pictures)
     files = {run.page.name: page, run.summary.name: json_text(summary.as_json())}
     write_results(run.path, files, {picture.name: picture.png for picture in pictures})

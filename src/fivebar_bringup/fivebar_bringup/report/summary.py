@@ -22,7 +22,7 @@ ERROR_LIMIT = 0.050
 FINAL_ERROR_LIMIT = 0.002
 """A completed run ends within this distance (m) of its reference."""
 
-Pair = tuple[float | None, float | None]
+MotorPair = tuple[float | None, float | None]
 
 
 @dataclass(frozen=True)
@@ -71,10 +71,10 @@ class Summary:
     faults: list[str]
     samples: int
     assembly_mode_changes: int
-    torque_peak_nm: Pair
-    torque_requested_peak_nm: Pair
-    tracking_error_max_m: Pair
-    tracking_error_rms_m: Pair
+    torque_peak_nm: MotorPair
+    torque_requested_peak_nm: MotorPair
+    tracking_error_max_m: MotorPair
+    tracking_error_rms_m: MotorPair
     vhc_error_max_m: float | None
     vhc_error_joint_max_rad: float | None
     sigma_max: float | None
@@ -198,7 +198,7 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _pair(columns: FloatArray, figure: Any) -> Pair:
+def _pair(columns: FloatArray, figure: Any) -> MotorPair:
     return figure(columns[:, 0]), figure(columns[:, 1])
 
 

@@ -14,16 +14,16 @@ from itertools import islice
 from multiprocessing import connection
 from typing import TypeVar
 
-Task = TypeVar("Task")
-Done = TypeVar("Done")
+Input = TypeVar("Input")
+Output = TypeVar("Output")
 
 
 def share(
-    function: Callable[[Task], Done],
-    tasks: Sequence[Task],
+    function: Callable[[Input], Output],
+    tasks: Sequence[Input],
     workers: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[Done]:
+) -> list[Output]:
     """Return what a function makes of every task, in the order of the tasks.
 
     Args:
@@ -47,7 +47,7 @@ def share(
         return [future.result() for future in futures]
 
 
-def stream(function: Callable[[Task], Done], tasks: Iterable[Task], workers: int) -> Generator[Done, None, None]:
+def stream(function: Callable[[Input], Output], tasks: Iterable[Input], workers: int) -> Generator[Output, None, None]:
     """Give what a function makes of tasks as it comes, in any order; tasks are taken only as processes get free.
 
     The tasks may be endless: whoever has enough closes the iterator, and what is under way is dropped.
@@ -63,7 +63,7 @@ def stream(function: Callable[[Task], Done], tasks: Iterable[Task], workers: int
     coming = iter(tasks)
     with _pool(workers) as pool:
         # one more each, so that nobody waits for the next task
-        under_way: set[Future[Done]] = {pool.submit(function, task) for task in islice(coming, 2 * workers)}
+        under_way: set[Future[Output]] = {pool.submit(function, task) for task in islice(coming, 2 * workers)}
         while under_way:
             finished, under_way = wait(under_way, return_when=FIRST_COMPLETED)
             under_way |= {pool.submit(function, task) for task in islice(coming, len(finished))}

@@ -15,7 +15,7 @@ TIGHT_LIMIT = 0.6
 """Torque limit (Nm) under which it is seen whether the planner keeps the controllers from what they cannot do."""
 
 
-class Case(NamedTuple):
+class ComparisonCase(NamedTuple):
     """One run, by what distinguishes it from the others.
 
     Attributes:
@@ -66,7 +66,7 @@ class Case(NamedTuple):
         return validate({**content, "segment_duration": quickest_durations(scenario)}, PlannedScenario, self.motion)
 
 
-class Extent(NamedTuple):
+class ComparisonExtent(NamedTuple):
     """What is compared: scenarios, controllers, durations of the segments (s), rigs; None for the default ones."""
 
     given: tuple[Scenario, ...]
@@ -78,20 +78,20 @@ class Extent(NamedTuple):
         """Return the rigs for a scenario."""
         return default_rigs(given) if self.rigs is None else self.rigs
 
-    def cases(self) -> list[Case]:
+    def cases(self) -> list[ComparisonCase]:
         """Return the runs that are compared."""
         return [
-            Case(given, controller, duration, rig)
+            ComparisonCase(given, controller, duration, rig)
             for given in self.given
             for rig in self.rigs_of(given)
             for controller in self.controllers
             for duration in self.durations
         ]
 
-    def tight_cases(self) -> list[Case]:
+    def tight_cases(self) -> list[ComparisonCase]:
         """Return the runs under the tight limit: as asked on the first rig, and the quickest allowed on all rigs."""
         return [
-            Case(given, controller, duration, rig, TIGHT_LIMIT)
+            ComparisonCase(given, controller, duration, rig, TIGHT_LIMIT)
             for given in self.given
             for number, rig in enumerate(self.rigs_of(given))
             for controller in self.controllers
@@ -99,6 +99,6 @@ class Extent(NamedTuple):
         ]
 
 
-def longest_first(cases: Sequence[Case]) -> list[Case]:
+def longest_first(cases: Sequence[ComparisonCase]) -> list[ComparisonCase]:
     """Return cases in an order that keeps several processes busy to the end."""
     return sorted(cases, key=lambda case: case.length, reverse=True)

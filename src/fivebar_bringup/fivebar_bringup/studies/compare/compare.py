@@ -9,15 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture, Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.table import Table
 from fivebar_bringup.runs.results import finite, new_directory
-from fivebar_bringup.studies.compare.cases import Extent, longest_first
+from fivebar_bringup.studies.compare.cases import ComparisonExtent, longest_first
 from fivebar_bringup.studies.compare.figures import compare_figures
 from fivebar_bringup.studies.compare.results import run_case
 from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
-from fivebar_bringup.studies.compare.verdicts import Finding, findings
+from fivebar_bringup.studies.compare.verdicts import Requirement, findings
 from fivebar_bringup.studies.shared_work import share
 from fivebar_bringup.studies.study_directory import StudyDirectory
 
@@ -30,13 +29,13 @@ class Comparison(NamedTuple):
     """What came out, and where it lies."""
 
     page: Path
-    verdicts: Sequence[Finding]
+    verdicts: Sequence[Requirement]
     overview: Table
     content: Mapping[str, Any]
 
 
 def compare(
-    extent: Extent,
+    extent: ComparisonExtent,
     out: Path | None,
     workers: int,
     command: str = "fivebar compare",
@@ -81,7 +80,7 @@ def compare(
 
 
 def html_page(
-    verdicts: Sequence[Finding], pictures: Sequence[Picture], tables: Sequence[Table], setting: str, command: str
+    verdicts: Sequence[Requirement], pictures: Sequence[Picture], tables: Sequence[Table], setting: str, command: str
 ) -> str:
     """Return the page: the verdicts, the figures, the tables, how to repeat it."""
     return render(

@@ -13,8 +13,7 @@ from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import Case
-from fivebar_bringup.studies.compare.energy import motor_work
+from fivebar_bringup.studies.compare.cases import ComparisonCase
 from fivebar_bringup.studies.compare.screening import objections
 from fivebar_control.estimation.homing import check_declared
 from fivebar_description.strict_yaml import InputError
@@ -23,7 +22,7 @@ AT_LIMIT = 1e-6
 """A torque this close (Nm) to the limit is at the limit."""
 
 
-class Result(NamedTuple):
+class ComparisonResult(NamedTuple):
     """What a run came to; a run that the planner refused has no figures, and no other figure is missing.
 
     Attributes:
@@ -46,7 +45,7 @@ class Result(NamedTuple):
         wall_s: how long it took (s).
     """
 
-    case: Case
+    case: ComparisonCase
     completed: bool = False
     why_not: tuple[str, ...] = ()
     objections: tuple[str, ...] = ()
@@ -104,7 +103,34 @@ class Result(NamedTuple):
         }
 
 
-def run_case(case: Case) -> Result:
+class MotorWork(NamedTuple):
+    """Work of both motors (J).
+
+    Attributes:
+        spent: integral of |tau_i dq_i1/dt| over time, summed over both motors: what drives have to give that recover
+            nothing, and that pay for braking, too.
+        net: integral of tau_i dq_i1/dt: what is left in the robot at the end, and what friction took.
+    """
+
+    spent: float
+    net: float
+
+
+def motor_work(angles: FloatArray, torques: FloatArray) -> MotorWork:
+    """Return the work along a run.
+
+    A torque is constant over a sampling period, so the net work of a period is exactly torque times angle turned; what
+    is spent is only too small where a motor turns back within a period.
+
+    Args:
+        angles: [n, 2], q11 and q21 at the samples (rad).
+        torques: [n, 2], applied over the period before each sample (Nm).
+    """
+    work = torques[1:] * np.diff(angles, axis=0)
+    return MotorWork(float(np.sum(np.abs(work))), float(np.sum(work)))
+
+
+def run_case(case: ComparisonCase) -> ComparisonResult:
     """Make one run without ROS and return its figures."""
     began = time.monotonic()
     try:
@@ -113,13 +139,13 @@ def run_case(case: Case) -> Result:
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())
     except InputError as refusal:
-        return Result(case, why_not=(f"refused: {refusal}",))
+        return ComparisonResult(case, why_not=(f"refused: {refusal}",))
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, Timing())
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
-    return Result(
+    return ComparisonResult(
         case,
         summary.completed,
         tuple(summary.not_completed_because),

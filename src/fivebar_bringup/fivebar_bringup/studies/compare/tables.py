@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from fivebar_bringup.pages.table import Cell, Table
-from fivebar_bringup.report.wording import engineering, plain
-from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, Extent
-from fivebar_bringup.studies.compare.results import Result
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonExtent
+from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
 from fivebar_bringup.studies.compare.verdicts import lost
 from fivebar_bringup.studies.reproduce.rows import largest
@@ -26,7 +26,7 @@ FIGURES = (
 """Columns with the figures of a run."""
 
 
-def rigs_table(extent: Extent) -> Table:
+def rigs_table(extent: ComparisonExtent) -> Table:
     """Return what each rig is, and the gains there."""
     rows = []
     for given in extent.given:
@@ -52,7 +52,7 @@ def rigs_table(extent: Extent) -> Table:
     )
 
 
-def overview_table(results: Sequence[Result]) -> Table:
+def overview_table(results: Sequence[ComparisonResult]) -> Table:
     """Return the worst figures of each controller on each rig, over all motions and durations."""
     rows = []
     keys = list(dict.fromkeys((result.case.rig, result.case.controller) for result in results))
@@ -92,7 +92,7 @@ def overview_table(results: Sequence[Result]) -> Table:
     )
 
 
-def run_tables(results: Sequence[Result]) -> list[Table]:
+def run_tables(results: Sequence[ComparisonResult]) -> list[Table]:
     """Return one table per rig and motion, run by run; results of one table stand together."""
     return [
         Table(f"{motion}_{rig}", f"{motion} on the rig {rig}", "", _RUN_COLUMNS, tuple(map(_run, runs)), True)
@@ -100,7 +100,7 @@ def run_tables(results: Sequence[Result]) -> list[Table]:
     ]
 
 
-def tight_table(results: Sequence[Result]) -> Table:
+def tight_table(results: Sequence[ComparisonResult]) -> Table:
     """Return the runs under the tight torque limit."""
     rows = []
     for result in results:
@@ -133,7 +133,7 @@ def tight_table(results: Sequence[Result]) -> Table:
 _RUN_COLUMNS = ("controller", "T", "completed", *FIGURES, "screen")
 
 
-def _run(result: Result) -> tuple[Cell, ...]:
+def _run(result: ComparisonResult) -> tuple[Cell, ...]:
     case = result.case
     margin = _torque(result.margin)
     if result.margin_share is not None:
@@ -155,14 +155,14 @@ def _run(result: Result) -> tuple[Cell, ...]:
     )
 
 
-def _pace(result: Result) -> str:
+def _pace(result: ComparisonResult) -> str:
     if result.case.duration is not None or not result.durations:
         return result.case.pace
     low, high = min(result.durations), max(result.durations)
     return f"quickest: {low:.2f}–{high:.2f} s"
 
 
-def _completed(result: Result) -> Cell:
+def _completed(result: ComparisonResult) -> Cell:
     if result.completed:
         return Cell("yes", "yes", True)
     reason = "; ".join(result.why_not)

@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, MOTORS, house_style, new_figure, png
-from fivebar_bringup.report.wording import engineering, suitable_unit
+from fivebar_bringup.pages.units import engineering, suitable_unit
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.studies.identify.findings import INTERVALS, Findings, Parameter
+from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult, Parameter
 
 TORQUES = (
     "Torques of both motors after the filters, measured and as the identified model predicts them, with what is left"
@@ -23,7 +23,7 @@ PARAMETERS = (
 )
 
 
-def draw_pictures(findings: Findings) -> list[Picture]:
+def draw_pictures(findings: IdentificationResult) -> list[Picture]:
     """Return the pictures in the order in which the page shows them."""
     with house_style():
         return [
@@ -32,7 +32,7 @@ def draw_pictures(findings: Findings) -> list[Picture]:
         ]
 
 
-def torques(findings: Findings) -> Figure:
+def torques(findings: IdentificationResult) -> Figure:
     """Draw measured and predicted torques of both motors, and the residuals below them."""
     found = findings.found
     misfits = " and ".join(f"{100.0 * part:.2g} %" for part in found.misfit)
@@ -60,7 +60,7 @@ def _residual(axes: Axes, time: FloatArray, residual: FloatArray, motor: int) ->
     axes.set_title(f"residual: root mean square {engineering(float(np.sqrt(np.nanmean(residual**2))), 'Nm')}")
 
 
-def parameters(findings: Findings) -> Figure:
+def parameters(findings: IdentificationResult) -> Figure:
     """Draw every parameter with its interval, relative to the starting value; the offsets in Nm."""
     all_parameters = findings.parameters()
     relative, offsets = all_parameters[:5], all_parameters[5:]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.report.wording import engineering
-from fivebar_bringup.studies.identify.findings import INTERVALS, Findings
+from fivebar_bringup.pages.units import engineering
+from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
 
 
-def html_page(findings: Findings, pictures: Sequence[Picture]) -> str:
+def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> str:
     """Return the page: parameters, how they were found, pictures, the parameter file, how to use it."""
     return render(
         "identification.html",
@@ -24,12 +24,12 @@ def html_page(findings: Findings, pictures: Sequence[Picture]) -> str:
     )
 
 
-def _parameter_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+def _parameter_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
     for one in findings.parameters():
         yield one.name, f"{one.before:g}", one.text(), one.unit, one.change()
 
 
-def _quality_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+def _quality_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
     found = findings.found
     cutoffs = found.cutoffs
     yield "condition number of the regressor, columns scaled to unit length", f"{found.fit.condition:.3g}"

@@ -54,7 +54,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
 """Zone and resolution of the law on the locus."""
 
 
-class Case(NamedTuple):
+class ReproductionCase(NamedTuple):
     """One run, by what distinguishes it from the others.
 
     Attributes:
@@ -132,19 +132,23 @@ def rig_imu() -> ImuSection:
     return load_scenario("imu_middle").imu
 
 
-class Extent(NamedTuple):
+class ReproductionExtent(NamedTuple):
     """How much is run: durations of the segments (s), and plants besides the nominal one."""
 
     durations: tuple[float, ...]
     perturbed: tuple[str, ...]
 
-    def grid(self, controller: str, motions: tuple[str, ...] = ("middle", "multiple"), **other: Any) -> list[Case]:
+    def grid(
+        self, controller: str, motions: tuple[str, ...] = ("middle", "multiple"), **other: Any
+    ) -> list[ReproductionCase]:
         """Return a controller's cases on motions with every duration."""
-        return [Case(controller, motion, duration, **other) for motion in motions for duration in self.durations]
+        return [
+            ReproductionCase(controller, motion, duration, **other) for motion in motions for duration in self.durations
+        ]
 
 
-FULL = Extent((0.5, 1.0, 2.0, 3.0), PERTURBED)
-QUICK = Extent((1.0,), ("friction × 1.2",))
+FULL = ReproductionExtent((0.5, 1.0, 2.0, 3.0), PERTURBED)
+QUICK = ReproductionExtent((1.0,), ("friction × 1.2",))
 """A look at everything in a fraction of the time."""
 
 SHOWN = 1.0

@@ -22,7 +22,7 @@ from fivebar_bringup.pages.style import (
     png,
 )
 from fivebar_bringup.studies.reproduce.free_dynamics import FreeDynamics
-from fivebar_bringup.studies.reproduce.verdicts import FINITE_TORQUE, Pair
+from fivebar_bringup.studies.reproduce.verdicts import FINITE_TORQUE, PairedRuns
 
 COLOURS = (BLUE, GREEN, PURPLE, VERMILION, GREY)
 MARKERS = ("o", "s", "^", "D", "v")
@@ -89,7 +89,7 @@ def draw_residuals(groups: Sequence[Group]) -> bytes:
         return png(figure)
 
 
-def draw_pairs(pairs: Sequence[Pair]) -> bytes:
+def draw_pairs(pairs: Sequence[PairedRuns]) -> bytes:
     """Draw each run's error with the adaptive gain and without it."""
     with house_style():
         figure = new_figure(
@@ -110,7 +110,7 @@ def draw_pairs(pairs: Sequence[Pair]) -> bytes:
         return png(figure)
 
 
-def _pair(axes: Axes, row: int, pair: Pair) -> None:
+def _pair(axes: Axes, row: int, pair: PairedRuns) -> None:
     ends = (
         (pair.error_with, pair.completed_with, BLUE, "with"),
         (pair.error_without, pair.completed_without, VERMILION, "without"),

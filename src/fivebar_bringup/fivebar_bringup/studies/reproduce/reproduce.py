@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.table import Table
 from fivebar_bringup.runs.results import finite, new_directory
 from fivebar_bringup.studies.reproduce import claims_experiment, claims_methods, claims_model, claims_simulation, tables
-from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, Case, Extent
-from fivebar_bringup.studies.reproduce.rows import Claim, Row
+from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, ReproductionCase, ReproductionExtent
+from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow
 from fivebar_bringup.studies.reproduce.runner import Drawings, Results, run_cases
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.study_directory import StudyDirectory
@@ -32,7 +32,7 @@ class Reproduction(NamedTuple):
     """What came out, and where it lies."""
 
     page: Path
-    rows: Sequence[Row]
+    rows: Sequence[ClaimRow]
     content: Mapping[str, Any]
 
 
@@ -77,7 +77,7 @@ def reproduce(
     return Reproduction(directory.page, rows, finite(content))
 
 
-def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
+def html_page(rows: Sequence[ClaimRow], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
     """Return the page: the verdicts in short, every row with its figures, the tables."""
     counts = {verdict: sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict}
     short = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
@@ -91,9 +91,9 @@ def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: f
     )
 
 
-def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[Case, Drawings]:
+def _needs(extent: ReproductionExtent, claims: Sequence[Claim], with_tables: bool) -> dict[ReproductionCase, Drawings]:
     """Return all runs that rows and tables need, each once, with all figures that are wanted of it."""
-    needs: dict[Case, Drawings] = {}
+    needs: dict[ReproductionCase, Drawings] = {}
     for claim in claims:
         for case, drawings in claim.needs(extent).items():
             needs[case] = tuple(dict.fromkeys((*needs.get(case, ()), *drawings)))
@@ -105,7 +105,7 @@ def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[C
     return needs
 
 
-def _tables(extent: Extent, results: Results) -> list[Table]:
+def _tables(extent: ReproductionExtent, results: Results) -> list[Table]:
     return [
         tables.crossing_table(extent, results),
         tables.variants_table(extent, results),
@@ -117,7 +117,7 @@ def _tables(extent: Extent, results: Results) -> list[Table]:
     ]
 
 
-def _run(results: Results, case: Case) -> dict[str, Any]:
+def _run(results: Results, case: ReproductionCase) -> dict[str, Any]:
     result = results[case]
     return {
         "case": case._asdict(),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.pages.table import Cell, Table
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.report.thesis import CARTESIAN
-from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.studies.reproduce.cases import (
     CTC,
     DEFAULT,
@@ -15,11 +15,11 @@ from fivebar_bringup.studies.reproduce.cases import (
     MIN_NORM,
     MULTI_MODEL,
     NOMINAL,
-    Case,
-    Extent,
+    ReproductionCase,
+    ReproductionExtent,
     fixed,
 )
-from fivebar_bringup.studies.reproduce.runner import Result, Results
+from fivebar_bringup.studies.reproduce.runner import ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.verdicts import IMU_RATIO
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC
 
@@ -46,7 +46,7 @@ SHORT = (0.3, 0.5, 1.0)
 """Durations (s) of the motions that cross far from half of their way."""
 
 
-def crossing_cases(extent: Extent) -> list[Case]:
+def crossing_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases of table (a)."""
     cases = _blended(extent)
     for variant in (MIN_NORM, *(fixed(epsilon) for epsilon in EPSILONS)):
@@ -55,12 +55,12 @@ def crossing_cases(extent: Extent) -> list[Case]:
     return cases
 
 
-def printed_law_cases(extent: Extent) -> list[Case]:
+def printed_law_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases with the law and the zone as the thesis prints them: least torque, fixed epsilon."""
     return [case for epsilon in EPSILONS for case in extent.grid(CARTESIAN, variant=fixed(epsilon, MIN_NORM))]
 
 
-def comparison_cases(extent: Extent) -> list[Case]:
+def comparison_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases of table (b) on the thesis' motions."""
     plants = (NOMINAL, *extent.perturbed)
     return [
@@ -71,22 +71,22 @@ def comparison_cases(extent: Extent) -> list[Case]:
     ]
 
 
-def far_cases() -> list[Case]:
+def far_cases() -> list[ReproductionCase]:
     """Return the cases of table (b) on motions that cross far from half of their way."""
     return [
-        Case(controller, motion, duration, time_law=time_law)
+        ReproductionCase(controller, motion, duration, time_law=time_law)
         for motion in ("early", "late")
         for duration in SHORT
         for controller, time_law in LAWS
     ]
 
 
-def imu_cases(extent: Extent) -> list[Case]:
+def imu_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases of table (c)."""
     return extent.grid(CARTESIAN, imu=True)
 
 
-def within_bounds(result: Result) -> bool:
+def within_bounds(result: ReproductionResult) -> bool:
     """Return whether a run of table (a) keeps all bounds."""
     summary = result.summary
     if summary is None or not summary.completed:
@@ -99,7 +99,7 @@ def within_bounds(result: Result) -> bool:
     )
 
 
-def crossing_table(extent: Extent, results: Results) -> Table:
+def crossing_table(extent: ReproductionExtent, results: Results) -> Table:
     """Return table (a)."""
     rows = []
     for case in _blended(extent):
@@ -136,7 +136,7 @@ def crossing_table(extent: Extent, results: Results) -> Table:
     )
 
 
-def variants_table(extent: Extent, results: Results) -> Table:
+def variants_table(extent: ReproductionExtent, results: Results) -> Table:
     """Return what other zones and resolutions make of the runs of table (a)."""
     variants = (DEFAULT, MIN_NORM, *(fixed(epsilon) for epsilon in EPSILONS))
     return _side_by_side(
@@ -150,7 +150,7 @@ def variants_table(extent: Extent, results: Results) -> Table:
     )
 
 
-def printed_table(extent: Extent, results: Results) -> Table:
+def printed_table(extent: ReproductionExtent, results: Results) -> Table:
     """Return what the law and the zone as printed in the thesis make of the runs of table (a)."""
     variants = (DEFAULT, *(fixed(epsilon, MIN_NORM) for epsilon in EPSILONS))
     return _side_by_side(
@@ -164,7 +164,7 @@ def printed_table(extent: Extent, results: Results) -> Table:
 
 
 def _side_by_side(
-    name: str, title: str, note: str, variants: Sequence[str], cases: Sequence[Case], results: Results
+    name: str, title: str, note: str, variants: Sequence[str], cases: Sequence[ReproductionCase], results: Results
 ) -> Table:
     rows = tuple(
         (*_motion_cells(case), *(_variant(results[case._replace(variant=variant)]) for variant in variants))
@@ -173,11 +173,11 @@ def _side_by_side(
     return Table(name, title, note, ("controller", "motion", "T", *variants), rows)
 
 
-def _blended(extent: Extent) -> list[Case]:
+def _blended(extent: ReproductionExtent) -> list[ReproductionCase]:
     return [case for controller in (JOINT, CARTESIAN) for case in extent.grid(controller)]
 
 
-def _motion_cells(case: Case) -> tuple[Cell, Cell, Cell]:
+def _motion_cells(case: ReproductionCase) -> tuple[Cell, Cell, Cell]:
     return (
         Cell(case.controller, case.controller),
         Cell(case.motion, case.motion),
@@ -185,7 +185,7 @@ def _motion_cells(case: Case) -> tuple[Cell, Cell, Cell]:
     )
 
 
-def comparison_overview(extent: Extent, results: Results) -> Table:
+def comparison_overview(extent: ReproductionExtent, results: Results) -> Table:
     """Return table (b) in short: for every law and plant the worst of all runs."""
     rows = []
     for plant in (NOMINAL, *extent.perturbed):
@@ -223,7 +223,7 @@ def comparison_overview(extent: Extent, results: Results) -> Table:
 FIGURES = (("requested", "Nm"), ("applied", "Nm"), ("tracking_error", "m"), ("constraint_error", "m"))
 
 
-def comparison_tables(extent: Extent, results: Results) -> list[Table]:
+def comparison_tables(extent: ReproductionExtent, results: Results) -> list[Table]:
     """Return table (b) run by run, one table per plant."""
     return [
         _run_by_run(
@@ -253,7 +253,7 @@ def far_table(results: Results) -> Table:
     )
 
 
-def imu_table(extent: Extent, results: Results) -> Table:
+def imu_table(extent: ReproductionExtent, results: Results) -> Table:
     """Return table (c)."""
     rows = []
     for case in imu_cases(extent):
@@ -282,7 +282,7 @@ def imu_table(extent: Extent, results: Results) -> Table:
     )
 
 
-def _run_by_run(name: str, title: str, note: str, runs: Sequence[Result], folded: bool = False) -> Table:
+def _run_by_run(name: str, title: str, note: str, runs: Sequence[ReproductionResult], folded: bool = False) -> Table:
     rows = []
     for run in runs:
         case = run.case
@@ -321,7 +321,7 @@ def _run_by_run(name: str, title: str, note: str, runs: Sequence[Result], folded
     )
 
 
-def completed_cell(result: Result) -> Cell:
+def completed_cell(result: ReproductionResult) -> Cell:
     """Return whether a run was completed, or why not."""
     if result.completed:
         return Cell("yes", "yes", True)
@@ -332,7 +332,7 @@ def _law(controller: str, time_law: str) -> str:
     return f"{controller} ({time_law})" if controller == MULTI_MODEL else controller
 
 
-def _changes(result: Result) -> int | None:
+def _changes(result: ReproductionResult) -> int | None:
     return None if result.summary is None else result.summary.assembly_mode_changes
 
 
@@ -351,12 +351,12 @@ def _bounded(value: float | None, bound: float, unit: str) -> Cell:
     return _number(value, unit)._replace(good=value is not None and value <= bound)
 
 
-def _worst(runs: Sequence[Result], name: str, unit: str) -> Cell:
+def _worst(runs: Sequence[ReproductionResult], name: str, unit: str) -> Cell:
     known = [value for run in runs if (value := getattr(run, name)) is not None]
     return _number(max(known, default=None), unit)
 
 
-def _variant(result: Result) -> Cell:
+def _variant(result: ReproductionResult) -> Cell:
     values = f"{plain(result.requested, 'Nm')}, {engineering(result.tracking_error, 'm')}"
     content = {
         "completed": result.completed,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
-from fivebar_bringup.report.wording import engineering
+from fivebar_bringup.pages.units import engineering
 
 
 class Verdict(StrEnum):
@@ -99,7 +99,7 @@ def as_printed(largest_difference: float, tolerance: float) -> Judgement:
     return Judgement(Verdict.AGREED if good else Verdict.NOT_REPRODUCED, rule, reason)
 
 
-class Pair(NamedTuple):
+class PairedRuns(NamedTuple):
     """One run with a measure taken and without it: whether each was completed, and each one's error."""
 
     label: str
@@ -123,13 +123,13 @@ NEED_RULE = (
 )
 
 
-def shown_necessary(pairs: Sequence[Pair]) -> Judgement:
+def shown_necessary(pairs: Sequence[PairedRuns]) -> Judgement:
     """Judge the claim that a measure is necessary."""
     needed, reason = _need(pairs)
     return Judgement(Verdict.AGREED if needed else Verdict.NOT_REPRODUCED, f"{NEED_RULE}; agreed if so", reason)
 
 
-def _need(pairs: Sequence[Pair]) -> tuple[bool, str]:
+def _need(pairs: Sequence[PairedRuns]) -> tuple[bool, str]:
     saved = [pair.label for pair in pairs if pair.completed_with and not pair.completed_without]
     worst = max(pairs, key=lambda pair: pair.ratio)
     done_with = sum(pair.completed_with for pair in pairs)

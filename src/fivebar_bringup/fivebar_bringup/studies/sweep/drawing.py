@@ -36,7 +36,7 @@ ENCODERS = (None, 8192, 20_000, 65_536)
 DELAYS = (0, 1)
 """Samples between a command and its effect."""
 
-Point = tuple[float, float]
+XY = tuple[float, float]
 
 
 class DrawnScenario(Scenario):
@@ -147,7 +147,7 @@ def _given() -> DrawnScenario:
     return validate(common, DrawnScenario, "sweep")
 
 
-def _reachable(robot: FiveBar, random: np.random.Generator) -> Point:
+def _reachable(robot: FiveBar, random: np.random.Generator) -> XY:
     left, right, bottom, top = workspace_bounds(robot)
     while True:
         x, y = random.uniform((left, bottom), (right, top)).tolist()

@@ -12,7 +12,7 @@ from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT, DrawnScenario
-from fivebar_bringup.studies.sweep.rows import Row
+from fivebar_bringup.studies.sweep.rows import SweepRow
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import inverse_condition
@@ -79,7 +79,7 @@ class Moment(NamedTuple):
 class Explanation(NamedTuple):
     """A failure: the run, its worst moment, and the changes with which the same crossing succeeds."""
 
-    row: Row
+    row: SweepRow
     worst: Moment
     saved_by: tuple[str, ...]
 
@@ -108,7 +108,7 @@ class Explanation(NamedTuple):
         }
 
 
-def explained(row: Row) -> Explanation:
+def explained(row: SweepRow) -> Explanation:
     """Return why the run of a row failed."""
     scenario = row.draw.scenario(row.controller)
     saved_by = [name for name in CHANGES if _succeeds(scenario, name)]

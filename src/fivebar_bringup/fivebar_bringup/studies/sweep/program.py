@@ -31,7 +31,6 @@ DECIDING = {
         "studies/sweep/drawing.py",
         "studies/sweep/rows.py",
         "studies/sweep/running.py",
-        "studies/sweep/success.py",
     ),
 }
 """What decides the rows, and not only how they are shown: patterns of files by package."""

@@ -13,7 +13,7 @@ REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
 """By the planner, once for all controllers; by the controller's screen, and run all the same; called feasible."""
 
 
-class Row(NamedTuple):
+class SweepRow(NamedTuple):
     """A line of sweep.csv; empty entries are None.
 
     Attributes:
@@ -87,11 +87,11 @@ class Row(NamedTuple):
         return Draw(self.case, *(getattr(self, name) for name in Draw._fields[1:]))
 
 
-HEAD = ",".join(Row._fields) + "\n"
+HEAD = ",".join(SweepRow._fields) + "\n"
 """First line of sweep.csv."""
 
 
-def as_lines(rows: Iterable[Row]) -> str:
+def as_lines(rows: Iterable[SweepRow]) -> str:
     """Return rows as lines of comma-separated values; numbers keep all their digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -100,7 +100,7 @@ def as_lines(rows: Iterable[Row]) -> str:
     return text.getvalue()
 
 
-def from_lines(text: str) -> list[Row]:
+def from_lines(text: str) -> list[SweepRow]:
     """Return the rows of whole lines.
 
     Raises:
@@ -110,7 +110,7 @@ def from_lines(text: str) -> list[Row]:
     for line in csv.reader(io.StringIO(text)):
         if len(line) != len(_READERS):
             raise ValueError(f"{','.join(line)!r}: expected {len(_READERS)} entries")
-        rows.append(Row(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True))))
+        rows.append(SweepRow(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True))))
     return rows
 
 
@@ -137,4 +137,6 @@ _BY_TYPE: dict[str, Callable[[str], Any]] = {
     "bool | None": _or_none(_flag),
 }
 # a NamedTuple keeps its annotations as forward references
-_READERS: Sequence[Callable[[str], Any]] = [_BY_TYPE[kind.__forward_arg__] for kind in Row.__annotations__.values()]
+_READERS: Sequence[Callable[[str], Any]] = [
+    _BY_TYPE[kind.__forward_arg__] for kind in SweepRow.__annotations__.values()
+]

@@ -17,9 +17,8 @@ from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.studies.sweep.drawing import draw
-from fivebar_bringup.studies.sweep.rows import REFUSED, Row
-from fivebar_bringup.studies.sweep.running import run_case
-from fivebar_bringup.studies.sweep.success import PEAK_LIMIT
+from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
+from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.strict_yaml import InputError
@@ -28,7 +27,7 @@ LOWEST = -0.185
 """Lower edge of the map (m)."""
 
 
-def rows_of(seed: int, number: int, controllers: Sequence[str]) -> list[Row]:
+def rows_of(seed: int, number: int, controllers: Sequence[str]) -> list[SweepRow]:
     """Return what the controllers make of a case; a single row where the planner refuses it."""
     return [row for row in run_case(seed, number) if row.status == REFUSED or row.controller in controllers]
 
@@ -57,7 +56,7 @@ def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> 
     return [directory / name for name in files]
 
 
-def trace_png(scenario: Scenario, row: Row) -> bytes:
+def trace_png(scenario: Scenario, row: SweepRow) -> bytes:
     """Return a run as a picture: the way in the plane, error and torques over time."""
     robot, rate_hz = scenario.five_bar(), scenario.rate_hz
     plan = sampled(robot, scenario.plan(), rate_hz, scenario.lead_samples)
@@ -98,7 +97,7 @@ def trace_png(scenario: Scenario, row: Row) -> bytes:
         return png(figure)
 
 
-def _equipment(row: Row) -> str:
+def _equipment(row: SweepRow) -> str:
     sensors = "exact sensors" if row.encoder_counts is None else f"{row.encoder_counts} counts, estimator"
     return f"{sensors}, delay {row.delay_samples}, {row.duration:.2f} s"
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from fivebar_bringup.pages.table import Cell, Table
-from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS
 from fivebar_bringup.studies.sweep.explanations import CONTROLLER, Explanation
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, Row
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
 
 TARGET = 0.999
@@ -29,17 +29,17 @@ PLANNER_REASONS = {
 """Phrases of the planner's refusals, and what they mean."""
 
 
-def rate_of(rows: Sequence[Row]) -> tuple[int, int]:
+def rate_of(rows: Sequence[SweepRow]) -> tuple[int, int]:
     """Return how many runs succeeded, of how many."""
     return sum(row.success is True for row in rows), len(rows)
 
 
-def runs_of(rows: Iterable[Row], controller: str, *statuses: str) -> list[Row]:
+def runs_of(rows: Iterable[SweepRow], controller: str, *statuses: str) -> list[SweepRow]:
     """Return the runs of a controller with one of these statuses."""
     return [row for row in rows if row.controller == controller and row.status in statuses]
 
 
-def overview_table(rows: Sequence[Row]) -> Table:
+def overview_table(rows: Sequence[SweepRow]) -> Table:
     """Return success with and without the screen."""
     lines = []
     for controller in CONTROLLERS:
@@ -77,9 +77,9 @@ def overview_table(rows: Sequence[Row]) -> Table:
     )
 
 
-def error_table(rows: Sequence[Row]) -> Table:
+def error_table(rows: Sequence[SweepRow]) -> Table:
     """Return percentiles of errors and torques of the crossings that were called feasible."""
-    figures: tuple[tuple[str, Callable[[Row], float | None], str], ...] = (
+    figures: tuple[tuple[str, Callable[[SweepRow], float | None], str], ...] = (
         ("peak error", lambda row: row.error_peak, "m"),
         ("final error", lambda row: row.error_final, "m"),
         ("torque asked for", lambda row: row.requested, "Nm"),
@@ -101,7 +101,7 @@ def error_table(rows: Sequence[Row]) -> Table:
     )
 
 
-def equipment_table(rows: Sequence[Row]) -> Table:
+def equipment_table(rows: Sequence[SweepRow]) -> Table:
     """Return success by encoders and delay."""
     kinds = [(counts, delay) for counts in ENCODERS for delay in DELAYS]
     lines = []
@@ -122,7 +122,7 @@ def equipment_table(rows: Sequence[Row]) -> Table:
     )
 
 
-def refusals_table(rows: Sequence[Row]) -> Table:
+def refusals_table(rows: Sequence[SweepRow]) -> Table:
     """Return why cases were refused by the planner, or screened out, and how often."""
     planner = Counter(planner_reason(row.reason) for row in rows if row.status == REFUSED)
     lines = [
@@ -151,7 +151,7 @@ def planner_reason(text: str) -> str:
     return next((words for phrase, words in PLANNER_REASONS.items() if phrase in text), "other")
 
 
-def failures_table(rows: Sequence[Row]) -> Table:
+def failures_table(rows: Sequence[SweepRow]) -> Table:
     """Return how the runs that were called feasible failed, by the worst of what they lacked."""
     lines = []
     for controller in CONTROLLERS:
@@ -164,7 +164,7 @@ def failures_table(rows: Sequence[Row]) -> Table:
     return Table("failures", "How feasible crossings failed", "", ("controller", "what happened", "runs"), tuple(lines))
 
 
-def kind_of(row: Row) -> str:
+def kind_of(row: SweepRow) -> str:
     """Return what kind of failure a run is."""
     if row.fault:
         return f"fault {row.fault}"

@@ -8,16 +8,16 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.table import Table
 from fivebar_bringup.runs.results import finite, write_errors
 from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep import drawing
-from fivebar_bringup.studies.sweep.directory import Settings, SweepDirectory, opened
+from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSettings, opened
 from fivebar_bringup.studies.sweep.explanations import CONTROLLER, explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, Row
-from fivebar_bringup.studies.sweep.running import Batch, run_batch, run_case
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
+from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, Batch, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
     TARGET,
     equipment_table,
@@ -29,7 +29,6 @@ from fivebar_bringup.studies.sweep.statistics import (
     refusals_table,
     runs_of,
 )
-from fivebar_bringup.studies.sweep.success import WORDS
 
 BATCH = 10
 """Cases that a process makes at a time; a sweep draws a whole number of batches."""
@@ -83,7 +82,7 @@ class Tally:
     def __init__(self, cases: int) -> None:
         """Begin with nothing."""
         self._cases = cases
-        self._batches: dict[int, list[Row]] = {}
+        self._batches: dict[int, list[SweepRow]] = {}
         self._counted = 0
         self.feasible = 0
 
@@ -93,11 +92,11 @@ class Tally:
         return self.feasible >= self._cases or self._counted * BATCH >= MOST_DRAWS * self._cases
 
     @property
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[SweepRow]:
         """The rows of the batches that count, in order."""
         return [row for number in range(self._counted) for row in self._batches[number]]
 
-    def add(self, rows: list[Row]) -> None:
+    def add(self, rows: list[SweepRow]) -> None:
         """Take the rows of a batch; what comes when there are enough is left out."""
         self._batches[rows[0].case // BATCH] = rows
         while not self.enough and self._counted in self._batches:
@@ -111,11 +110,11 @@ class Tally:
 
 
 def _all_rows(
-    directory: SweepDirectory, settings: Settings, workers: int, progress: Callable[[int, int], None]
-) -> list[Row]:
+    directory: SweepDirectory, settings: SweepSettings, workers: int, progress: Callable[[int, int], None]
+) -> list[SweepRow]:
     found = directory.complete_rows()
     tally = Tally(settings.cases)
-    kept: list[Row] = []
+    kept: list[SweepRow] = []
     for first in sorted({number - number % BATCH for number in found}):
         if all(number in found for number in range(first, first + BATCH)):
             batch = [row for number in range(first, first + BATCH) for row in found[number]]
@@ -137,7 +136,7 @@ def _all_rows(
     return tally.rows
 
 
-def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row]) -> Sweep:
+def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
     explanations = [explained(row) for row in runs_of(rows, CONTROLLER, FEASIBLE) if not row.success]
     overview = overview_table(rows)
     tables = [overview, error_table(rows), equipment_table(rows)]
@@ -178,11 +177,11 @@ def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row])
     return Sweep(directory.page, overview, content)
 
 
-def _verdict(rows: Sequence[Row]) -> tuple[bool, str]:
+def _verdict(rows: Sequence[SweepRow]) -> tuple[bool, str]:
     good, everything = rate_of(runs_of(rows, CONTROLLER, FEASIBLE))
     text = (
         f"{CONTROLLER} made {good} of the {everything} crossings that were called feasible before the run; expected are"
-        f" {100.0 * TARGET:g} %. A success: {WORDS}."
+        f" {100.0 * TARGET:g} %. A success: {SUCCESS_RULE}."
     )
     return good >= TARGET * everything, text
 

@@ -43,7 +43,7 @@ class Parameter(NamedTuple):
         return f"{100.0 * (self.value - self.before) / abs(self.before):+.2f} %"
 
 
-class Findings(NamedTuple):
+class IdentificationResult(NamedTuple):
     """The robot file that was started from, the bag, its length in samples, and what came out."""
 
     start: RobotFile

@@ -14,7 +14,7 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 
 
-class Findings(NamedTuple):
+class RunAnalysis(NamedTuple):
     """A run: what was planned, what was recorded, what it came to."""
 
     scenario: Scenario
