@@ -1,4 +1,4 @@
-"""Subcommand that sets all controllers side by side: compare."""
+"""Subcommand that compares all controllers: compare."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def compare(
         list[str] | None,
         typer.Argument(
             metavar="[SCENARIO]...",
-            help="YAML files or shipped scenarios, whose motions are made [default: middle multiple]",
+            help="YAML files or shipped scenarios, whose motions are run [default: middle multiple]",
         ),
     ] = None,
     controllers: Annotated[
@@ -59,7 +59,7 @@ def compare(
         bool, typer.Option("--quick", help="By default only middle, 1 s, and the rigs ideal and realistic.")
     ] = False,
 ) -> None:
-    """Make the same motions with every controller, without ROS: success, errors, torques, margins and energy.
+    """Run the same motions with every controller, without ROS: success, errors, torques, margins and energy.
 
     Example: `fivebar compare middle --durations 0.5,1 --rigs ideal,realistic --out runs/compared`
     """
@@ -146,7 +146,7 @@ def _refuse_namesakes(names: list[str]) -> None:
 def _command(
     names: list[str], controllers: tuple[str, ...], durations: tuple[float, ...], rigs: str | None, quick: bool
 ) -> str:
-    """Return the command that makes a comparison again, with all that decides what it holds."""
+    """Return the command that repeats a comparison, with all options that affect its results."""
     parts = ["fivebar", "compare", *names, "--controllers", ",".join(controllers)]
     parts += ["--durations", ",".join(f"{duration:g}" for duration in durations)]
     parts += ["--rigs", rigs] if rigs is not None else []

@@ -1,7 +1,7 @@
-"""The dynamic criterion along a run (1.19, 2.4, 4.21): what the reference asks of the direction t_s.
+"""The dynamic criterion along a run (1.19, 2.4, 4.21): what the reference demands along t_s.
 
-On the locus the free dynamics leave nothing there, m t_s^T xddot = 0, so a reference that asks for more cannot be
-followed at that instant. Away from the locus the motors reach every direction and the figure means nothing.
+On the locus the free dynamics are m t_s^T xddot = 0, so a reference that demands more cannot be followed at that
+instant. Away from the locus the motors can accelerate the platform in every direction, and the value has no meaning.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def criterion(run: RunAnalysis) -> Figure:
     largest = max((abs(residual) for residual in at_crossings), default=None)
     figure = new_figure(
         "Dynamic criterion",
-        "answers to equations 1.19, 2.4 and 4.21: on the locus the free dynamics leave zero, whatever the motors do",
+        "corresponds to equations 1.19, 2.4 and 4.21: on the locus the free dynamics give zero for any motor torque",
         4.4,
     )
     axes = figure.subplots()

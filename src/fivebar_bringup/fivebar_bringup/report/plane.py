@@ -59,7 +59,7 @@ def lowest(run: RunAnalysis) -> float:
 
 def path(run: RunAnalysis, plane: Map) -> Figure:
     """Draw reference and actual path, the locus, the boundary, and the robot in three postures."""
-    figure = new_figure("Path and singularities", f"answers to {counterpart(run.scenario).path}", 6.0)
+    figure = new_figure("Path and singularities", f"corresponds to {counterpart(run.scenario).path}", 6.0)
     axes = figure.subplots()
     draw_map(axes, plane)
     for row, color, _ in reversed(_postures(run)):
@@ -102,11 +102,11 @@ def _headline(run: RunAnalysis) -> tuple[str, str]:
     if run.plan.working_mode_changes:
         subtitle += f" and {summary.working_mode_changes} of working mode"
     subtitle += f" with at most {plain(peak(run.series.torque_applied), 'Nm')}"
-    if run.limits_bite:
-        subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were asked for"
+    if run.torque_was_limited:
+        subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were requested"
     elif run.blends and run.plan.crossings:
-        asked = plain(peak(run.series.torque_away), "Nm")
-        subtitle += f"; the computed torque law alone asks for up to {asked} on the way"
+        asked = plain(peak(run.series.torque_nominal), "Nm")
+        subtitle += f"; the computed torque law alone requests up to {asked} on the way"
     if not summary.completed:
         return "The motion was not completed", subtitle
     crossed = "Through the Type 2 singularity" if run.plan.crossings else ""

@@ -16,7 +16,7 @@ def write_report(run: RunDirectory) -> Summary:
     """Write figures, page and summary of a run into its directory, each file in one step, and return the summary.
 
     Raises:
-        InputError: the directory does not hold a run, or the report cannot be written.
+        InputError: the directory does not hold a run, or cannot be written to.
         BagError: the bag cannot be read or does not hold a run of the scenario.
     """
     # here, because matplotlib takes as long to load as all the rest of the command

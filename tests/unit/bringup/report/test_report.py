@@ -272,8 +272,8 @@ def test_what_was_asked_is_drawn_where_the_drives_gave_less(reported: tuple[RunD
             **{**vars(run.series), "torque_applied": np.clip(run.series.torque_applied, -0.2, 0.2)}
         )
         cut = [line.get_label() for line in figures.torques(run._replace(series=limited)).axes[0].lines]
-    assert "asked for" not in usual
-    assert "asked for" in cut
+    assert "requested" not in usual
+    assert "requested" in cut
 
 
 def test_a_directory_without_a_run_is_refused(tmp_path: Path) -> None:

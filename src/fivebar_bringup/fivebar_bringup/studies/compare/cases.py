@@ -12,15 +12,15 @@ from fivebar_bringup.studies.reproduce.cases import PlannedScenario
 from fivebar_description.strict_yaml import validate
 
 TIGHT_LIMIT = 0.6
-"""Torque limit (Nm) under which it is seen whether the planner keeps the controllers from what they cannot do."""
+"""Torque limit (Nm) for the test whether the planner's screen refuses what the controllers cannot do."""
 
 
 class ComparisonCase(NamedTuple):
-    """One run, by what distinguishes it from the others.
+    """One run of a comparison.
 
     Attributes:
-        given: the scenario whose motion is made.
-        controller: who makes it.
+        given: the scenario with the motion.
+        controller: name of the controller.
         duration: of each segment (s); None for the quickest that the planner's screen allows.
         rig: one of `RIG_NAMES`.
         torque_limit: of the drives (Nm); None for the scenario's.
@@ -51,7 +51,7 @@ class ComparisonCase(NamedTuple):
         """Return what to run.
 
         Raises:
-            InputError: the controller cannot make the motion on the rig, or there is no quickest duration.
+            InputError: the controller cannot follow the motion on the rig, or there is no quickest duration.
         """
         content = on_rig(self.given, self.rig)
         content |= {"name": f"{self.motion}-{self.controller}-{self.rig}", "controller": self.controller}
@@ -67,7 +67,7 @@ class ComparisonCase(NamedTuple):
 
 
 class ComparisonExtent(NamedTuple):
-    """What is compared: scenarios, controllers, durations of the segments (s), rigs; None for the default ones."""
+    """Extent of a comparison: scenarios, controllers, segment durations (s), rigs; None for the default ones."""
 
     given: tuple[Scenario, ...]
     controllers: tuple[str, ...]

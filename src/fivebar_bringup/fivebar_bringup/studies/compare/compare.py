@@ -1,4 +1,4 @@
-"""From the wish to the page: all runs, tables and figures, in a directory of their own."""
+"""Runs a comparison and writes its tables, figures and page."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WORDS = {True: "Met", False: "Not met", None: "Not known"}
 
 
 class Comparison(NamedTuple):
-    """What came out, and where it lies."""
+    """Results of a comparison, and the page."""
 
     page: Path
     verdicts: Sequence[Requirement]
@@ -41,13 +41,13 @@ def compare(
     command: str = "fivebar compare",
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Comparison:
-    """Make the runs, and write compare.html, compare.json, compare.csv and the figures.
+    """Run all cases, and write compare.html, compare.json, compare.csv and the figures.
 
     Args:
         extent: what is compared.
         out: new or empty directory, by default runs/compare-<date>-<time>.
         workers: processes to use; fewer than two run everything in this one.
-        command: that makes this comparison again, for the page.
+        command: that repeats this comparison, for the page.
         progress: called with the number of finished runs and of all.
 
     Raises:
@@ -82,7 +82,7 @@ def compare(
 def html_page(
     verdicts: Sequence[Requirement], pictures: Sequence[Picture], tables: Sequence[Table], setting: str, command: str
 ) -> str:
-    """Return the page: the verdicts, the figures, the tables, how to repeat it."""
+    """Return the page: verdicts, figures, tables, how to repeat the comparison."""
     return render(
         "comparison.html",
         title=TITLE,
@@ -96,7 +96,7 @@ def html_page(
 
 
 def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return rows with the same keys as comma-separated values; unknown figures are left empty."""
+    """Return rows with the same keys as comma-separated values; unknown values are left empty."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()

@@ -37,8 +37,8 @@ ANOTHER_LOOK = ("black", "P")
 """Of a controller from elsewhere."""
 
 CAPTION = (
-    "Above: largest distance from the reference. Middle: largest torque asked for. Crosses: the run was not completed."
-    " Dashed: what unified is expected to keep on this rig. Below: green where the run was completed."
+    "Above: largest distance from the reference. Middle: largest torque requested. Crosses: the run was not completed."
+    " Dashed: bounds required of unified on this rig. Below: green where the run was completed."
 )
 
 
@@ -79,7 +79,7 @@ def _figure(motion: str, results: Sequence[ComparisonResult]) -> Picture:
         _log_over_all(rows[0, 0], [_scaled(run.tracking_error) for run in results])
         _log_over_all(rows[1, 0], [run.requested for run in results])
         rows[0, 0].set_ylabel("error in mm")
-        rows[1, 0].set_ylabel("torque asked for in Nm")
+        rows[1, 0].set_ylabel("torque requested in Nm")
         handles, names = rows[0, 0].get_legend_handles_labels()
         figure.legend(handles, names, loc="upper right", bbox_to_anchor=(0.985, 1.0 - 0.06 / height), ncols=3)
         return Picture(f"{motion}_over_duration", f"{motion}. {CAPTION}", png(figure))

@@ -1,4 +1,4 @@
-"""Makes a run of a comparison and keeps its figures."""
+"""Runs one case of a comparison and computes its metrics."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ AT_LIMIT = 1e-6
 
 
 class ComparisonResult(NamedTuple):
-    """What a run came to; a run that the planner refused has no figures, and no other figure is missing.
+    """Metrics of a run; a case that the planner refused has none.
 
     Attributes:
         case: what was run.
@@ -34,13 +34,13 @@ class ComparisonResult(NamedTuple):
         tracking_error: largest distance from the reference (m).
         tracking_rms: root mean square of the distance (m).
         constraint_error: largest |h| in the blending zones (m), None where the controller has none.
-        applied, requested: largest torque applied to, and asked of, a motor (Nm).
-        saturated: samples that asked for more than the limit, of `samples`; None without a limit.
-        at_limit: samples before which a motor gave all that it can; a controller that knows the limit asks for no more.
+        applied, requested: largest torque applied by, and requested of, a motor (Nm).
+        saturated: samples that requested more than the limit, of `samples`; None without a limit.
+        at_limit: samples with a motor at its limit; a controller that respects the limit requests no more.
         samples: samples made.
         limit: of the torque (Nm), None for none.
-        energy: what the motors spent (J), see `MotorWork`.
-        net_work: what they gave in sum (J), all of it lost to friction where the robot rests in the end.
+        energy: spent by the motors (J), see `MotorWork`.
+        net_work: their net work (J), all of it lost to friction where the robot ends at rest.
         durations: of the segments (s).
         wall_s: how long it took (s).
     """
@@ -107,9 +107,9 @@ class MotorWork(NamedTuple):
     """Work of both motors (J).
 
     Attributes:
-        spent: integral of |tau_i dq_i1/dt| over time, summed over both motors: what drives have to give that recover
-            nothing, and that pay for braking, too.
-        net: integral of tau_i dq_i1/dt: what is left in the robot at the end, and what friction took.
+        spent: integral of |tau_i dq_i1/dt| over time, summed over both motors: the energy needed by drives
+            that recover nothing when braking.
+        net: integral of tau_i dq_i1/dt: kinetic energy left at the end plus friction losses.
     """
 
     spent: float
@@ -131,7 +131,7 @@ def motor_work(angles: FloatArray, torques: FloatArray) -> MotorWork:
 
 
 def run_case(case: ComparisonCase) -> ComparisonResult:
-    """Make one run without ROS and return its figures."""
+    """Run one case without ROS and return its metrics."""
     began = time.monotonic()
     try:
         scenario = case.scenario()

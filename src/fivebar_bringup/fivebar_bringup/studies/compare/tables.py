@@ -13,7 +13,7 @@ from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
 from fivebar_bringup.studies.compare.verdicts import lost
 from fivebar_bringup.studies.reproduce.rows import largest
 
-FIGURES = (
+METRICS = (
     "error",
     "error rms",
     "error in zones",
@@ -23,11 +23,11 @@ FIGURES = (
     "margin",
     "energy",
 )
-"""Columns with the figures of a run."""
+"""Columns with the metrics of a run."""
 
 
 def rigs_table(extent: ComparisonExtent) -> Table:
-    """Return what each rig is, and the gains there."""
+    """Return the description and the gains of each rig."""
     rows = []
     for given in extent.given:
         for rig in extent.rigs_of(given):
@@ -53,7 +53,7 @@ def rigs_table(extent: ComparisonExtent) -> Table:
 
 
 def overview_table(results: Sequence[ComparisonResult]) -> Table:
-    """Return the worst figures of each controller on each rig, over all motions and durations."""
+    """Return the worst metrics of each controller on each rig, over all motions and durations."""
     rows = []
     keys = list(dict.fromkeys((result.case.rig, result.case.controller) for result in results))
     for rig, controller in keys:
@@ -84,10 +84,10 @@ def overview_table(results: Sequence[ComparisonResult]) -> Table:
         "overview",
         "The worst of each controller on each rig",
         "Over all motions and durations: runs completed; largest distance from the reference, its root mean square,"
-        " and distance from the path in the blending zones; torque applied and asked for; samples that asked for more"
+        " and distance from the path in the blending zones; torque applied and requested; samples that requested more"
         " than the drives give, in all; least margin to the torque limit; mechanical energy, ∫|τᵢ q̇ᵢ₁| dt of both"
         " motors; motions that the planner's screen would refuse.",
-        ("rig", "controller", "completed", *FIGURES, "refused by the screen"),
+        ("rig", "controller", "completed", *METRICS, "refused by the screen"),
         tuple(rows),
     )
 
@@ -122,15 +122,16 @@ def tight_table(results: Sequence[ComparisonResult]) -> Table:
     return Table(
         "tight",
         f"With {TIGHT_LIMIT:g} Nm per motor",
-        "Made as asked for, whatever the screen says, to see what the limit alone does; and at the quickest pace that"
-        " the screen allows, found segment by segment. The screen lets the reference have 85 % of the limit. unified"
-        " knows the limit and asks for no more; at the limit are the samples at which a motor gave all that it can.",
+        "Run at the requested pace, whether or not the screen allows it, to see the effect of the limit alone; and at"
+        " the quickest pace that the screen allows, found segment by segment. The screen allows the reference 85 % of"
+        " the limit. unified respects the limit and requests no more. The column before the last counts the samples"
+        " with a motor at its limit.",
         ("motion", "rig", "controller", "T", "screen", "completed", "error", "requested", "at the limit", "why"),
         tuple(rows),
     )
 
 
-_RUN_COLUMNS = ("controller", "T", "completed", *FIGURES, "screen")
+_RUN_COLUMNS = ("controller", "T", "completed", *METRICS, "screen")
 
 
 def _run(result: ComparisonResult) -> tuple[Cell, ...]:

@@ -1,4 +1,4 @@
-"""Why the law without switching has the settings that it has: what each of them does to error and torque.
+"""Sensitivity of the unified law to its settings, which justifies the defaults.
 
 `python -m fivebar_bringup.studies.compare.unified_sweep OUT.png` runs it all, which takes some ten minutes, prints the
 table of docs/unified.md and draws its figure.
@@ -60,7 +60,7 @@ class WorstCase(NamedTuple):
 
 
 class SettingRow(NamedTuple):
-    """One value of one setting, and the worst of the runs with it on each of `PLANTS`."""
+    """One value of one setting, and the worst run with it on each of `PLANTS`."""
 
     setting: str
     value: float
@@ -92,14 +92,14 @@ def _worst(run: Callable[[Scenario], WorstCase], plant: str, unified: dict[str, 
         for other in PLANTS[plant]
         for waypoints in (MIDDLE, MULTIPLE)
         for duration in DURATIONS
-        # the slow multiple crossings are the longest runs and nowhere the worst
+        # the slow multiple crossings take longest and are never the worst case
         if waypoints == MIDDLE or duration <= 1.0 or plant == "as believed"
     ]
     return WorstCase(*(max(figures) for figures in zip(*results, strict=True)))
 
 
 def run_once(scenario: Scenario) -> WorstCase:
-    """Run a scenario and return its figures, infinite where a fault ended it."""
+    """Run a scenario and return its metrics, infinite where a fault ended it."""
     run = simulate(scenario)
     if run.faults:
         return WorstCase(math.inf, math.inf, math.inf)
@@ -130,7 +130,7 @@ def table(rows: Sequence[SettingRow]) -> str:
 
 
 def draw(rows: Sequence[SettingRow]) -> Figure:
-    """Draw largest error and torque over each setting, with the bounds that they are to keep."""
+    """Draw largest error and torque over each setting, with the required bounds."""
     figure = new_figure(
         "Settings of the unified law", "the worst of the middle and the multiple crossing, T = 0.5 to 3 s", 6.4, 13.0
     )

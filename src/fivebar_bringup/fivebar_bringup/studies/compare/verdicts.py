@@ -1,4 +1,4 @@
-"""What the law without switching is expected to reach, and what was measured."""
+"""Requirements on the unified law, and whether the measured runs meet them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BOUNDS = {"ideal": Bound(0.4e-3, 1.0), "realistic": Bound(0.8e-3, 1.5)}
 
 
 class Requirement(NamedTuple):
-    """An expectation, what was measured, and whether it is met; None where the comparison cannot tell."""
+    """A requirement, the measured values, and whether it is met; None where the comparison does not cover it."""
 
     title: str
     expected: str
@@ -38,7 +38,7 @@ class Requirement(NamedTuple):
 
 
 def findings(results: Sequence[ComparisonResult], tight: Sequence[ComparisonResult]) -> list[Requirement]:
-    """Judge the runs of the law without switching.
+    """Judge the runs of the unified law.
 
     Args:
         results: of the compared runs.
@@ -85,9 +85,9 @@ def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
     quickest = [run for run in runs if run.case.duration is None]
     title = f"{UNIFIED} with {TIGHT_LIMIT:g} Nm per motor"
     expected = (
-        "every motion that the limit alone does not save (not completed, or the error above that of the rig) is refused"
-        " by the planner's screen; slowed down to the quickest that it allows, every motion is completed within the"
-        " error of its rig"
+        "every motion that is lost under the limit (not completed, or with an error above that of the rig) is refused"
+        " by the planner's screen; slowed down to the quickest pace that the screen allows, every motion is completed"
+        " within the error of its rig"
     )
     if not asked or not quickest:
         return Requirement(title, expected, "not part of this comparison", None)
@@ -96,7 +96,7 @@ def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
     missed = [run for run in unsaved if run not in refused]
     slowed_lost = [run for run in quickest if lost(run)]
     measured = (
-        f"{len(unsaved)} of {len(asked)} motions are lost at the pace asked for"
+        f"{len(unsaved)} of {len(asked)} motions are lost at the requested pace"
         f" ({_paces(unsaved)}), {len(unsaved) - len(missed)} of them are refused beforehand;"
         f" refused are {len(refused)} in all; slowed down, {len(quickest) - len(slowed_lost)} of {len(quickest)} keep"
         f" their error ({engineering(largest([run.tracking_error for run in quickest]), 'm')} at most)"

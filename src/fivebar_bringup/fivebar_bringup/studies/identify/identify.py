@@ -1,4 +1,4 @@
-"""From a bag to an identified robot: parameter file, figures, page."""
+"""Identifies a robot from a bag and writes parameter file, figures and page."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def identify_bag(path: Path, robot: str | None = None) -> IdentificationResult:
     """Identify the robot of a bag or of a run's directory, starting from the run's parameter file or a given one.
 
     Raises:
-        InputError: the bag, the robot or the motion cannot serve.
-        BagError: the bag cannot be read or lacks what is needed.
+        InputError: the bag, the robot or the motion is unsuitable.
+        BagError: the bag cannot be read or lacks a topic.
     """
     source = find_bag(path)
     start = read_start(source, robot)

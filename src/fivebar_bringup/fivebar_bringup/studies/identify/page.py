@@ -11,7 +11,7 @@ from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationRes
 
 
 def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> str:
-    """Return the page: parameters, how they were found, pictures, the parameter file, how to use it."""
+    """Return the page: parameters, quality of the fit, figures, the parameter file and its use."""
     return render(
         "identification.html",
         title=f"{findings.start.name}: identified",
@@ -38,7 +38,7 @@ def _quality_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
     yield "cut-off of the parallel filter", f"{cutoffs.parallel_hz:.3g} Hz"
     yield "accelerations of the motors, root mean square", f"{cutoffs.acceleration:.3g} rad/s²"
     yield "time used, motors 1 and 2", ", ".join(f"{seconds:.2f} s" for seconds in found.used_s)
-    yield "independent rows that the intervals rest on", f"{found.fit.independent:.0f}"
+    yield "independent rows behind the intervals", f"{found.fit.independent:.0f}"
     residuals = ", ".join(engineering(value, "Nm") for value in found.fit.deviations.tolist())
     yield "residual, root mean square, motors 1 and 2", residuals
-    yield "part of the torque left unexplained", ", ".join(f"{100.0 * part:.2g} %" for part in found.misfit)
+    yield "unexplained part of the torque", ", ".join(f"{100.0 * part:.2g} %" for part in found.misfit)

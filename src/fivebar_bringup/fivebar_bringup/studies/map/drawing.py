@@ -1,4 +1,4 @@
-"""What the figures are made of: fields and loci in the plane of the platform and in that of the motor angles."""
+"""Drawing of fields and loci in the plane of the platform and in that of the motor angles."""
 
 from __future__ import annotations
 

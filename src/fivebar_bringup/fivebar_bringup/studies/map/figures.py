@@ -37,7 +37,7 @@ ARROW = 42.0
 
 
 class Survey(NamedTuple):
-    """All that is known of a robot's geometry."""
+    """The computed geometry of a robot: loci, fields, measures, postures to draw."""
 
     name: str
     robot: FiveBar
@@ -121,7 +121,7 @@ def assembly_modes(survey: Survey) -> Figure:
 def conditioning(survey: Survey) -> Figure:
     """Draw 1/cond(A) in each working mode."""
     figure = new_figure(
-        "How far from Type 2: 1/cond(A), by working mode",
+        "Conditioning 1/cond(A), by working mode",
         f"{survey.name}: 0 on the locus, 1 where the distal links are at right angles",
         2.0 * _tall(survey, 2, WIDTH) + 3.8,
     )
@@ -173,7 +173,7 @@ def motor_modes(survey: Survey) -> Figure:
 def motor_conditioning(survey: Survey) -> Figure:
     """Draw 1/cond(A) over the motor angles, in each assembly mode."""
     figure = new_figure(
-        "How far from Type 2 over the motor angles: 1/cond(A), by assembly mode",
+        "Conditioning 1/cond(A) over the motor angles, by assembly mode",
         f"{survey.name}: the two sheets are joined along the Type 2 locus, where 1/cond(A) is 0",
         7.6,
         11.5,

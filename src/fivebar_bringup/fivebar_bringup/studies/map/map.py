@@ -1,4 +1,4 @@
-"""From a robot's parameter file to the map of its workspace and singularities."""
+"""Maps the workspace and the singularities of a robot given by its parameter file."""
 
 from __future__ import annotations
 

@@ -16,20 +16,20 @@ from fivebar_bringup.studies.map.measures import Measures
 from fivebar_description.parameters import FiveBar
 
 TITLES = {
-    "postures": "The robot, and what is meant by singular",
-    "assembly_modes": "Where the platform gets, and in which assembly mode",
-    "conditioning": "How far from the Type 2 locus",
-    "motor_modes": "Seen from the motors",
-    "motor_conditioning": "How far from the Type 2 locus, seen from the motors",
+    "postures": "The robot and its singularities",
+    "assembly_modes": "Workspace and assembly modes",
+    "conditioning": "Conditioning over the workspace",
+    "motor_modes": "The plane of the motor angles",
+    "motor_conditioning": "Conditioning over the motor angles",
 }
 
 
 POSTURES = (
-    "Two legs carry the platform. For one pair of motor angles there are two places for it: the assembly modes, told"
-    " apart by the sign of det A. Type 1: a leg is stretched or folded, the platform cannot move along it, and the"
-    " workspace ends here; the line is that end. Type 2: the distal links lie on one line, and no motor torque resists"
-    " a motion across it, along the arrow; the purple line is all such places for the elbows as drawn. Type 3: a leg"
-    " and the distal links are aligned at once."
+    "Two legs carry the platform. For one pair of motor angles there are two positions of it: the assembly modes,"
+    " distinguished by the sign of det A. Type 1: a leg is stretched or folded, the platform cannot move along it, and"
+    " the workspace ends here; the line is that end. Type 2: the distal links lie on one line, and no motor torque"
+    " resists a motion across it, along the arrow; the purple line is all such places for the elbows as drawn. Type 3:"
+    " a leg and the distal links are aligned at once."
 )
 ASSEMBLY_MODES = (
     "Each leg can reach a place with its elbow on either side, which makes four working modes. In each of them the Type"
@@ -45,7 +45,7 @@ CONDITIONING = (
     " supervisor blends its two controllers by this number, so the dark bands are where the blending takes place."
 )
 MOTOR_MODES = (
-    "The same seen from the motors: every point is a pair of motor angles, and both axes are periodic. In the grey"
+    "The same in the plane of the motor angles: every point is a pair of them, and both axes are periodic. In the grey"
     " areas the elbows are too far apart, or too close to each other, for the distal links to meet. Their rim is the"
     " Type 2 locus, along which the two assembly modes, drawn side by side, are joined: to change the assembly mode the"
     " motors run up to the rim and turn back. The colours are the working modes; they change where a leg is stretched"

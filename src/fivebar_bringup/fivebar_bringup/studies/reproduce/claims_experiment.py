@@ -48,14 +48,14 @@ def _acceleration(number: str, motion: str, statement: str) -> Claim:
         for run in fast:
             remark += (
                 f" At {run.case.duration:g} s the ratio is {run.imu_ratio or 0.0:.2f}: there the platform itself"
-                " accelerates otherwise than desired while the computed torque law catches up behind each zone, and"
+                " accelerates otherwise than desired while the computed torque law converges behind each zone, and"
                 " the check shows it (table c)."
             )
         return ClaimRow(
             f"Figure {number}",
             f"Acceleration error by the IMU, {motion} crossing",
             statement,
-            f"{plain(shown.acceleration_outside, 'm/s²')} rms outside the zones at {SHOWN:g} s, noise alone leaves"
+            f"{plain(shown.acceleration_outside, 'm/s²')} rms outside the zones at {SHOWN:g} s, noise floor"
             f" {plain(shown.noise_outside, 'm/s²')}; ratio "
             + ", ".join(f"{ratio or 0.0:.3f} at {duration}" for duration, ratio in ratios.items()),
             {

@@ -87,12 +87,12 @@ def _finite_against_ctc() -> Claim:
             },
             only_one_side_finite(finite, asked),
             f"In an ideal simulation with drives limited to 10 Nm computed torque alone still gets through {done} of"
-            f" {len(alone)} times, with {samples} saturated samples in all: the torque asked for is what tells them"
-            " apart here, and under perturbed friction also the completion (table b).",
+            f" {len(alone)} times, with {samples} saturated samples in all: the requested torque distinguishes them"
+            " here, and under perturbed friction also the completion (table b).",
             [
                 Picture(
                     "torque_peaks",
-                    "Largest torque asked for in every run on the nominal plant, middle and multiple crossing.",
+                    "Largest torque requested in every run on the nominal plant, middle and multiple crossing.",
                     draw_peaks([_group(NAMES[law], runs, False) for law, runs in grids.items()]),
                 )
             ],

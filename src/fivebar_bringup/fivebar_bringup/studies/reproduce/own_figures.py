@@ -1,4 +1,4 @@
-"""Figures that set several runs beside each other."""
+"""Figures that compare several runs."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class Group(NamedTuple):
 
 
 def draw_peaks(groups: Sequence[Group]) -> bytes:
-    """Draw the largest torque that each run asked for, controller by controller."""
+    """Draw the largest torque that each run requested, controller by controller."""
     with house_style():
         figure = new_figure(
-            "Largest torque asked for", "one dot per run, crosses: not completed; the drives give up to 10 Nm", 4.4
+            "Largest torque requested", "one dot per run, crosses: not completed; the drives give up to 10 Nm", 4.4
         )
         axes = figure.subplots()
         for row, (group, colour) in enumerate(zip(groups, COLOURS, strict=False)):
@@ -53,17 +53,17 @@ def draw_peaks(groups: Sequence[Group]) -> bytes:
         axes.set_yticks(range(len(groups)), [group.name for group in groups])
         axes.invert_yaxis()
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_xlabel("largest torque asked of a motor in Nm")
+        axes.set_xlabel("largest torque requested of a motor in Nm")
         return png(figure)
 
 
 def draw_residuals(groups: Sequence[Group]) -> bytes:
-    """Draw the torque that runs asked for over how far their reference is from the dynamic criterion."""
+    """Draw the torque that runs requested over how far their reference is from the dynamic criterion."""
     largest = max((value for group in groups for value in group.x), default=0.0)
     with house_style():
         figure = new_figure(
-            "What it costs to miss the dynamic criterion",
-            "largest torque asked for over the reference's |m tₛᵀẍ| on the locus; crosses: not completed",
+            "Torque over the violation of the dynamic criterion",
+            "largest torque requested over the reference's |m tₛᵀẍ| on the locus; crosses: not completed",
             4.8,
         )
         axes = figure.subplots()
@@ -84,7 +84,7 @@ def draw_residuals(groups: Sequence[Group]) -> bytes:
         log_axis(axes, 0.1, max((value for group in groups for value in group.y), default=10.0))
         axes.set_xlim(-0.02 * largest - 1e-3, 1.04 * largest + 1e-3)
         axes.set_xlabel("|m tₛᵀẍ| of the reference on the locus in N")
-        axes.set_ylabel("torque asked for in Nm")
+        axes.set_ylabel("torque requested in Nm")
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
         return png(figure)
 

@@ -1,4 +1,4 @@
-"""From nothing to the page: all runs, rows and tables, in a directory of their own."""
+"""Runs the reproduction of the thesis and writes its rows, tables and page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.study_directory import StudyDirectory
 
 WORKERS = 2
-"""Processes that the runs are shared among."""
+"""Number of processes for the runs."""
 
 CLAIMS: tuple[Claim, ...] = (
     *claims_model.CLAIMS,
@@ -29,7 +29,7 @@ CLAIMS: tuple[Claim, ...] = (
 
 
 class Reproduction(NamedTuple):
-    """What came out, and where it lies."""
+    """Results of a reproduction, and the page."""
 
     page: Path
     rows: Sequence[ClaimRow]
@@ -44,14 +44,14 @@ def reproduce(
     claims: Sequence[Claim] = CLAIMS,
     with_tables: bool = True,
 ) -> Reproduction:
-    """Make the runs, and write reproduce.html, reproduce.json and the figures.
+    """Run all cases, and write reproduce.html, reproduce.json and the figures.
 
     Args:
         out: new or empty directory, by default runs/reproduce-<date>-<time>.
         quick: one duration and one perturbed plant only.
         progress: called with the number of finished runs and of all.
         workers: processes to use; fewer than two run everything in this one.
-        claims: rows to make.
+        claims: rows to evaluate.
         with_tables: whether the tables are made.
 
     Raises:
@@ -78,7 +78,7 @@ def reproduce(
 
 
 def html_page(rows: Sequence[ClaimRow], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
-    """Return the page: the verdicts in short, every row with its figures, the tables."""
+    """Return the page: an overview of the verdicts, every row with its figures, the tables."""
     counts = {verdict: sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict}
     short = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
     return render(
@@ -92,7 +92,7 @@ def html_page(rows: Sequence[ClaimRow], tables: Sequence[Table], runs: int, wall
 
 
 def _needs(extent: ReproductionExtent, claims: Sequence[Claim], with_tables: bool) -> dict[ReproductionCase, Drawings]:
-    """Return all runs that rows and tables need, each once, with all figures that are wanted of it."""
+    """Return all runs that rows and tables need, each once, with all figures needed of it."""
     needs: dict[ReproductionCase, Drawings] = {}
     for claim in claims:
         for case, drawings in claim.needs(extent).items():

@@ -20,9 +20,9 @@ class ClaimRow(NamedTuple):
         title: what it is about.
         thesis: what the thesis reports, and where.
         measured: what was found here.
-        numbers: the figures behind it.
+        numbers: the values behind it.
         judgement: verdict, rule and reason.
-        remark: what a reader has to know to weigh it.
+        remark: context for the reader.
         pictures: figures of this reproduction.
     """
 
@@ -58,7 +58,7 @@ class ClaimRow(NamedTuple):
 
 
 class Claim(NamedTuple):
-    """How a row comes about: which runs it needs, with which of their figures, and what it makes of them."""
+    """How a row is evaluated: the runs and figures it needs, and the function that makes the row of them."""
 
     name: str
     needs: Callable[[ReproductionExtent], Mapping[ReproductionCase, Drawings]]
@@ -76,7 +76,7 @@ def of(
 
 
 def largest(values: Sequence[float | None]) -> float | None:
-    """Return the largest figure; None where one is missing, which may be the largest."""
+    """Return the largest value; None where one is missing, which may be the largest."""
     known = [value for value in values if value is not None]
     return max(known, default=None) if len(known) == len(values) else None
 
@@ -87,14 +87,14 @@ def runs_of(cases: Sequence[ReproductionCase], results: Results) -> list[Reprodu
 
 
 def by_duration(runs: Sequence[ReproductionResult], name: str) -> dict[str, float | None]:
-    """Return a figure of runs that differ in nothing but the duration."""
+    """Return a metric of runs that differ only in the duration."""
     return {f"{run.case.duration:g} s": getattr(run, name) for run in runs}
 
 
 def torque_row(
     place: str, title: str, statement: str, runs: Sequence[ReproductionResult], remark: str, picture: Picture
 ) -> ClaimRow:
-    """Return the row of a claim that the torques asked for stay finite, over runs that differ in the duration."""
+    """Return the row of a claim that the requested torques stay finite, over runs that differ in the duration."""
     peaks = by_duration(runs, "requested")
     return ClaimRow(
         place,

@@ -1,4 +1,4 @@
-"""Runs cases, in this process or in several, and keeps of each what tables, rows and figures need."""
+"""Runs cases, in this process or in several, and keeps the results that tables, rows and figures need."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ Drawings = tuple[str, ...]
 
 
 class ReproductionResult(NamedTuple):
-    """What is kept of a run.
+    """Results of a run.
 
     Attributes:
         case: what was run.
-        summary: its figures, as in its own report; None where the planner refused it.
+        summary: its metrics, as in its own report; None where the planner refused it.
         refused: why the planner refused it.
         crossing_residual: largest |m t_s^T xddot| of the reference on the locus (N).
         crossing_fractions: smallest and largest fraction of a segment's way at which it crosses.
         zones: how often sigma rose above zero.
         sigma_at_rest: largest sigma at the first and last sample.
         acceleration_outside: rms of the IMU's error outside the blending zones (m/s^2).
-        noise_outside: what the sensor's noise alone leaves there (m/s^2).
-        pictures: figures that were asked for, by name.
+        noise_outside: the noise floor of the sensor there (m/s^2).
+        pictures: requested figures, by name.
         wall_s: how long it took (s).
     """
 
@@ -67,7 +67,7 @@ class ReproductionResult(NamedTuple):
 
     @property
     def requested(self) -> float | None:
-        """Largest torque asked of either motor (Nm)."""
+        """Largest torque requested of either motor (Nm)."""
         return None if self.summary is None else _larger(self.summary.torque_requested_peak_nm)
 
     @property
@@ -92,7 +92,7 @@ class ReproductionResult(NamedTuple):
 
     @property
     def saturated(self) -> int | None:
-        """Samples that asked for more than the drives can give."""
+        """Samples that requested more than the drives can give."""
         return None if self.summary is None else self.summary.torque_saturated_samples
 
     @property
@@ -127,7 +127,7 @@ def run_cases(
     """Run every case and draw its figures; with fewer than two workers in this process.
 
     Args:
-        cases: what to run, and the names of the figures that are wanted of it.
+        cases: what to run, and the names of the figures to draw of it.
         workers: processes to use.
         progress: called with the number of finished cases and of all.
     """
@@ -140,7 +140,7 @@ def _run_item(item: tuple[ReproductionCase, Drawings]) -> ReproductionResult:
 
 
 def run_case(case: ReproductionCase, drawings: Sequence[str] = ()) -> ReproductionResult:
-    """Run one case without ROS and return what is kept of it."""
+    """Run one case without ROS and return its results."""
     began = time.monotonic()
     scenario = case.scenario()
     try:

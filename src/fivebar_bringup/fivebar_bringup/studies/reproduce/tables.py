@@ -40,7 +40,7 @@ LAWS = (
     (JOINT, QUINTIC),
     (CARTESIAN, QUINTIC),
 )
-"""Controllers that are set beside each other, with their time laws."""
+"""Controllers that are compared, with their time laws."""
 
 SHORT = (0.3, 0.5, 1.0)
 """Durations (s) of the motions that cross far from half of their way."""
@@ -92,10 +92,10 @@ def within_bounds(result: ReproductionResult) -> bool:
     if summary is None or not summary.completed:
         return False
     motion = result.case.motion
-    figures = (result.constraint_error, result.tracking_error, result.requested)
+    metrics = (result.constraint_error, result.tracking_error, result.requested)
     bounds = (CONSTRAINT_BOUND[motion], TRACKING_BOUND, TORQUE_BOUND)
     return summary.assembly_mode_changes == MODE_CHANGES[motion] and all(
-        figure is not None and figure <= bound for figure, bound in zip(figures, bounds, strict=True)
+        metric is not None and metric <= bound for metric, bound in zip(metrics, bounds, strict=True)
     )
 
 
@@ -137,12 +137,12 @@ def crossing_table(extent: ReproductionExtent, results: Results) -> Table:
 
 
 def variants_table(extent: ReproductionExtent, results: Results) -> Table:
-    """Return what other zones and resolutions make of the runs of table (a)."""
+    """Return the runs of table (a) with other zones and resolutions."""
     variants = (DEFAULT, MIN_NORM, *(fixed(epsilon) for epsilon in EPSILONS))
     return _side_by_side(
         "variants",
         "(a) The same with other zones and resolutions",
-        "Largest torque asked for and largest distance from the reference. min_norm: the resolution with the least"
+        "Largest torque requested and largest distance from the reference. min_norm: the resolution with the least"
         " torque (3.35), which leaves friction along tₛ uncompensated. ε: zones of a fixed half width.",
         variants,
         _blended(extent),
@@ -151,12 +151,12 @@ def variants_table(extent: ReproductionExtent, results: Results) -> Table:
 
 
 def printed_table(extent: ReproductionExtent, results: Results) -> Table:
-    """Return what the law and the zone as printed in the thesis make of the runs of table (a)."""
+    """Return the runs of table (a) with the law and the zone as printed in the thesis."""
     variants = (DEFAULT, *(fixed(epsilon, MIN_NORM) for epsilon in EPSILONS))
     return _side_by_side(
         "printed",
         "(a) The law and the zone as printed: least torque and a fixed half width",
-        "Largest torque asked for and largest distance from the reference, beside those of the defaults.",
+        "Largest torque requested and largest distance from the reference, beside those of the defaults.",
         variants,
         extent.grid(CARTESIAN),
         results,
@@ -204,8 +204,8 @@ def comparison_overview(extent: ReproductionExtent, results: Results) -> Table:
     return Table(
         "comparison",
         "(b) Controllers beside each other: the worst of all runs",
-        "Middle and multiple crossing with every duration. Requested is what the law asked for, applied what the drives"
-        " gave (at most 10 Nm), saturated how many samples asked for more.",
+        "Middle and multiple crossing with every duration. Requested is the law's torque, applied that of the drives"
+        " (at most 10 Nm), saturated the number of samples that requested more.",
         (
             "plant",
             "controller",
@@ -274,9 +274,9 @@ def imu_table(extent: ReproductionExtent, results: Results) -> Table:
         "imu",
         "(c) Acceleration check with the simulated IMU",
         "multi_cartesian; noise 0.05 m/s² per axis, bias, 100 Hz bandwidth, mounted 17 mm off and turned (scenario"
-        " imu_middle). The error counts outside the blending zones; the noise floor is what the noise alone leaves on"
+        " imu_middle). The error counts outside the blending zones; the noise floor is the error by noise alone on"
         " the same samples; allowed is 1.2 times as much. The last column is the same motion with a perfect IMU:"
-        " what is left there is true motion of the platform, the computed torque law catching up after a crossing.",
+        " the remaining error is true motion of the platform, the computed torque law converging after a crossing.",
         ("motion", "T", "completed", "error", "noise floor", "ratio", "perfect IMU"),
         tuple(rows),
     )

@@ -1,4 +1,4 @@
-"""The directory of a sweep: settings, results as they come, and what an interruption leaves of them."""
+"""The directory of a sweep: settings and incremental results, from which an interrupted sweep resumes."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ DEFAULT_SEED, DEFAULT_CASES = 1, 2000
 
 
 class SweepSettings(NamedTuple):
-    """What decides the results of a sweep.
+    """The settings that determine the results of a sweep.
 
     Attributes:
         seed: of all cases.
-        cases: crossings that the screen has to call feasible for unified before the sweep is done.
+        cases: crossings judged feasible for unified after which the sweep is done.
         program: digest of the code that decides the rows.
     """
 
@@ -42,11 +42,11 @@ class SweepDirectory(StudyDirectory):
 
     @property
     def rows(self) -> Path:
-        """One line per run and refused case: in the order in which they come, and sorted in the end."""
+        """One line per run and refused case: in order of completion, and sorted in the end."""
         return self.path / "sweep.csv"
 
     def read_settings(self) -> SweepSettings:
-        """Return the settings of a sweep that was begun here.
+        """Return the settings of the sweep that was started here.
 
         Raises:
             InputError: there is none, or they cannot be read.
@@ -61,10 +61,10 @@ class SweepDirectory(StudyDirectory):
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Let no other sweep write here.
+        """Hold the lock that keeps other sweeps from writing here.
 
         Raises:
-            InputError: another one does.
+            InputError: another sweep holds it.
         """
         with self.content.open("rb") as file:
             try:
@@ -74,7 +74,7 @@ class SweepDirectory(StudyDirectory):
             yield
 
     def complete_rows(self) -> dict[int, list[SweepRow]]:
-        """Return the rows of each case that has all of them; a torn last line and what belongs to it are left out.
+        """Return the rows of each case that has all of them; a case with a torn last line is left out.
 
         Raises:
             InputError: the file holds something else.
@@ -99,18 +99,18 @@ class SweepDirectory(StudyDirectory):
         replace_file(self.rows, (HEAD + as_lines(rows)).encode("utf-8"))
 
     def append_rows(self, rows: Sequence[SweepRow]) -> None:
-        """Add rows, with the system by the time this returns."""
+        """Append rows; they are with the operating system when this returns."""
         with self.rows.open("ab") as file:
             file.write(as_lines(rows).encode("utf-8"))
 
 
 def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[SweepDirectory, SweepSettings]:
-    """Return a new sweep's directory, or that of one to be continued, with its settings.
+    """Return a new sweep's directory, or that of one to resume, with its settings.
 
     Args:
         out: new or empty directory, or that of a sweep; by default runs/sweep-<date>-<time>.
-        seed: by default that of the sweep to be continued, else 1.
-        cases: by default those of the sweep to be continued, else 2000.
+        seed: by default that of the resumed sweep, else 1.
+        cases: by default those of the resumed sweep, else 2000.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.

@@ -64,8 +64,8 @@ def _distributions(rows: Sequence[SweepRow]) -> Picture:
     panels[0].set_ylabel("share with a larger error")
     panels[0].legend(loc="lower left")
     caption = (
-        "Solid: crossings that the controller's screen called feasible. Dotted: all that the planner accepted."
-        " Dashed: what a success has to stay below."
+        "Solid: crossings that the controller's screen judged feasible. Dotted: all that the planner accepted."
+        " Dashed: limit of a success."
     )
     return Picture("errors", caption, png(figure))
 
@@ -73,7 +73,7 @@ def _distributions(rows: Sequence[SweepRow]) -> Picture:
 def _factors(rows: Sequence[SweepRow]) -> Picture:
     figure = new_figure(
         "What the peak error depends on",
-        "crossings that were called feasible; crosses: not a success",
+        "crossings judged feasible; crosses: not a success",
         2.0 + 1.9 * len(CONTROLLERS),
     )
     panels = figure.subplots(len(CONTROLLERS), 3, sharex="col", sharey=True, squeeze=False)
@@ -103,7 +103,7 @@ def _factors(rows: Sequence[SweepRow]) -> Picture:
     return Picture(
         "factors",
         "Peak error over the duration, over how well the path's normal can be controlled on the locus, and over how"
-        " far from the locus the platform rests. Dashed: what a success has to stay below.",
+        " far from the locus the platform rests. Dashed: limit of a success.",
         png(figure),
     )
 
@@ -122,7 +122,7 @@ def _cloud(
 
 
 def _points(rows: Sequence[SweepRow], place: Callable[[SweepRow], tuple[float | None, float | None]]) -> FloatArray:
-    """Return float64[n, 2] of the rows that have both figures."""
+    """Return float64[n, 2] of the rows that have both values."""
     places = [place(row) for row in rows]
     return np.array([one for one in places if None not in one], dtype=np.float64).reshape(-1, 2)
 
@@ -160,8 +160,8 @@ def _maps(rows: Sequence[SweepRow]) -> Picture:
                 axes.set_ylabel(MODE_NAMES[modes])
     return Picture(
         "maps",
-        "Dots: where the path crosses the Type 2 locus. Green: called feasible and made. Orange, with the whole path:"
-        " called feasible and failed. Grey: screened out, run all the same, and failed; screened out and made is left"
-        " out. Purple: the Type 2 locus.",
+        "Dots: where the path crosses the Type 2 locus. Green: judged feasible and successful. Orange, with the whole"
+        " path: judged feasible and failed. Grey: screened out, run nevertheless, and failed; screened out and"
+        " successful is not shown. Purple: the Type 2 locus.",
         png(figure),
     )

@@ -1,4 +1,4 @@
-"""Which program makes the rows: halves of a sweep by different ones do not belong together."""
+"""Digest of the program that determines the rows: a sweep must not be resumed with another one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes one case with every controller: planned, screened, run."""
+"""Plans, screens and runs one case with every controller."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ SUCCESS_RULE = (
     "all samples without a fault, the planned change of assembly mode, never 2 mm from the reference, less than 1 mm"
     " from it at the end"
 )
-"""The rule."""
+"""The definition of a success, in words; fixed before any run."""
 
 
 class Batch(NamedTuple):
-    """Cases of a sweep that one process makes: from `first` to before `end`."""
+    """Cases of a sweep for one process: from `first` to before `end`."""
 
     seed: int
     first: int
@@ -73,7 +73,7 @@ def planned(case: Draw) -> Plan:
 
 
 def screened(case: Draw, controller: str, plan: Plan) -> Feasibility:
-    """Return what the screen says before the run of a controller."""
+    """Return the screen's judgement of a controller's run."""
     scenario = case.scenario(controller)
     follower = scenario.tuned()
     counts = case.encoder_counts
@@ -82,7 +82,7 @@ def screened(case: Draw, controller: str, plan: Plan) -> Feasibility:
 
 
 def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
-    """Return what a scenario with that plan comes to, and what it lacks of a success."""
+    """Run a scenario with its plan; return the outcome and how it falls short of a success."""
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     return _judged(case_of(scenario), plan, samples)
 
@@ -150,7 +150,7 @@ def _value(verdict: Feasibility, name: str) -> float | None:
 
 
 def shortcomings(outcome: Outcome, planned_samples: int, planned_mode_changes: int) -> list[str]:
-    """Return what a run lacks of a success, worst first; nothing for a success."""
+    """Return how a run falls short of a success, worst first; nothing for a success."""
     missed = []
     if outcome.fault != NO_FAULT:
         missed.append(f"fault {FAULT_NAMES[outcome.fault]}")

@@ -1,4 +1,4 @@
-"""One case of a sweep, made again alone: its figures, its scenario, and what it looked like."""
+"""One case of a sweep, repeated alone: its metrics, scenario and figure."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ LOWEST = -0.185
 
 
 def rows_of(seed: int, number: int, controllers: Sequence[str]) -> list[SweepRow]:
-    """Return what the controllers make of a case; a single row where the planner refuses it."""
+    """Run a case with the controllers and return the rows; a single row where the planner refuses it."""
     return [row for row in run_case(seed, number) if row.status == REFUSED or row.controller in controllers]
 
 
 def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> list[Path]:
-    """Write CONTROLLER.yaml and CONTROLLER.png for each controller: scenario to run it again, and what it looked like.
+    """Write CONTROLLER.yaml and CONTROLLER.png for each controller: scenario and figure of the run.
 
     Args:
         seed, number: of the case.
@@ -57,7 +57,7 @@ def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> 
 
 
 def trace_png(scenario: Scenario, row: SweepRow) -> bytes:
-    """Return a run as a picture: the way in the plane, error and torques over time."""
+    """Return the figure of a run as PNG: path in the plane, error and torques over time."""
     robot, rate_hz = scenario.five_bar(), scenario.rate_hz
     plan = sampled(robot, scenario.plan(), rate_hz, scenario.lead_samples)
     _, trace = traced_crossing(case_of(scenario), plan)

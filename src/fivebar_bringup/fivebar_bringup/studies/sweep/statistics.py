@@ -15,7 +15,7 @@ from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, 
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
 
 TARGET = 0.999
-"""Share of the feasible crossings that `CONTROLLER` is expected to make."""
+"""Share of the feasible crossings that `CONTROLLER` is required to complete."""
 
 PERCENTILES = (50.0, 90.0, 99.0, 99.9, 100.0)
 
@@ -26,7 +26,7 @@ PLANNER_REASONS = {
     "inside the blending zone": "rests inside the blending zone",
     "homing_contradicted": "the estimator could not tell the assembly mode at the start",
 }
-"""Phrases of the planner's refusals, and what they mean."""
+"""Phrases of the planner's refusals, and the reasons that they stand for."""
 
 
 def rate_of(rows: Sequence[SweepRow]) -> tuple[int, int]:
@@ -69,16 +69,16 @@ def overview_table(rows: Sequence[SweepRow]) -> Table:
     return Table(
         "overview",
         "Success",
-        "Feasible is what the planner accepts and the controller's own screen calls feasible before the run. The screen"
-        " of a blended controller is stricter than that of unified, so the sets differ; the planned ones are the same"
-        " for all.",
+        "Feasible cases are accepted by the planner and judged feasible by the controller's own screen before the run."
+        " The screen of a blended controller is stricter than that of unified, so the sets differ; the planned"
+        " cases are the same for all.",
         columns,
         tuple(lines),
     )
 
 
 def error_table(rows: Sequence[SweepRow]) -> Table:
-    """Return percentiles of errors and torques of the crossings that were called feasible."""
+    """Return percentiles of errors and torques of the feasible crossings."""
     figures: tuple[tuple[str, Callable[[SweepRow], float | None], str], ...] = (
         ("peak error", lambda row: row.error_peak, "m"),
         ("final error", lambda row: row.error_final, "m"),
@@ -95,7 +95,7 @@ def error_table(rows: Sequence[SweepRow]) -> Table:
     return Table(
         "errors",
         "Errors and torques",
-        "Percentiles over the crossings that were called feasible, the failed ones included.",
+        "Percentiles over the feasible crossings, including the failed ones.",
         ("figure", "controller", *("largest" if mark == 100.0 else f"{mark:g} %" for mark in PERCENTILES)),
         tuple(lines),
     )
@@ -116,7 +116,7 @@ def equipment_table(rows: Sequence[SweepRow]) -> Table:
     return Table(
         "equipment",
         "By encoder counts and delay",
-        "Successes of the crossings that were called feasible.",
+        "Successes of the feasible crossings.",
         ("controller", *names),
         tuple(lines),
     )
@@ -152,7 +152,7 @@ def planner_reason(text: str) -> str:
 
 
 def failures_table(rows: Sequence[SweepRow]) -> Table:
-    """Return how the runs that were called feasible failed, by the worst of what they lacked."""
+    """Return how feasible runs failed, by their worst shortcoming."""
     lines = []
     for controller in CONTROLLERS:
         failed = [row for row in runs_of(rows, controller, FEASIBLE) if not row.success]
@@ -174,7 +174,7 @@ def kind_of(row: SweepRow) -> str:
 
 
 def explanations_table(explanations: Sequence[Explanation], command: Callable[[int], str]) -> Table:
-    """Return the failures of `CONTROLLER` one by one; `command` says how to look at a case."""
+    """Return the failures of `CONTROLLER` one by one; `command` gives the command that repeats a case."""
     lines = []
     for explanation in explanations:
         row = explanation.row
@@ -193,8 +193,8 @@ def explanations_table(explanations: Sequence[Explanation], command: Callable[[i
         )
     return Table(
         "explanations",
-        f"Every failure of {CONTROLLER} among the crossings that were called feasible",
-        "Each was made again with one thing changed at a time.",
+        f"Every failure of {CONTROLLER} among the feasible crossings",
+        "Each was repeated with one condition changed at a time.",
         ("case", "equipment", "duration", "|n.v1|", "mass, inertia, friction", "what happened", "look at it"),
         tuple(lines),
     )

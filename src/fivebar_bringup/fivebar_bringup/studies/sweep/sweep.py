@@ -1,4 +1,4 @@
-"""From the wish to the page: crossings drawn and made until there are enough, in a directory that can be continued."""
+"""Runs random crossings until enough are feasible, in a directory that can be resumed, and writes the page."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from fivebar_bringup.studies.sweep.statistics import (
 )
 
 BATCH = 10
-"""Cases that a process makes at a time; a sweep draws a whole number of batches."""
+"""Cases per task of a process; a sweep draws a whole number of batches."""
 
 MOST_DRAWS = 100
-"""Times as many cases are drawn at most as crossings are asked for."""
+"""Largest ratio of drawn cases to requested crossings."""
 
 
 class Sweep(NamedTuple):
-    """What came out, and where it lies."""
+    """Results of a sweep, and the page."""
 
     page: Path
     overview: Table
@@ -52,17 +52,17 @@ def sweep(
     workers: int = 1,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Sweep:
-    """Begin a sweep or go on with one, and write sweep.csv, sweep.json, sweep.html and the figures.
+    """Start or resume a sweep, and write sweep.csv, sweep.json, sweep.html and the figures.
 
     The rows depend on seed and number of cases only, not on the number of processes nor on interruptions.
 
     Args:
-        out: new or empty directory, or that of a sweep to go on with; by default runs/sweep-<date>-<time>.
-        seed: by default that of the sweep to be continued, else 1.
-        cases: crossings that the screen has to call feasible for `CONTROLLER`; by default those of the sweep to be
-            continued, else 2000.
+        out: new or empty directory, or that of a sweep to resume; by default runs/sweep-<date>-<time>.
+        seed: by default that of the resumed sweep, else 1.
+        cases: crossings that the screen has to call feasible for `CONTROLLER`; by default those of the resumed
+            sweep, else 2000.
         workers: processes to use; fewer than two run everything in this one.
-        progress: called with the number of feasible crossings so far and of those asked for.
+        progress: called with the number of feasible crossings so far and of those requested.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
@@ -76,11 +76,11 @@ def sweep(
 class Tally:
     """The finished batches, and how many crossings the screen has called feasible for `CONTROLLER`.
 
-    Only batches before the first missing one count, so that it does not matter in which order they come.
+    Only batches before the first missing one count, so that the order of completion does not matter.
     """
 
     def __init__(self, cases: int) -> None:
-        """Begin with nothing."""
+        """Start without batches."""
         self._cases = cases
         self._batches: dict[int, list[SweepRow]] = {}
         self._counted = 0
@@ -88,7 +88,7 @@ class Tally:
 
     @property
     def enough(self) -> bool:
-        """Whether there are as many as are asked for, or too many cases were drawn for them."""
+        """Whether the requested number is reached, or the limit of drawn cases."""
         return self.feasible >= self._cases or self._counted * BATCH >= MOST_DRAWS * self._cases
 
     @property
@@ -97,14 +97,14 @@ class Tally:
         return [row for number in range(self._counted) for row in self._batches[number]]
 
     def add(self, rows: list[SweepRow]) -> None:
-        """Take the rows of a batch; what comes when there are enough is left out."""
+        """Add the rows of a batch; batches beyond the requested number do not count."""
         self._batches[rows[0].case // BATCH] = rows
         while not self.enough and self._counted in self._batches:
             self.feasible += len(runs_of(self._batches[self._counted], CONTROLLER, FEASIBLE))
             self._counted += 1
 
     def missing(self, seed: int) -> Iterator[Batch]:
-        """Give the batches that are not there yet, without an end."""
+        """Yield the missing batches, endlessly."""
         there = frozenset(self._batches)
         return (Batch(seed, BATCH * n, BATCH * (n + 1)) for n in count() if n not in there)
 
@@ -123,7 +123,7 @@ def _all_rows(
     progress(min(tally.feasible, settings.cases), settings.cases)
     if not tally.enough:
         directory.replace_rows(kept)
-        # the machine code of the closed loop is made once, not by every process
+        # compile the closed loop once, not in every process
         next(rows for number in count() if len(rows := run_case(settings.seed, number)) > 1)
         with closing(stream(run_batch, tally.missing(settings.seed), workers)) as coming:
             for batch in coming:
@@ -180,8 +180,8 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
 def _verdict(rows: Sequence[SweepRow]) -> tuple[bool, str]:
     good, everything = rate_of(runs_of(rows, CONTROLLER, FEASIBLE))
     text = (
-        f"{CONTROLLER} made {good} of the {everything} crossings that were called feasible before the run; expected are"
-        f" {100.0 * TARGET:g} %. A success: {SUCCESS_RULE}."
+        f"{CONTROLLER} completed {good} of the {everything} crossings that were judged feasible before the run;"
+        f" required are {100.0 * TARGET:g} %. Success means: {SUCCESS_RULE}."
     )
     return good >= TARGET * everything, text
 
@@ -191,9 +191,9 @@ def _drawn_words() -> str:
     return (
         f"Straight segments of the robot {drawing.ROBOT} between two random rest points in different assembly modes, in"
         f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
-        f" scale; mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of what the controllers believe;"
+        f" scale; mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of the controllers' model;"
         f" encoder counts {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0"
         f" or 1 sample; torque limit {drawing.TORQUE_LIMIT:g} Nm, {drawing.RATE_HZ} samples/s; unified with weight"
-        f" {drawing.UNIFIED_WEIGHT:g}. All that the planner accepts is run, also what a controller's screen does not"
-        " call feasible."
+        f" {drawing.UNIFIED_WEIGHT:g}. Every case that the planner accepts is run, also those that a controller's"
+        " screen judges infeasible."
     )
