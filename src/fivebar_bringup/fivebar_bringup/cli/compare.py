@@ -101,7 +101,10 @@ def _controllers(text: str) -> tuple[str, ...]:
     Raises:
         InputError: one of them is not known.
     """
-    return tuple(find_controller(name.strip()).name for name in dict.fromkeys(text.split(",")))
+    try:
+        return tuple(dict.fromkeys(find_controller(name.strip()).name for name in text.split(",")))
+    except InputError as error:
+        raise InputError(f"--controllers: {str(error).removeprefix('controller: ')}") from error
 
 
 def _chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:

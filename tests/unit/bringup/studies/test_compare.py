@@ -269,8 +269,8 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--controllers", "unified,pid"], "--controllers: 'pid': expected some of ctc, multi_joint"),
-        (["--controllers", ""], "--controllers: '': expected some of ctc"),
+        (["--controllers", "unified,pid"], "--controllers: 'pid': expected one of ctc, multi_joint"),
+        (["--controllers", ""], "--controllers: '': expected one of ctc"),
         (["--rigs", "ideal,worn"], "--rigs: 'worn': expected some of ideal, wrong, encoders, realistic, as_given"),
         (["--rigs", ""], "--rigs: '': expected some of ideal"),
         (["--durations", "1,fast"], "--durations: 'fast': expected seconds above 0"),

@@ -99,6 +99,6 @@ class ComparisonExtent(NamedTuple):
         ]
 
 
-def longest_first(cases: Sequence[ComparisonCase]) -> list[ComparisonCase]:
-    """Return cases in an order that keeps several processes busy to the end."""
-    return sorted(cases, key=lambda case: case.length, reverse=True)
+def longest_first(cases: Sequence[ComparisonCase]) -> list[int]:
+    """Return the indices of cases in an order that keeps several processes busy to the end."""
+    return sorted(range(len(cases)), key=lambda index: cases[index].length, reverse=True)

@@ -56,9 +56,11 @@ def compare(
     directory = StudyDirectory(new_directory(out, "compare"), "compare")
     began = time.monotonic()
     cases, tight_cases = extent.cases(), extent.tight_cases()
-    ordered = longest_first([*cases, *tight_cases])
-    by_case = dict(zip(ordered, share(run_case, ordered, workers, progress), strict=True))
-    results, tight = [by_case[case] for case in cases], [by_case[case] for case in tight_cases]
+    everything = [*cases, *tight_cases]
+    order = longest_first(everything)
+    found = dict(zip(order, share(run_case, [everything[index] for index in order], workers, progress), strict=True))
+    all_results = [found[index] for index in range(len(everything))]
+    results, tight = all_results[: len(cases)], all_results[len(cases) :]
     verdicts, overview = findings(results, tight), overview_table(results)
     tables = [overview, tight_table(tight), rigs_table(extent), *run_tables(results)]
     wall_s = time.monotonic() - began
