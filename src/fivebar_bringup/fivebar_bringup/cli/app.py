@@ -1,4 +1,4 @@
-"""What the subcommands share: the application, their common options, exit statuses, errors and progress."""
+"""Shared by the subcommands: the application, common options, exit statuses, errors and progress."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def input_errors() -> Iterator[None]:
 
 @contextmanager
 def ending_on_sigterm() -> Iterator[None]:
-    """Let SIGTERM end a run in the same orderly way as Ctrl-C."""
+    """Make SIGTERM end a run in the same orderly way as Ctrl-C."""
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         raise KeyboardInterrupt
@@ -72,7 +72,7 @@ def ending_on_sigterm() -> Iterator[None]:
 def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
     """Show how many samples are done, on standard error."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    # a bar is for watching: in a file or a pipe it would only be a stray line beside the errors
+    # no bar in a file or a pipe, where it would be a stray line beside the errors
     with Progress(*columns, console=console, disable=quiet or not console.is_terminal) as progress:
         task = progress.add_task(f"{name}: starting", total=None)
 

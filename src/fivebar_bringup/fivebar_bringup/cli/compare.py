@@ -1,4 +1,4 @@
-"""Subcommand that sets all controllers side by side: compare."""
+"""Subcommand that compares all controllers: compare."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def compare(
         list[str] | None,
         typer.Argument(
             metavar="[SCENARIO]...",
-            help="YAML files or shipped scenarios, whose motions are made [default: middle multiple]",
+            help="YAML files or shipped scenarios, whose motions are run [default: middle multiple]",
         ),
     ] = None,
     controllers: Annotated[
@@ -59,18 +59,18 @@ def compare(
         bool, typer.Option("--quick", help="By default only middle, 1 s, and the rigs ideal and realistic.")
     ] = False,
 ) -> None:
-    """Make the same motions with every controller, without ROS: success, errors, torques, margins and energy.
+    """Run the same motions with every controller, without ROS: success, errors, torques, margins and energy.
 
     Example: `fivebar compare middle --durations 0.5,1 --rigs ideal,realistic --out runs/compared`
     """
     # here, because they load matplotlib
-    from fivebar_bringup.studies.compare.cases import Extent
+    from fivebar_bringup.studies.compare.cases import ComparisonExtent
     from fivebar_bringup.studies.compare.compare import compare as make
     from fivebar_bringup.studies.compare.rigs import RIG_NAMES
 
     with input_errors(), ending_on_sigterm():
         names = scenarios or (["middle"] if quick else ["middle", "multiple"])
-        extent = Extent(
+        extent = ComparisonExtent(
             given=tuple(load_scenario(name) for name in names),
             controllers=tuple(CONTROLLERS) if controllers is None else _controllers(controllers),
             durations=_durations(durations if durations is not None else "1" if quick else "0.5,1,2,3"),
@@ -101,7 +101,10 @@ def _controllers(text: str) -> tuple[str, ...]:
     Raises:
         InputError: one of them is not known.
     """
-    return tuple(find_controller(name.strip()).name for name in dict.fromkeys(text.split(",")))
+    try:
+        return tuple(dict.fromkeys(find_controller(name.strip()).name for name in text.split(",")))
+    except InputError as error:
+        raise InputError(f"--controllers: {str(error).removeprefix('controller: ')}") from error
 
 
 def _chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
@@ -146,7 +149,7 @@ def _refuse_namesakes(names: list[str]) -> None:
 def _command(
     names: list[str], controllers: tuple[str, ...], durations: tuple[float, ...], rigs: str | None, quick: bool
 ) -> str:
-    """Return the command that makes a comparison again, with all that decides what it holds."""
+    """Return the command that repeats a comparison, with all options that affect its results."""
     parts = ["fivebar", "compare", *names, "--controllers", ",".join(controllers)]
     parts += ["--durations", ",".join(f"{duration:g}" for duration in durations)]
     parts += ["--rigs", rigs] if rigs is not None else []

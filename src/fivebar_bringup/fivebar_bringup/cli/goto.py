@@ -31,8 +31,8 @@ from fivebar_bringup.studies.goto.live import goal_fields, request_live
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of
 from fivebar_bringup.studies.goto.stand import stand as rest
 from fivebar_bringup.studies.goto.start import HOME, HOME_MODE, Start, start_after
-from fivebar_bringup.studies.goto.wording import as_json as transfer_as_json
-from fivebar_bringup.studies.goto.wording import show
+from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
+from fivebar_bringup.studies.goto.transfer_report import show
 from fivebar_control.trajectory.limits import Limits
 from fivebar_control.trajectory.transfer import Speed
 from fivebar_description.strict_yaml import InputError
@@ -41,8 +41,8 @@ from fivebar_description.strict_yaml import InputError
 # a negative coordinate must not be taken for an option
 @app.command(context_settings={"ignore_unknown_options": True})
 def goto(
-    x: Annotated[float, typer.Argument(help="Where to, m.")],
-    y: Annotated[float, typer.Argument(help="Where to, m.")],
+    x: Annotated[float, typer.Argument(help="Goal, m.")],
+    y: Annotated[float, typer.Argument(help="Goal, m.")],
     mode: Annotated[
         str | None,
         typer.Option(
@@ -75,13 +75,15 @@ def goto(
     duration: Annotated[
         float | None, typer.Option(help="Of the whole motion, s [default: comfortably within the limits]")
     ] = None,
-    fastest: Annotated[bool, typer.Option("--fastest", help="As quick as the limits allow.")] = False,
-    plan_only: Annotated[bool, typer.Option("--plan-only", help="Only plan and judge the motion.")] = False,
+    fastest: Annotated[bool, typer.Option("--fastest", help="As fast as the limits allow.")] = False,
+    plan_only: Annotated[
+        bool, typer.Option("--plan-only", help="Plan and check the motion without running it.")
+    ] = False,
     offline: Annotated[
         bool, typer.Option("--offline/--ros", help="Run in this process, or with all nodes in lockstep.")
     ] = False,
     live: Annotated[
-        bool, typer.Option("--live", help="Ask the graph that runs in --domain, such as that of `fivebar stand`.")
+        bool, typer.Option("--live", help="Send the goal to the graph in --domain, such as that of `fivebar stand`.")
     ] = False,
     domain: Annotated[
         int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID of that graph [default: 0]")
@@ -95,8 +97,8 @@ def goto(
 ) -> None:
     """Move the platform to X Y, through the Type 2 locus where the goal is in the other assembly mode.
 
-    The motion is planned and judged first: where to cross the locus, how fast, and whether torque, speeds, margins and
-    stays near the locus keep their limits. Where there is no feasible motion the command says why, with exit status 2.
+    The motion is planned and checked first: where to cross the locus, how fast, and whether torque, speeds, margins and
+    dwell near the locus keep their limits. Where no motion is feasible, the command gives the reason (exit status 2).
 
     Example: `fivebar goto 0 0.02 --mode - --fastest`
     """
@@ -152,7 +154,7 @@ def goto(
 def stand(
     scenario: ScenarioArgument = "unified_middle",
     seconds: Annotated[
-        float, typer.Option(min=0.0, help="How long the robot rests afterwards, in its own time.")
+        float, typer.Option(min=0.0, help="How long the robot rests afterwards, in simulated time.")
     ] = 60.0,
     realtime: Annotated[bool, typer.Option("--realtime", help="Follow the clock instead of lockstep.")] = False,
     domain: Annotated[
@@ -160,7 +162,7 @@ def stand(
     ] = None,
     out: OutOption = None,
 ) -> None:
-    """Run SCENARIO, then let the robot rest and take requests: from `fivebar goto --live`, or on the topic goal.
+    """Run SCENARIO, then let the robot rest and accept goals: from `fivebar goto --live`, or on the topic goal.
 
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """
@@ -174,14 +176,14 @@ def stand(
 
 
 def _live(fields: dict[str, float], domain: int, timeout: float, as_json: bool) -> NoReturn:
-    """Follow a request on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
+    """Follow a goal on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
 
-    def tell(status: dict[str, Any]) -> None:
+    def report(status: dict[str, Any]) -> None:
         if not as_json:
             detail = status.get("reason") or (f"{sum(status['durations_s']):.3f} s" if "durations_s" in status else "")
             print(f"{status['state']}{': ' if detail else ''}{detail}", flush=True)
 
-    last = request_live(fields, domain, timeout, tell)
+    last = request_live(fields, domain, timeout, report)
     if as_json:
         print(json.dumps(last, indent=2, allow_nan=False))
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))

@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
-from fivebar_bringup.studies.identify.findings import INTERVALS, Findings
 from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
+from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
 
 
 @app.command()
@@ -54,7 +54,7 @@ def identify(
     printer.print(f"parameter file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
 
 
-def _table(findings: Findings) -> Table:
+def _table(findings: IdentificationResult) -> Table:
     table = Table("parameter", "before", f"identified, {INTERVALS}", "unit", "change", box=None)
     for one in findings.parameters():
         table.add_row(one.name, f"{one.before:g}", one.text(), one.unit, one.change())

@@ -111,7 +111,7 @@ def simulate(scenario: ScenarioArgument, out: OutOption = None, as_json: JsonOpt
 def report(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="Directory of a run.")], as_json: JsonOption = False
 ) -> None:
-    """Make figures, page and summary of the run in DIR anew from its bag.
+    """Recreate figures, page and summary of the run in DIR from its bag.
 
     Example: `fivebar report runs/first`
     """

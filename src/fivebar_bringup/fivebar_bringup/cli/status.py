@@ -1,4 +1,4 @@
-"""Subcommand about a graph that runs: status."""
+"""Subcommand about a running graph: status."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OLDEST = 3.0
 """A node that has been silent for longer (s) is stale."""
 
 COLUMNS = ("answered", "rate_hz", "jitter_ms", "interval_max_ms", "late", "dropped")
-"""Figures that every node tells; the others follow in a last column."""
+"""Diagnostics that every node publishes; the others follow in a last column."""
 
 
 @app.command()
@@ -43,12 +43,12 @@ def status(
             help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
         ),
     ] = None,
-    watch: Annotated[bool, typer.Option("--watch", help="Go on until Ctrl-C.")] = False,
+    watch: Annotated[bool, typer.Option("--watch", help="Keep updating until Ctrl-C.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what every node of the running graph says of itself: rate, jitter, late and dropped messages, faults.
+    """Show the diagnostics of every node of the running graph: rate, jitter, late and dropped messages, faults.
 
-    Exit status 1 where a node has a fault or none is heard.
+    Exit status 1 where a node has a fault or none is found.
 
     Example: `fivebar status --watch`
     """
@@ -95,7 +95,7 @@ def _watch(listener: DiagnosticsListener) -> None:
 
 
 def _table(reports: list[NodeReport]) -> Table:
-    table = Table("node", "level", *COLUMNS, "besides", "says", box=None)
+    table = Table("node", "level", *COLUMNS, "other", "message", box=None)
     for report in reports:
         others = ", ".join(f"{name} {value}" for name, value in report.figures.items() if name not in COLUMNS)
         colour = COLOURS[report.level]

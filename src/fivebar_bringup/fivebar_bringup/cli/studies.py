@@ -1,4 +1,4 @@
-"""Subcommands that draw the robot or make the thesis again: map, reproduce."""
+"""Subcommands that map a robot or reproduce the thesis: map, reproduce."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="One duration and one perturbed plant only.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Make the figures and claims of the thesis again, without ROS, and judge each by what is measured.
+    """Reproduce the figures and claims of the thesis, without ROS, and judge each by the measured values.
 
     Example: `fivebar reproduce --out runs/thesis`
     """

@@ -1,4 +1,4 @@
-"""Subcommand that makes thousands of random crossings: sweep."""
+"""Subcommand that runs thousands of random crossings: sweep."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def sweep(
             "--cases",
             min=1,
             max=1_000_000,
-            help="Crossings that the planner's screen has to call feasible for unified; cases are drawn until there are"
-            " as many. [default: 2000, or those of the sweep in --out]",
+            help="Crossings that the planner's screen judges feasible for unified; cases are drawn until there are as"
+            " many. [default: 2000, or those of the sweep in --out]",
         ),
     ] = None,
     seed: Annotated[
@@ -48,7 +48,7 @@ def sweep(
         Path | None,
         typer.Option(
             "--out",
-            help="New or empty directory for the results, or that of an interrupted sweep to go on with [default:"
+            help="New or empty directory for the results, or that of an interrupted sweep to resume [default:"
             " runs/sweep-DATE-TIME]",
         ),
     ] = None,
@@ -61,7 +61,7 @@ def sweep(
         typer.Option(
             "--case",
             min=0,
-            help="Make only this case again, and print what comes of it. With --out, scenario and figure for every"
+            help="Repeat only this case, and print its results. With --out, scenario and figure for every"
             " controller are written to that new directory.",
         ),
     ] = None,
@@ -70,9 +70,9 @@ def sweep(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make thousands of random crossings with every controller: how often they succeed, the errors, what fails and why.
+    """Run thousands of random crossings with every controller: success rates, errors, and causes of failure.
 
-    Interrupted, it goes on where it stopped when it is given the same --out again.
+    An interrupted sweep resumes when it is given the same --out again.
 
     Example: `fivebar sweep --quick --out runs/sweep`
 
@@ -85,7 +85,7 @@ def sweep(
             _one_case(case, seed, controller, out, as_json)
             return
         if controller is not None:
-            raise InputError("--controller: a sweep makes all of them: expected --case with it")
+            raise InputError("--controller: a sweep runs all of them: expected --case with it")
         # here, because it loads matplotlib
         from fivebar_bringup.studies.sweep.sweep import sweep as make
 
@@ -109,7 +109,7 @@ def sweep(
 
 
 def _one_case(number: int, seed: int | None, controller: str | None, out: Path | None, as_json: bool) -> None:
-    """Print a case, and write its scenarios and figures where that is asked for.
+    """Print a case, and write its scenarios and figures with --out.
 
     Raises:
         InputError: no such controller, the directory cannot be used, or there is nothing to save.

@@ -1,1 +1,1 @@
-"""What all reports and studies share: the page, its tables and pictures, the style of figures."""
+"""What reports and studies share: page templates, tables, pictures and the style of figures."""

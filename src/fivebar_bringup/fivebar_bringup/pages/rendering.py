@@ -1,4 +1,4 @@
-"""Pages from their templates: each is one file with everything in it, which asks nothing of the network."""
+"""Renders pages from their templates: each is a single self-contained file that loads nothing from the network."""
 
 from __future__ import annotations
 

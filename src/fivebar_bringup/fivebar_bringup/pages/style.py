@@ -1,4 +1,4 @@
-"""How the figures look: colours that colour-blind readers can tell apart, axes, zones, and the way to a PNG."""
+"""Style of the figures: colours that colour-blind readers can tell apart, axes, zones, and rendering as PNG."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DPI = 150
 WIDTH = 10.0
 
 LARGE_TORQUE = 100.0
-"""From this torque (Nm) on, a linear axis would hide all that happens away from the peak."""
+"""From this torque (Nm) on, a linear axis would hide everything but the peak."""
 
 OUTLIER = 1000.0
 """An error this many times the usual one would hide it on a linear axis."""
@@ -81,7 +81,7 @@ def png(figure: Figure) -> bytes:
 
 
 def house_style() -> Any:
-    """Return a context in which figures are made and drawn in this style."""
+    """Return a context in which figures are drawn in this style."""
     return matplotlib.style.context(["default", STYLE])
 
 

@@ -1,7 +1,7 @@
-"""The dynamic criterion along a run (1.19, 2.4, 4.21): what the reference asks of the direction t_s.
+"""The dynamic criterion along a run (1.19, 2.4, 4.21): what the reference demands along t_s.
 
-On the locus the free dynamics leave nothing there, m t_s^T xddot = 0, so a reference that asks for more cannot be
-followed at that instant. Away from the locus the motors reach every direction and the figure means nothing.
+On the locus the free dynamics are m t_s^T xddot = 0, so a reference that demands more cannot be followed at that
+instant. Away from the locus the motors can accelerate the platform in every direction, and the value has no meaning.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.style import GREY, INK, PURPLE, VERMILION, error_axis, new_figure, shade_zones, time_axis
-from fivebar_bringup.report.findings import Findings
-from fivebar_bringup.report.wording import engineering
+from fivebar_bringup.pages.units import engineering
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.criterion import criterion_residual
 
 
-def reference_residual(run: Findings) -> FloatArray:
+def reference_residual(run: RunAnalysis) -> FloatArray:
     """Return [n], m t_s^T xddot (N) of the recorded reference; NaN where there is none.
 
     The sign follows t_s, which is continuous but for 1/cond(A) = 1, where the two singular directions change places.
@@ -29,7 +29,7 @@ def reference_residual(run: Findings) -> FloatArray:
     return np.array(rows, dtype=np.float64)
 
 
-def crossing_residuals(run: Findings) -> list[float]:
+def crossing_residuals(run: RunAnalysis) -> list[float]:
     """Return the reference's m t_s^T xddot (N) at each planned crossing, in order of time."""
     plan = run.plan
     return [
@@ -38,13 +38,13 @@ def crossing_residuals(run: Findings) -> list[float]:
     ]
 
 
-def criterion(run: Findings) -> Figure:
+def criterion(run: RunAnalysis) -> Figure:
     """Draw the residual over time, strong in the blending zones, with the planned crossings."""
     series, at_crossings = run.series, crossing_residuals(run)
     largest = max((abs(residual) for residual in at_crossings), default=None)
     figure = new_figure(
         "Dynamic criterion",
-        "answers to equations 1.19, 2.4 and 4.21: on the locus the free dynamics leave zero, whatever the motors do",
+        "corresponds to equations 1.19, 2.4 and 4.21: on the locus the free dynamics give zero for any motor torque",
         4.4,
     )
     axes = figure.subplots()

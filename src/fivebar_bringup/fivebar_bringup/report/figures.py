@@ -24,27 +24,27 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.pages.units import engineering, plain, suitable_unit
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
-from fivebar_bringup.report.wording import engineering, plain, suitable_unit
 from fivebar_bringup.runs.bag.recording import FloatArray
 
 
-def torques(run: Findings) -> Figure:
-    """Draw both motors' torques, and where the drives gave less than asked, what was asked."""
-    figure = new_figure("Motor torques", f"answers to {counterpart(run.scenario).torque}", 6.0)
+def torques(run: RunAnalysis) -> Figure:
+    """Draw both motors' torques, and the requested ones where the drives gave less."""
+    figure = new_figure("Motor torques", f"corresponds to {counterpart(run.scenario).torque}", 6.0)
     series, summary = run.series, run.summary
     panels = figure.subplots(2, 1, sharex=True)
     for motor, axes in enumerate(panels):
         applied, requested = series.torque_applied[:, motor], series.torque_requested[:, motor]
         title = f"motor {motor + 1}: {plain(summary.torque_peak_nm[motor], 'Nm')} applied"
-        if run.limits_bite:
-            axes.plot(series.time, requested, color=GREY, linewidth=1.0, label="asked for")
-            title += f", {plain(summary.torque_requested_peak_nm[motor], 'Nm')} asked for"
+        if run.torque_was_limited:
+            axes.plot(series.time, requested, color=GREY, linewidth=1.0, label="requested")
+            title += f", {plain(summary.torque_requested_peak_nm[motor], 'Nm')} requested"
         axes.plot(series.time, applied, color=MOTORS[motor], linewidth=1.9, label="applied")
-        torque_axis(axes, series.torque_applied, *([series.torque_requested] if run.limits_bite else []))
+        torque_axis(axes, series.torque_applied, *([series.torque_requested] if run.torque_was_limited else []))
         axes.set_title(title)
         axes.set_ylabel("torque in Nm")
         axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=1.0)
@@ -52,11 +52,11 @@ def torques(run: Findings) -> Figure:
     return figure
 
 
-def vhc_error(run: Findings) -> Figure:
+def vhc_error(run: RunAnalysis) -> Figure:
     """Draw the error of the virtual constraint in both its forms, strong where the constraint law acts."""
     other = counterpart(run.scenario)
     figure = new_figure(
-        "Error of the virtual constraint", f"answers to {other.vhc_error}; joint form: {other.vhc_error_joint}", 6.0
+        "Error of the virtual constraint", f"corresponds to {other.vhc_error}; joint form: {other.vhc_error_joint}", 6.0
     )
     series, summary = run.series, run.summary
     panels = figure.subplots(2, 1, sharex=True)
@@ -80,10 +80,10 @@ def vhc_error(run: Findings) -> Figure:
     return figure
 
 
-def supervisor(run: Findings) -> Figure:
-    """Draw the weight, what it follows from, and what the candidate laws ask for."""
+def supervisor(run: RunAnalysis) -> Figure:
+    """Draw the weight, the conditioning it follows from, and the candidate torques."""
     series = run.series
-    use = "answers to section 4.1.2"
+    use = "corresponds to section 4.1.2"
     if not run.blends:
         use = "this controller does not use σ"
     elif not run.blends_by_condition:
@@ -93,12 +93,12 @@ def supervisor(run: Findings) -> Figure:
     panels[0].plot(series.time, series.sigma, color=PURPLE)
     panels[0].set_ylim(-0.06, 1.12)
     panels[0].set_ylabel("σ")
-    panels[0].set_title("weight of the law on the locus")
+    panels[0].set_title("weight of the constraint law")
     panels[1].plot(series.time, series.kappa, color=BLUE, label="1/cond(A)")
     widths = np.array([run.plan.epsilon_at(t) for t in series.time.tolist()])
     if run.blends_by_condition and np.any(widths > 0.0):
         panels[1].plot(series.time, 2.0 * widths, color=INK, linestyle="--", linewidth=1.1, label="2ε: blending begins")
-        panels[1].plot(series.time, widths, color=INK, linestyle=":", linewidth=1.3, label="ε: locus law alone")
+        panels[1].plot(series.time, widths, color=INK, linestyle=":", linewidth=1.3, label="ε: constraint law alone")
     panels[1].set_ylim(0.0, 1.05 * (peak(series.kappa) or 1.0))
     panels[1].set_ylabel("1/cond(A)")
     panels[1].set_title("distance from the Type 2 locus")
@@ -107,7 +107,7 @@ def supervisor(run: Findings) -> Figure:
     return figure
 
 
-def tracking(run: Findings) -> Figure:
+def tracking(run: RunAnalysis) -> Figure:
     """Draw the platform's distance from the reference along both axes."""
     series, summary = run.series, run.summary
     largest = engineering(summary.tracking_error_peak_m, "m")
@@ -125,10 +125,11 @@ def tracking(run: Findings) -> Figure:
     return figure
 
 
-def acceleration(run: Findings) -> Figure:
-    """Draw the error of the acceleration's magnitude as the IMU sees it."""
+def acceleration(run: RunAnalysis) -> Figure:
+    """Draw the error of the acceleration's magnitude measured by the IMU."""
     series, summary = run.series, run.summary
-    figure = new_figure("Acceleration check by the IMU", f"answers to {counterpart(run.scenario).acceleration}", 4.4)
+    other = counterpart(run.scenario)
+    figure = new_figure("Acceleration check by the IMU", f"corresponds to {other.acceleration}", 4.4)
     axes = figure.subplots()
     axes.plot(series.time, series.acceleration_error, color=BLUE, linewidth=1.2)
     axes.set_title(
@@ -142,11 +143,11 @@ def acceleration(run: Findings) -> Figure:
     return figure
 
 
-def _candidates(axes: Axes, run: Findings) -> None:
+def _candidates(axes: Axes, run: RunAnalysis) -> None:
     """Draw the larger motor's torque of every law on a logarithmic axis."""
     series = run.series
     controller = run.scenario.scheme()
-    lines = [(controller.nominal.title, _larger(series.torque_away), GREY, 1.2)]
+    lines = [(controller.nominal.title, _larger(series.torque_nominal), GREY, 1.2)]
     if controller.constraint is not None:
         constraint = np.where(series.in_zone, _larger(series.torque_vhc), np.nan)
         lines.append((controller.constraint.title, constraint, PURPLE, 2.4))
@@ -156,7 +157,7 @@ def _candidates(axes: Axes, run: Findings) -> None:
     largest = max((peak(values) or 0.0 for _, values, _, _ in lines), default=0.0)
     log_axis(axes, 0.01, max(10.0, largest))
     axes.set_ylabel("larger of both torques in Nm")
-    axes.set_title(f"{controller.nominal.title} asks for up to {plain(peak(series.torque_away), 'Nm')}")
+    axes.set_title(f"{controller.nominal.title} requests up to {plain(peak(series.torque_nominal), 'Nm')}")
 
 
 def _larger(torque: FloatArray) -> FloatArray:
@@ -174,7 +175,7 @@ def _zoned_line(
     axes.plot(series.time, inside, color=color, linewidth=2.4, label=name, linestyle=style)
 
 
-def _finish(run: Findings, panels: Sequence[Axes]) -> None:
+def _finish(run: RunAnalysis, panels: Sequence[Axes]) -> None:
     """Share the time axis and put one legend above the first panel."""
     time_axis(panels, run.series, run.plan.path.duration)
     for number, axes in enumerate(panels):

@@ -2,16 +2,35 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
 
-from fivebar_bringup.pages.picture import Picture
+import numpy as np
+from matplotlib.figure import Figure
+
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style, png
 from fivebar_bringup.report import criterion_figure, figures, plane
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.thesis import counterpart
 
+DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
+    "torques": figures.torques,
+    "vhc_error": figures.vhc_error,
+    "acceleration": figures.acceleration,
+    "supervisor": figures.supervisor,
+    "criterion": criterion_figure.criterion,
+    "path": lambda run: plane.path(run, plane.survey_run(run)),
+    "hero": lambda run: plane.hero(run, plane.survey_run(run)),
+}
 
-def draw_pictures(run: Findings) -> list[Picture]:
+
+def draw(run: RunAnalysis, name: str) -> bytes:
+    """Return one of a run's figures as PNG."""
+    with house_style():
+        return png(DRAW[name](run))
+
+
+def draw_pictures(run: RunAnalysis) -> list[Picture]:
     """Return all pictures of a run, in the order in which the page shows them; none for a run without samples."""
     if not run.series.sample.size:
         return []
@@ -19,7 +38,7 @@ def draw_pictures(run: Findings) -> list[Picture]:
     zones = (
         "The supervisor blends where it is shaded (σ > 0)."
         if run.blends
-        else "Shaded is where the supervisor would blend (σ > 0); this controller does not."
+        else "The supervisor would blend where it is shaded (σ > 0); this controller does not."
     )
     with house_style():
         survey = plane.survey_run(run)
@@ -28,44 +47,44 @@ def draw_pictures(run: Findings) -> list[Picture]:
                 plane.hero(run, survey),
                 "The robot as measured, at even steps of its way"
                 + (" through the locus," if run.plan.crossings else ",")
-                + " beside the torques that took it"
-                " there and the weight σ that the supervisor "
+                + " beside the torques applied"
+                " on the way and the weight σ that the supervisor "
                 + ("gave" if run.blends else "would give")
-                + " to the law on the locus.",
+                + " to the constraint law.",
             ),
             "torques": (
                 figures.torques(run),
-                "Torques that the motors applied; grey, where the drives gave less, what was asked of them."
+                "Torques that the motors applied, and in grey the requested ones where the drives gave less."
                 f" {zones} The axis is logarithmic on both sides of zero where"
-                f" torques exceed 100 Nm. Answers to {thesis.torque}.",
+                f" torques exceed 100 Nm. Corresponds to {thesis.torque}.",
             ),
             "vhc_error": (
                 figures.vhc_error(run),
                 "Signed distance h of the platform from the current straight path segment, which the Cartesian"
-                f" constraint law keeps at zero (answers to {thesis.vhc_error}), and the motor angles against those of"
-                " the nearest path point, which the joint-space law does (answers to"
-                f" {thesis.vhc_error_joint}). Strong lines"
-                + (" where the law on the locus has a say," if run.blends else " where it would have a say,")
+                f" constraint law keeps at zero (corresponds to {thesis.vhc_error}), and the motor angles against"
+                " those of the nearest path point, which the joint-space law keeps at zero"
+                f" (corresponds to {thesis.vhc_error_joint}). Strong lines"
+                + (" where the constraint law acts," if run.blends else " where it would act,")
                 + " pale ones elsewhere.",
             ),
             "path": (
                 plane.path(run, survey),
                 "Path of the platform, coloured by assembly mode, with the Type 2 locus of the working mode at the"
-                " start, the boundary of the workspace (Type 1) and the robot in up to three measured postures. Answers"
-                f" to {thesis.path}.",
+                " start, the boundary of the workspace (Type 1) and the robot in up to three measured postures."
+                f" Corresponds to {thesis.path}.",
             ),
             "supervisor": (
                 figures.supervisor(run),
-                "Weight σ of the law on the locus, the distance 1/cond(A) from the Type 2 locus, and the torque"
-                " that each candidate law asks for along this run. Answers to the supervisory block of section"
+                "Weight σ of the constraint law, the distance 1/cond(A) from the Type 2 locus, and the torque that"
+                " each candidate law requests along this run. Corresponds to the supervisory block of section"
                 " 4.1.2.",
             ),
             "criterion": (
                 criterion_figure.criterion(run),
-                "What the reference asks of the direction that no motor can push on the locus, mass times acceleration"
-                " along tₛ, with the planned crossings: where it is zero there, the motion meets the dynamic criterion."
-                " Strong in the blending zones; away from them every direction can be pushed. Answers to equations"
-                " 1.19, 2.4 and 4.21; the thesis gives no figure of it.",
+                "The force that the reference demands in the direction that is uncontrollable on the locus, mass times"
+                " acceleration along tₛ, with the planned crossings: where it is zero there, the motion meets the"
+                " dynamic criterion. Strong in the blending zones; elsewhere every direction is controllable."
+                " Corresponds to equations 1.19, 2.4 and 4.21; the thesis has no such figure.",
             ),
             "tracking": (
                 figures.tracking(run),
@@ -76,15 +95,15 @@ def draw_pictures(run: Findings) -> list[Picture]:
                     if run.blends
                     else ""
                 )
-                + "The thesis gives no figure of it.",
+                + "The thesis has no such figure.",
             ),
             "acceleration": (
                 figures.acceleration(run),
                 "Magnitude of the acceleration that the IMU measured at the end effector minus the desired one."
-                f" Answers to {thesis.acceleration}.",
+                f" Corresponds to {thesis.acceleration}.",
             ),
         }
         if np.all(np.isnan(run.series.vhc_error)):
-            # a motion without a straight segment keeps to no line
+            # without a straight segment there is no line to measure h from
             del drawn["vhc_error"]
         return [Picture(name, caption, png(figure)) for name, (figure, caption) in drawn.items()]

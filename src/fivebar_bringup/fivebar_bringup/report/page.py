@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.report.summary import Pair, Summary
+from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.report.summary import MotorPair, Summary
 from fivebar_bringup.report.thesis import thesis_figures
-from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.scenario import Scenario
 
 RUNNERS = {"ros": "ROS 2 node graph", "offline": "one process, without ROS"}
@@ -24,7 +24,7 @@ class Metric(NamedTuple):
 
 
 def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture]) -> str:
-    """Return the page: outcome, metrics beside those of the thesis, pictures, the scenario, how to repeat it."""
+    """Return the page: outcome, metrics beside those of the thesis, figures, scenario, how to repeat the run."""
     return render(
         "run.html",
         title=f"{scenario.name}: {'completed' if summary.completed else 'not completed'}",
@@ -53,8 +53,8 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     if summary.planned_working_mode_changes or summary.working_mode_changes:
         yield Metric("changes of working mode", str(summary.working_mode_changes))
     yield Metric("largest torque applied, motors 1 and 2", _both(summary.torque_peak_nm, "Nm"), thesis.torque)
-    yield Metric("largest torque asked for, motors 1 and 2", _both(summary.torque_requested_peak_nm, "Nm"))
-    yield Metric("samples that asked for more than the limit", _count(summary.torque_saturated_samples))
+    yield Metric("largest torque requested, motors 1 and 2", _both(summary.torque_requested_peak_nm, "Nm"))
+    yield Metric("samples that requested more than the limit", _count(summary.torque_saturated_samples))
     yield Metric(
         "error of the virtual constraint |h| where σ > 0", engineering(summary.vhc_error_max_m, "m"), thesis.vhc_error
     )
@@ -76,7 +76,7 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("wall time", plain(summary.wall_s, "s"))
 
 
-def _both(pair: Pair, unit: str) -> str:
+def _both(pair: MotorPair, unit: str) -> str:
     text = plain if unit == "Nm" else engineering
     return ", ".join(text(value, unit) for value in pair)
 

@@ -22,10 +22,10 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.pages.units import plain
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
-from fivebar_bringup.report.wording import plain
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
 from fivebar_bringup.runs.bag.recording import IntArray
 from fivebar_control.trajectory.joint_segment import JointSegment
@@ -47,19 +47,19 @@ HERO_WIDTH, HERO_HEIGHT = 14.0, 5.6
 Posture = tuple[int, str, str]
 
 
-def survey_run(run: Findings) -> Map:
+def survey_run(run: RunAnalysis) -> Map:
     """Return the map that both pictures of a run draw."""
     return survey(run.robot, run.modes, lowest(run))
 
 
-def lowest(run: Findings) -> float:
+def lowest(run: RunAnalysis) -> float:
     """Return from which y (m) upwards a run is shown."""
     return min(LOWEST, min(y for _, y in run.scenario.waypoints) - 0.03)
 
 
-def path(run: Findings, plane: Map) -> Figure:
+def path(run: RunAnalysis, plane: Map) -> Figure:
     """Draw reference and actual path, the locus, the boundary, and the robot in three postures."""
-    figure = new_figure("Path and singularities", f"answers to {counterpart(run.scenario).path}", 6.0)
+    figure = new_figure("Path and singularities", f"corresponds to {counterpart(run.scenario).path}", 6.0)
     axes = figure.subplots()
     draw_map(axes, plane)
     for row, color, _ in reversed(_postures(run)):
@@ -72,7 +72,7 @@ def path(run: Findings, plane: Map) -> Figure:
     return figure
 
 
-def hero(run: Findings, plane: Map) -> Figure:
+def hero(run: RunAnalysis, plane: Map) -> Figure:
     """Draw the robot on its way through the locus beside torques and weight over time."""
     figure = new_figure(*_headline(run), HERO_HEIGHT, HERO_WIDTH)
     grid = figure.add_gridspec(2, 2, width_ratios=[1.0, 1.12], height_ratios=[2.4, 1.0])
@@ -95,18 +95,18 @@ def hero(run: Findings, plane: Map) -> Figure:
     return figure
 
 
-def _headline(run: Findings) -> tuple[str, str]:
+def _headline(run: RunAnalysis) -> tuple[str, str]:
     """Return title and subtitle of the front page's picture."""
     summary = run.summary
     subtitle = f"{summary.assembly_mode_changes} changes of assembly mode"
     if run.plan.working_mode_changes:
         subtitle += f" and {summary.working_mode_changes} of working mode"
     subtitle += f" with at most {plain(peak(run.series.torque_applied), 'Nm')}"
-    if run.limits_bite:
-        subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were asked for"
+    if run.torque_was_limited:
+        subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were requested"
     elif run.blends and run.plan.crossings:
-        asked = plain(peak(run.series.torque_away), "Nm")
-        subtitle += f"; the computed torque law alone asks for up to {asked} on the way"
+        asked = plain(peak(run.series.torque_nominal), "Nm")
+        subtitle += f"; the computed torque law alone requests up to {asked} on the way"
     if not summary.completed:
         return "The motion was not completed", subtitle
     crossed = "Through the Type 2 singularity" if run.plan.crossings else ""
@@ -118,7 +118,7 @@ def _headline(run: Findings) -> tuple[str, str]:
     return crossed or stretched or "Within one assembly mode", subtitle
 
 
-def _draw_crossing(axes: Axes, run: Findings, plane: Map) -> None:
+def _draw_crossing(axes: Axes, run: RunAnalysis, plane: Map) -> None:
     """Draw the robot at even steps along the first segment that crosses, and where it crossed."""
     draw_map(axes, plane)
     _draw_path(axes, run, 2.0)
@@ -140,27 +140,27 @@ def _draw_crossing(axes: Axes, run: Findings, plane: Map) -> None:
     axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
 
 
-def _draw_posture(axes: Axes, run: Findings, row: int, color: str, alpha: float, zorder: float) -> None:
+def _draw_posture(axes: Axes, run: RunAnalysis, row: int, color: str, alpha: float, zorder: float) -> None:
     """Draw the robot as it was measured in one row of the series."""
     q11, _, q21, _ = run.series.joint_position[row].tolist()
     x, y, _, _ = run.series.platform[row].tolist()
     draw_robot(axes, run.robot, (q11, q21), (x, y), color, alpha, zorder=zorder)
 
 
-def _segment(run: Findings) -> Segment | JointSegment:
+def _segment(run: RunAnalysis) -> Segment | JointSegment:
     """Return the first segment that crosses the locus, or the first one."""
     crossings = run.plan.crossings
     return run.plan.path.segments[crossings[0].segment if crossings else 0]
 
 
-def _rows_of_segment(run: Findings) -> IntArray:
+def _rows_of_segment(run: RunAnalysis) -> IntArray:
     """Return the rows of the series that were recorded along that segment; the first row if there are none."""
     segment, time = _segment(run), run.series.time
     rows = np.flatnonzero((time >= segment.start_time) & (time <= segment.start_time + segment.duration + 1e-9))
     return rows if rows.size else np.zeros(1, dtype=np.int64)
 
 
-def _even_rows(run: Findings, count: int) -> list[int]:
+def _even_rows(run: RunAnalysis, count: int) -> list[int]:
     """Return rows that are evenly spaced on the way along that segment, as far as the robot went."""
     rows = _rows_of_segment(run)
     steps = np.hypot(*np.diff(np.nan_to_num(run.series.platform[rows, :2]), axis=0).T)
@@ -169,7 +169,7 @@ def _even_rows(run: Findings, count: int) -> list[int]:
     return [int(rows[np.argmin(np.abs(way - mark))]) for mark in marks]
 
 
-def _crossing_row(run: Findings) -> int | None:
+def _crossing_row(run: RunAnalysis) -> int | None:
     """Return the row nearest to the first change of the assembly mode, None if there was none."""
     det_a = run.series.det_a
     changes = np.flatnonzero(det_a[:-1] * det_a[1:] <= 0.0)
@@ -179,7 +179,7 @@ def _crossing_row(run: Findings) -> int | None:
     return row if abs(det_a[row]) <= abs(det_a[row + 1]) else row + 1
 
 
-def _postures(run: Findings) -> list[Posture]:
+def _postures(run: RunAnalysis) -> list[Posture]:
     """Return row, colour and name: the start, on the locus, and the end of the segment that leads there."""
     crossed, time = _crossing_row(run), run.series.time
     postures = [(0, INK, f"robot at {time[0]:.2f} s")]
@@ -189,7 +189,7 @@ def _postures(run: Findings) -> list[Posture]:
     return [*postures, (last, FAR, f"robot at {time[last]:.2f} s")]
 
 
-def _draw_path(axes: Axes, run: Findings, zorder: float) -> None:
+def _draw_path(axes: Axes, run: RunAnalysis, zorder: float) -> None:
     series = run.series
     corners = np.array([run.plan.path.at(t)[:2] for t in _corner_times(run)]) * 1e3
     axes.plot(corners[:, 0], corners[:, 1], color="white", linewidth=6.5, zorder=zorder, solid_capstyle="round")
@@ -201,7 +201,7 @@ def _draw_path(axes: Axes, run: Findings, zorder: float) -> None:
         axes.plot(x, y, color=color, linewidth=1.9, zorder=zorder + 0.2)
 
 
-def _corner_times(run: Findings) -> list[float]:
+def _corner_times(run: RunAnalysis) -> list[float]:
     """Return the times (s) between which the reference is a straight line: its rests, and much denser on a curve."""
     times = [0.0]
     for segment in run.plan.path.segments:
@@ -210,7 +210,7 @@ def _corner_times(run: Findings) -> list[float]:
     return times
 
 
-def _name_waypoints(axes: Axes, run: Findings) -> None:
+def _name_waypoints(axes: Axes, run: RunAnalysis) -> None:
     for number, (x, y) in enumerate(dict.fromkeys(run.scenario.waypoints)):
         axes.plot(1e3 * x, 1e3 * y, marker="o", markersize=5, color=INK, mec="white", zorder=7.0)
         axes.annotate(
@@ -225,7 +225,7 @@ def _name_waypoints(axes: Axes, run: Findings) -> None:
         )
 
 
-def _legend(run: Findings) -> list[Line2D | Patch]:
+def _legend(run: RunAnalysis) -> list[Line2D | Patch]:
     return [
         Line2D([], [], color="#b9c0cc", linewidth=4.5, label="reference path"),
         Line2D([], [], color=BLUE, label="actual path, det A > 0"),

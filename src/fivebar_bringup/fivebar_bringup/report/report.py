@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
@@ -16,7 +16,7 @@ def write_report(run: RunDirectory) -> Summary:
     """Write figures, page and summary of a run into its directory, each file in one step, and return the summary.
 
     Raises:
-        InputError: the directory does not hold a run, or the report cannot be written.
+        InputError: the directory does not hold a run, or cannot be written to.
         BagError: the bag cannot be read or does not hold a run of the scenario.
     """
     # here, because matplotlib takes as long to load as all the rest of the command
@@ -27,7 +27,7 @@ def write_report(run: RunDirectory) -> Summary:
     recording = read_bag(run.bag)
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, timing)
-    pictures = draw_pictures(Findings(scenario, scenario.plan(), scenario.five_bar(), series, summary))
+    pictures = draw_pictures(RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary))
     page = html_page(scenario, summary, pictures)
     files = {run.page.name: page, run.summary.name: json_text(summary.as_json())}
     write_results(run.path, files, {picture.name: picture.png for picture in pictures})

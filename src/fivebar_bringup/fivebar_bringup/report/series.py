@@ -1,4 +1,4 @@
-"""The run as time series: what the bag holds, joined by stamp, and what follows from it."""
+"""A run as time series: the topics of its bag joined by stamp, and quantities computed from them."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ class RunSeries:
     """A run as arrays over its n recorded samples of `joint_states`, in order of the samples.
 
     With an estimator the samples, the joints and all that follows from them are those of `ground_truth`, the exact
-    state, so that errors are errors of the robot. What was decided (torques, sigma, kappa) stands in the row of the
-    measurement that it answers, although it is about the moment `lead_samples` later; the reference stands in the row
-    of the moment that it is for.
+    state, so that errors are errors of the robot. Commanded quantities (torques, sigma, kappa) stand in the row of the
+    measurement that they answer, although they take effect `lead_samples` later; the reference stands in the row of
+    its own time.
 
     A row is NaN where its topic has no message with the sample's stamp. Of several messages with one stamp the first
-    counts: a plant repeats sample 0 until it is answered, and a stopping blender's last word, zero torque, carries the
-    stamp of its last answer.
+    counts: a plant repeats sample 0 until it is answered, and the zero torque that a stopping blender publishes last
+    carries the stamp of its last answer.
 
     Attributes:
         sample: int64[n], number of the sample; gaps are samples that were not recorded.
@@ -55,10 +55,10 @@ class RunSeries:
         log_time_ns: int64[n], when the sample was recorded (ns), a repeated one for the last time.
         joint_position: [n, 4], q11, q12, q21, q22 (rad).
         joint_velocity: [n, 4], their rates (rad/s).
-        torque_applied: [n, 2], torques that the motors had over the period before the sample (Nm).
-        torque_requested: [n, 2], torques asked for in answer to the sample (Nm), before all limits; NaN after a fault.
-        torque_away: [n, 2], candidate of the law away from the locus, or of the only law (Nm).
-        torque_vhc: [n, 2], candidate of the controller on the locus (Nm).
+        torque_applied: [n, 2], torques applied over the period before the sample (Nm).
+        torque_requested: [n, 2], torques requested in answer to the sample (Nm), before all limits; NaN after a fault.
+        torque_nominal: [n, 2], candidate of the nominal law, or of the only law (Nm).
+        torque_vhc: [n, 2], candidate of the constraint law (Nm).
         reference: [n, 6], x, y (m), vx, vy (m/s), ax, ay (m/s^2).
         platform: [n, 4], x, y (m), vx, vy (m/s) from the joints.
         sigma: [n], blending weight.
@@ -68,9 +68,9 @@ class RunSeries:
         vhc_error_joint: [n, 2], q_i1 minus q_i1 of the path point nearest to the platform (rad), in (-pi, pi].
         tracking_error: [n, 2], platform minus reference, x and y (m).
         acceleration_error: [n], magnitude measured by the IMU minus the desired one (m/s^2).
-        estimate_error: [n], distance (m) of the platform that the controllers were told of from where it was at the
-            moment that it was estimated for, `lead_samples` after the row's measurement: prediction included. NaN
-            without an estimator, and where the run ended before that moment.
+        estimate_error: [n], distance (m) of the estimated platform from the actual one at the time that the estimate is
+            for, `lead_samples` after the row's measurement: prediction included. NaN
+            without an estimator, and where the run ended before that time.
     """
 
     sample: IntArray
@@ -81,7 +81,7 @@ class RunSeries:
     joint_velocity: FloatArray
     torque_applied: FloatArray
     torque_requested: FloatArray
-    torque_away: FloatArray
+    torque_nominal: FloatArray
     torque_vhc: FloatArray
     reference: FloatArray
     platform: FloatArray
@@ -121,7 +121,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
             join.values(REFERENCE, REFERENCE_NAMES, "velocity")[:, 2:],
         ]
     )
-    reference = _at_their_moments(reference, join.sample, scenario, plan)
+    reference = _at_their_own_time(reference, join.sample, scenario, plan)
     supervisor = join.values(SUPERVISOR_STATE, SUPERVISOR_NAMES, "position")
     states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
     platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
@@ -138,7 +138,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         joint_velocity=velocity,
         torque_applied=join.values(exact, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
         torque_requested=join.values(requested, ACTIVE_JOINTS, "effort"),
-        torque_away=join.values(scenario.scheme().nominal.topic, ACTIVE_JOINTS, "effort"),
+        torque_nominal=join.values(scenario.scheme().nominal.topic, ACTIVE_JOINTS, "effort"),
         torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
         reference=reference,
         platform=platform,
@@ -213,10 +213,10 @@ def _rows(rows: list[tuple[float, ...]], width: int) -> FloatArray:
     return np.array(rows, dtype=np.float64).reshape(len(rows), width)
 
 
-def _at_their_moments(recorded: FloatArray, sample: IntArray, scenario: Scenario, plan: Plan) -> FloatArray:
-    """Return the references [n, 6] in the rows of the moments that they are for.
+def _at_their_own_time(recorded: FloatArray, sample: IntArray, scenario: Scenario, plan: Plan) -> FloatArray:
+    """Return the references [n, 6] in the rows of the times that they are for.
 
-    That of a moment was recorded `lead_samples` earlier; those of the first moments were never sent, and are planned.
+    Each was recorded `lead_samples` earlier; those of the first samples were never sent and come from the plan.
     """
     lead = scenario.lead_samples
     if lead == 0:
@@ -230,25 +230,25 @@ def _at_their_moments(recorded: FloatArray, sample: IntArray, scenario: Scenario
 
 
 def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: FloatArray) -> FloatArray:
-    """Return [n], how far (m) the published joints are from the exact platform [n, 4] of their own moment."""
+    """Return [n], distance (m) of the platform by the published joints from the exact one [n, 4] at the same time."""
     errors = np.full(join.sample.size, math.nan)
     if not scenario.estimated:
         return errors
     position = join.values(JOINT_STATES, JOINTS, "position")
     velocity = join.values(JOINT_STATES, JOINTS, "velocity")
     states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
-    told = _rows([(state.x, state.y) for state in states], 2)
+    estimated = _rows([(state.x, state.y) for state in states], 2)
     _, then, row = np.intersect1d(
         join.sample, join.sample + scenario.lead_samples, assume_unique=True, return_indices=True
     )
-    errors[row] = np.hypot(*(told[row] - platform[then, :2]).T)
+    errors[row] = np.hypot(*(estimated[row] - platform[then, :2]).T)
     return errors
 
 
 def _constraint_errors(robot: FiveBar, plan: Plan, t: float, state: State) -> tuple[float, float, float]:
     """Return h (m) and, for both motors, q_i1 minus that of the path point nearest to the platform (rad).
 
-    NaN on segments that are no straight lines.
+    NaN on segments that are not straight.
     """
     h, _, n_x, n_y = line_constraint(plan.path.line_at(t), state.x, state.y, state.vx, state.vy)
     on_path = inverse_geometry(robot, *plan.modes_at(t), state.x - h * n_x, state.y - h * n_y)
@@ -256,9 +256,9 @@ def _constraint_errors(robot: FiveBar, plan: Plan, t: float, state: State) -> tu
 
 
 def _acceleration_errors(check: ImuCheck, measured: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return [n] from the accelerations [n, 3] and the reference [n, 6], sample by sample as the listener does it.
+    """Return [n] from the accelerations [n, 3] and the reference [n, 6], sample by sample as in `imu_listener`.
 
-    It is worked out anew because the recorded errors carry no stamp by which a lost one could be told.
+    It is computed again because the recorded errors carry no stamp that would reveal a lost one.
     """
     errors = np.full(len(measured), math.nan)
     for row in np.flatnonzero(np.all(np.isfinite(measured), axis=1) & np.all(np.isfinite(reference), axis=1)):

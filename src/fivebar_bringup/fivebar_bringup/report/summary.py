@@ -1,4 +1,4 @@
-"""The figures of a run, and whether it has completed."""
+"""The metrics of a run, and whether it was completed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ERROR_LIMIT = 0.050
 FINAL_ERROR_LIMIT = 0.002
 """A completed run ends within this distance (m) of its reference."""
 
-Pair = tuple[float | None, float | None]
+MotorPair = tuple[float | None, float | None]
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class CycleTime:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run came to. None stands for a figure that the run does not have.
+    """The metrics of a run. None stands for one that does not apply or is not known.
 
     Attributes:
         completed: all samples, no fault, the error within 50 mm throughout and 2 mm at the end, the planned number of
@@ -45,25 +45,24 @@ class Summary:
         samples: samples recorded, of `planned_samples`.
         assembly_mode_changes: changes of the sign of det A, of `planned_mode_changes`.
         torque_peak_nm: largest applied torque of each motor (Nm).
-        torque_requested_peak_nm: largest torque asked of each motor, before limits (Nm).
+        torque_requested_peak_nm: largest requested torque of each motor, before limits (Nm).
         tracking_error_max_m: largest error in x and in y (m).
         tracking_error_rms_m: root mean square of the error in x and in y (m).
         vhc_error_max_m: largest distance from the current path segment while sigma > 0 (m).
         vhc_error_joint_max_rad: the same for the motor angles, against those of the nearest path point (rad).
         sigma_max: largest blending weight.
-        torque_saturated_samples: samples that asked for more than the torque limit; None without a limit.
-        estimate_error_max_m: largest distance of the platform that the controllers were told of from the true one at
-            the moment that it was estimated for, prediction over the drives' delay included (m); None without
-            estimator.
+        torque_saturated_samples: samples that requested more than the torque limit; None without a limit.
+        estimate_error_max_m: largest distance of the estimated platform from the actual one at the time that the
+            estimate is for, prediction over the drives' delay included (m); None without estimator.
         imu_acceleration_error_rms: of the IMU's minus the desired magnitude (m/s^2).
         cycle_time_ms: None where time did not pass, as in an offline run.
-        overruns: periods of the clock that went by without a torque for them.
+        overruns: clock periods that passed without a torque.
         simulated_s: nominal time from sample 0 to the last one recorded (s).
         wall_s: how long the run took (s).
         not_completed_because: reasons, in words.
         fault_details: the faults' full texts.
         tracking_error_peak_m: largest distance from the reference (m).
-        dropped_messages: messages that the recorder knows to have missed.
+        dropped_messages: messages that the recorder is known to have missed.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
     """
 
@@ -71,10 +70,10 @@ class Summary:
     faults: list[str]
     samples: int
     assembly_mode_changes: int
-    torque_peak_nm: Pair
-    torque_requested_peak_nm: Pair
-    tracking_error_max_m: Pair
-    tracking_error_rms_m: Pair
+    torque_peak_nm: MotorPair
+    torque_requested_peak_nm: MotorPair
+    tracking_error_max_m: MotorPair
+    tracking_error_rms_m: MotorPair
     vhc_error_max_m: float | None
     vhc_error_joint_max_rad: float | None
     sigma_max: float | None
@@ -174,7 +173,7 @@ def rms(values: FloatArray) -> float | None:
     largest = peak(known)
     if not largest:
         return largest
-    # scaled, so that the squares of a lost robot's figures do not overflow
+    # scaled, so that the squares of a diverged run's errors do not overflow
     return _finite(largest * math.sqrt(float(np.mean((known / largest) ** 2))))
 
 
@@ -185,7 +184,7 @@ def sign_changes(values: FloatArray) -> int:
 
 
 def cycle_time(series: RunSeries) -> CycleTime | None:
-    """Return the times between the recording of consecutive samples; None where log times are but the stamps."""
+    """Return the times between the recording of consecutive samples; None where the log times equal the stamps."""
     neighbours = np.diff(series.sample) == 1
     periods = np.diff(series.log_time_ns)[neighbours] / 1e6
     if not periods.size or np.array_equal(series.log_time_ns, series.stamp_ns):
@@ -198,15 +197,15 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _pair(columns: FloatArray, figure: Any) -> Pair:
-    return figure(columns[:, 0]), figure(columns[:, 1])
+def _pair(columns: FloatArray, metric: Any) -> MotorPair:
+    return metric(columns[:, 0]), metric(columns[:, 1])
 
 
 def _saturated(requested: FloatArray, limit: float) -> int | None:
-    """Return at how many samples a torque asked for exceeds the limit; None where no torque is known."""
+    """Return at how many samples a requested torque exceeds the limit; None where no torque is known."""
     if np.all(np.isnan(requested)):
         return None
-    # a law that stops at the limit itself asks for it to within a rounding error
+    # a law that respects the limit itself requests it to within a rounding error
     return int(np.count_nonzero(np.any(np.abs(requested) > limit * (1.0 + 1e-9), axis=1)))
 
 
@@ -217,7 +216,7 @@ def _missing_samples(series: RunSeries, planned: int) -> Sequence[str]:
 
 
 def _lost_tracking(distance: FloatArray) -> list[str]:
-    """Say where the error is not known to be within its limits."""
+    """Return reasons where the error is unknown or beyond its limits."""
     reasons = []
     largest = peak(distance)
     if largest is not None and largest > ERROR_LIMIT:

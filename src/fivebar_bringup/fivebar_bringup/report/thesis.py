@@ -1,4 +1,4 @@
-"""What the thesis shows of a run like this one: the figures that the report's own figures answer to."""
+"""What the thesis shows of the same motion: the counterparts of the report's figures."""
 
 from __future__ import annotations
 

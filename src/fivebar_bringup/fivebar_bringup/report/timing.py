@@ -1,4 +1,4 @@
-"""What only the process that made a run knows of it, as it has written it down."""
+"""Timing of a run, written by the process that made it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 
 class Timing(StrictModel):
-    """The content of timing.json; without the file nothing of it is known.
+    """The content of timing.json; all fields are unknown without the file.
 
     Attributes:
         runner: with the node graph or offline.
-        mode: how time passed in the node graph.
+        mode: lockstep or real time, of the node graph.
         wall_s: how long the run took (s).
-        overruns: periods of the clock that went by without a torque for them.
+        overruns: clock periods that passed without a torque.
         latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
-        faults: texts of the faults that a launcher sees, such as a node that died.
+        faults: texts of the faults that the launcher detects, such as a node that died.
     """
 
     model_config = ConfigDict(extra="ignore", frozen=True, strict=True, allow_inf_nan=False)
@@ -34,10 +34,10 @@ class Timing(StrictModel):
 
 
 def read_timing(path: Path) -> Timing:
-    """Read timing.json; a run without one gives a Timing that knows nothing.
+    """Read timing.json; a run without one gives a Timing with all fields unknown.
 
     Raises:
-        InputError: the file cannot be read, or does not hold what it should.
+        InputError: the file cannot be read, or has unexpected content.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Many independent pieces of work, done in this process or shared among several."""
+"""Runs independent tasks in this process or in a pool of processes."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from itertools import islice
 from multiprocessing import connection
 from typing import TypeVar
 
-Task = TypeVar("Task")
-Done = TypeVar("Done")
+Input = TypeVar("Input")
+Output = TypeVar("Output")
 
 
 def share(
-    function: Callable[[Task], Done],
-    tasks: Sequence[Task],
+    function: Callable[[Input], Output],
+    tasks: Sequence[Input],
     workers: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[Done]:
-    """Return what a function makes of every task, in the order of the tasks.
+) -> list[Output]:
+    """Apply a function to every task and return the results in the order of the tasks.
 
     Args:
         function: a module's own function; with several workers it and the tasks have to be picklable.
@@ -47,10 +47,10 @@ def share(
         return [future.result() for future in futures]
 
 
-def stream(function: Callable[[Task], Done], tasks: Iterable[Task], workers: int) -> Generator[Done, None, None]:
-    """Give what a function makes of tasks as it comes, in any order; tasks are taken only as processes get free.
+def stream(function: Callable[[Input], Output], tasks: Iterable[Input], workers: int) -> Generator[Output, None, None]:
+    """Yield the results of a function on tasks in order of completion; tasks are drawn only as processes become free.
 
-    The tasks may be endless: whoever has enough closes the iterator, and what is under way is dropped.
+    The tasks may be endless: closing the iterator cancels what is still running.
 
     Args:
         function: a module's own function; with several workers it and the tasks have to be picklable.
@@ -62,8 +62,8 @@ def stream(function: Callable[[Task], Done], tasks: Iterable[Task], workers: int
         return
     coming = iter(tasks)
     with _pool(workers) as pool:
-        # one more each, so that nobody waits for the next task
-        under_way: set[Future[Done]] = {pool.submit(function, task) for task in islice(coming, 2 * workers)}
+        # one more each, so that no process waits for its next task
+        under_way: set[Future[Output]] = {pool.submit(function, task) for task in islice(coming, 2 * workers)}
         while under_way:
             finished, under_way = wait(under_way, return_when=FIRST_COMPLETED)
             under_way |= {pool.submit(function, task) for task in islice(coming, len(finished))}
@@ -73,7 +73,7 @@ def stream(function: Callable[[Task], Done], tasks: Iterable[Task], workers: int
 
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Give a pool of fresh processes, which end at once when the work is given up."""
+    """Provide a pool of fresh processes, which are terminated when the work is cancelled."""
     # fresh: the progress bar has a thread, and a process with threads must not be forked
     context = multiprocessing.get_context("spawn")
     others = set(multiprocessing.active_children())
@@ -81,21 +81,21 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         try:
             yield pool
         except BaseException:
-            # the pool itself would wait for work that nobody wants any more
+            # the pool itself would wait for cancelled work
             for worker in set(multiprocessing.active_children()) - others:
                 worker.terminate()
             raise
 
 
 def _prepare_worker() -> None:
-    """Leave Ctrl-C to the parent, end with it, and seldom look for garbage: runs are many small tuples, no cycles."""
+    """Leave Ctrl-C to the parent, end with it, and collect garbage rarely: runs make many small tuples, no cycles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.set_threshold(200_000)
     threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """A killed parent cannot end its workers, and they would wait for its next task forever."""
+    """End this worker with its parent: a killed parent cannot, and the worker would wait forever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         connection.wait([parent.sentinel])

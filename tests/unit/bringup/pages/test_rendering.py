@@ -10,9 +10,8 @@ import pytest
 from jinja2 import UndefinedError
 
 import fivebar_bringup.pages.rendering as rendering
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import LONG, Cell, Picture, Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.table import LONG, Cell, Table
 
 TEMPLATES = Path(rendering.__file__).parent / "templates"
 

@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style
+from fivebar_bringup.pages.units import engineering, plain, suitable_unit
 from fivebar_bringup.report import figures
-from fivebar_bringup.report.findings import Findings
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.thesis import counterpart, thesis_figures
 from fivebar_bringup.report.timing import Timing
-from fivebar_bringup.report.wording import engineering, plain, suitable_unit
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError
@@ -85,11 +85,11 @@ def new_run(tmp_path: Path, scenario: Scenario, run: OfflineRun | None = None) -
     return directory
 
 
-def findings(run: RunDirectory) -> Findings:
+def findings(run: RunDirectory) -> RunAnalysis:
     scenario, recording = run.read_scenario(), read_bag(run.bag)
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, Timing())
-    return Findings(scenario, scenario.plan(), scenario.five_bar(), series, summary)
+    return RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
 
 
 @pytest.fixture(scope="module")
@@ -272,8 +272,8 @@ def test_what_was_asked_is_drawn_where_the_drives_gave_less(reported: tuple[RunD
             **{**vars(run.series), "torque_applied": np.clip(run.series.torque_applied, -0.2, 0.2)}
         )
         cut = [line.get_label() for line in figures.torques(run._replace(series=limited)).axes[0].lines]
-    assert "asked for" not in usual
-    assert "asked for" in cut
+    assert "requested" not in usual
+    assert "requested" in cut
 
 
 def test_a_directory_without_a_run_is_refused(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.runs.results import json_text, new_directory, write_results
 from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_description.strict_yaml import InputError

@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_bringup.studies.closed_chain import three_rrr
-from fivebar_bringup.studies.closed_chain.chain import ChainError, ClosedChain, Platform, Tip
+from fivebar_bringup.studies.closed_chain.chain import ChainError, ChainPlatform, ClosedChain, LinkInertia, Tip
 from fivebar_bringup.studies.closed_chain.dynamics import (
     driven_wrench,
     input_efforts_from_multipliers,
@@ -28,7 +28,7 @@ from fivebar_bringup.studies.closed_chain.dynamics import (
 )
 from fivebar_bringup.studies.closed_chain.five_bar import five_bar_chain
 from fivebar_bringup.studies.closed_chain.kinematics import (
-    Motion,
+    ChainMotion,
     closure_gap,
     drift,
     jacobians,
@@ -38,7 +38,6 @@ from fivebar_bringup.studies.closed_chain.kinematics import (
     platform_pose,
     platform_rows,
 )
-from fivebar_bringup.studies.closed_chain.link_inertia import LinkInertia
 from fivebar_bringup.studies.closed_chain.three_rrr import EXAMPLE, three_rrr_chain
 from fivebar_control.model.dynamics import inverse_dynamics as five_bar_torque
 from fivebar_control.model.dynamics import multipliers
@@ -72,7 +71,7 @@ class Case:
     low: tuple[float, ...]
     high: tuple[float, ...]
 
-    def motions(self, count: int, seed: int) -> Iterator[Motion]:
+    def motions(self, count: int, seed: int) -> Iterator[ChainMotion]:
         """Random motions away from singularities, no joint faster than 5 rad/s: smooth enough to be differenced."""
         random = np.random.default_rng(seed)
         found = 0
@@ -153,10 +152,10 @@ def near(angles: Vector, others: Vector) -> Vector:
     return angles - 2.0 * math.pi * np.round((angles - others) / (2.0 * math.pi))
 
 
-def along(case: Case, motion: Motion) -> Callable[[float], Motion]:
+def along(case: Case, motion: ChainMotion) -> Callable[[float], ChainMotion]:
     """The motion's neighbours in time, on a pose that is quadratic in time; angles from the inverse geometry."""
 
-    def at(time: float) -> Motion:
+    def at(time: float) -> ChainMotion:
         pose = motion.pose + time * motion.t + 0.5 * time * time * motion.dt
         q = near(case.angles(pose), motion.q)
         return motion_from_platform(case.chain, q, motion.t + time * motion.dt, motion.dt)
@@ -288,7 +287,7 @@ def test_platforms_rows_are_the_derivatives_of_its_points(rrr: Case) -> None:
     for motion in rrr.motions(20, 12):
         for leg in rrr.chain.legs:
 
-            def point(time: float, leg: Any = leg, motion: Motion = motion) -> Vector:
+            def point(time: float, leg: Any = leg, motion: ChainMotion = motion) -> Vector:
                 x, y, phi = motion.pose + time * motion.t
                 arm_x, arm_y = rrr.chain.arm(leg.tip.attachment, phi)
                 return np.array([x + arm_x, y + arm_y, phi])[: len(leg.rows)]
@@ -406,7 +405,7 @@ def test_motors_power_is_the_change_of_energy(case: Case) -> None:
         efforts, neighbour = inverse_dynamics(case.chain, motion), along(case, motion)
         power = efforts.tau @ motion.v[case.chain.active]
 
-        def energy(time: float, at: Callable[[float], Motion] = neighbour) -> Vector:
+        def energy(time: float, at: Callable[[float], ChainMotion] = neighbour) -> Vector:
             then = at(time)
             parts = virtual_tree(case.chain, then.q, then.v) + free_platform(case.chain, then.pose, then.t)
             return np.array([sum(parts)])
@@ -458,7 +457,7 @@ def test_platforms_wrench_is_lagranges_of_the_free_platform(case: Case) -> None:
     """1.11, the centre of mass beside the controlled point."""
     for motion in case.motions(10, 25):
 
-        def at(time: float, motion: Motion = motion) -> tuple[Vector, Vector]:
+        def at(time: float, motion: ChainMotion = motion) -> tuple[Vector, Vector]:
             pose = motion.pose + time * motion.t + 0.5 * time * time * motion.dt
             return pose, motion.t + time * motion.dt
 
@@ -503,7 +502,7 @@ class WholeRobot:
             self.attachments.append(self.model.addFrame(frame))
         self.data = self.model.createData()
 
-    def vectors(self, motion: Motion) -> tuple[Vector, Vector, Vector]:
+    def vectors(self, motion: ChainMotion) -> tuple[Vector, Vector, Vector]:
         """q, v and a of all bodies."""
         return (
             np.concatenate((motion.q, motion.pose)),
@@ -511,7 +510,7 @@ class WholeRobot:
             np.concatenate((motion.a, motion.dt)),
         )
 
-    def projected_rnea(self, motion: Motion) -> tuple[Vector, Vector]:
+    def projected_rnea(self, motion: ChainMotion) -> tuple[Vector, Vector]:
         """tau (n,) and the pins' forces, from rnea = S^T tau + K^T force with K of all contacts."""
         efforts = np.asarray(pin.rnea(self.model, self.data, *self.vectors(motion)))
         q = self.vectors(motion)[0]
@@ -531,7 +530,7 @@ class WholeRobot:
     def frame_jacobian(self, frame: int) -> Vector:
         return np.asarray(pin.getFrameJacobian(self.model, self.data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED))
 
-    def acceleration(self, motion: Motion, tau: Vector) -> Vector:
+    def acceleration(self, motion: ChainMotion, tau: Vector) -> Vector:
         """All bodies' accelerations under the motors' torques, by Pinocchio's constrained forward dynamics."""
         q, v, _ = self.vectors(motion)
         efforts = np.zeros(self.model.nv)
@@ -667,7 +666,7 @@ def test_3_rrr_rows_of_a_are_the_wrenches_of_its_distal_links() -> None:
 
 
 def three_legs(active: tuple[str, ...], tips: list[Tip], rotates: bool = True) -> ClosedChain:
-    return ClosedChain(three_rrr_chain().tree, active, tips, Platform(1.0, 1.0, rotates))
+    return ClosedChain(three_rrr_chain().tree, active, tips, ChainPlatform(1.0, 1.0, rotates))
 
 
 TIPS = [Tip("tip_1", (-0.07, -0.04)), Tip("tip_2", (0.08, -0.05)), Tip("tip_3", (0.01, 0.09))]
@@ -684,7 +683,7 @@ TIPS = [Tip("tip_1", (-0.07, -0.04)), Tip("tip_2", (0.08, -0.05)), Tip("tip_3", 
         (lambda: three_legs(MOTORS, TIPS, rotates=False), "3 active and 3 passive joints, 2 platform freedoms"),
         (lambda: three_legs((*MOTORS, "q12"), TIPS), "4 active and 2 passive joints"),
         (
-            lambda: ClosedChain(three_rrr_chain(welded=True).tree, MOTORS[1:], TIPS, Platform(1.0, 1.0, True)),
+            lambda: ClosedChain(three_rrr_chain(welded=True).tree, MOTORS[1:], TIPS, ChainPlatform(1.0, 1.0, True)),
             "3 passive joints, its closure fixes only 2",
         ),
     ],
@@ -698,14 +697,14 @@ def test_a_tree_that_leaves_the_plane_is_refused() -> None:
     tree = three_rrr_chain().tree
     tree.jointPlacements[2] = pin.SE3(pin.utils.rotate("x", 0.1), tree.jointPlacements[2].translation)
     with pytest.raises(ChainError, match="tip tip_1: moves out of the xy plane"):
-        ClosedChain(tree, MOTORS, TIPS, Platform(1.0, 1.0, True))
+        ClosedChain(tree, MOTORS, TIPS, ChainPlatform(1.0, 1.0, True))
 
 
 def test_a_joint_of_more_freedoms_is_refused() -> None:
     tree = three_rrr_chain().tree
     tree.addJoint(0, pin.JointModelPlanar(), pin.SE3.Identity(), "cart")
     with pytest.raises(ChainError, match="joint cart: has 4 coordinates and 3 freedoms"):
-        ClosedChain(tree, MOTORS, TIPS, Platform(1.0, 1.0, True))
+        ClosedChain(tree, MOTORS, TIPS, ChainPlatform(1.0, 1.0, True))
 
 
 def test_out_of_reach_is_nan() -> None:

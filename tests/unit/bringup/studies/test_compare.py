@@ -17,9 +17,9 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, Case, Extent
+from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonCase, ComparisonExtent
 from fivebar_bringup.studies.compare.compare import compare, html_page
-from fivebar_bringup.studies.compare.results import Result, run_case
+from fivebar_bringup.studies.compare.results import ComparisonResult, run_case
 from fivebar_bringup.studies.compare.rigs import AS_GIVEN, RIGS, default_rigs
 from fivebar_bringup.studies.compare.screening import quickest_durations
 from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
@@ -34,31 +34,31 @@ MIDDLE = load_scenario("middle")
 @pytest.mark.parametrize("rig", [*RIGS, AS_GIVEN])
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_every_controller_has_a_scenario_on_every_rig(rig: str, controller: str) -> None:
-    scenario = Case(MIDDLE, controller, 0.5, rig).scenario()
+    scenario = ComparisonCase(MIDDLE, controller, 0.5, rig).scenario()
     assert (scenario.controller, scenario.waypoints) == (controller, MIDDLE.waypoints)
     assert scenario.plan().path.duration == pytest.approx(1.0)
     assert scenario.plant.torque_limit == MIDDLE.plant.torque_limit
 
 
 def test_the_realistic_rig_is_the_one_that_is_promised() -> None:
-    scenario = Case(MIDDLE, "unified", 1.0, "realistic").scenario()
+    scenario = ComparisonCase(MIDDLE, "unified", 1.0, "realistic").scenario()
     plant = scenario.plant
     assert (plant.encoder_counts, plant.torque_quantum, plant.delay_samples) == (20_000, 0.002, 1)
     assert (plant.mass_scale, plant.inertia_scale, plant.friction_scale) == (1.1, 0.9, 0.8)
     assert scenario.estimator == "ekf"
     assert 900.0 <= scenario.gains.kp <= 1600.0
-    ideal = Case(MIDDLE, "unified", 1.0, "ideal").scenario()
+    ideal = ComparisonCase(MIDDLE, "unified", 1.0, "ideal").scenario()
     assert (ideal.plant, ideal.gains, ideal.unified) == (MIDDLE.plant, MIDDLE.gains, MIDDLE.unified)
 
 
 def test_a_rig_replaces_the_plant_of_the_scenario_but_not_its_limits() -> None:
     given = changed(plant={"torque_limit": 3.0, "seed": 7, "mass_scale": 1.3})
-    plant = Case(given, "ctc", 1.0, "wrong").scenario().plant
+    plant = ComparisonCase(given, "ctc", 1.0, "wrong").scenario().plant
     assert (plant.torque_limit, plant.seed, plant.mass_scale, plant.friction_scale) == (3.0, 7, 1.1, 0.8)
-    assert Case(given, "ctc", 1.0, AS_GIVEN).scenario().plant == given.plant
-    assert Case(given, "ctc", 1.0, "wrong", TIGHT_LIMIT).scenario().torque_limit == TIGHT_LIMIT
+    assert ComparisonCase(given, "ctc", 1.0, AS_GIVEN).scenario().plant == given.plant
+    assert ComparisonCase(given, "ctc", 1.0, "wrong", TIGHT_LIMIT).scenario().torque_limit == TIGHT_LIMIT
     modest = changed(plant={"torque_limit": 0.5})
-    assert Case(modest, "ctc", 1.0, "ideal", TIGHT_LIMIT).scenario().torque_limit == 0.5
+    assert ComparisonCase(modest, "ctc", 1.0, "ideal", TIGHT_LIMIT).scenario().torque_limit == 0.5
 
 
 def test_a_scenario_with_a_plant_of_its_own_is_one_more_rig() -> None:
@@ -75,7 +75,7 @@ def changed(**sections: object) -> Scenario:
 
 
 def test_what_is_run_under_the_tight_limit() -> None:
-    extent = Extent((MIDDLE,), ("unified", "ctc"), (0.5, 1.0), ("ideal", "realistic"))
+    extent = ComparisonExtent((MIDDLE,), ("unified", "ctc"), (0.5, 1.0), ("ideal", "realistic"))
     assert len(extent.cases()) == 8
     tight = extent.tight_cases()
     assert {case.torque_limit for case in tight} == {TIGHT_LIMIT}
@@ -84,14 +84,14 @@ def test_what_is_run_under_the_tight_limit() -> None:
 
 
 def test_the_quickest_pace_is_allowed_and_a_tenth_less_is_not() -> None:
-    case = Case(MIDDLE, "unified", None, "ideal", TIGHT_LIMIT)
+    case = ComparisonCase(MIDDLE, "unified", None, "ideal", TIGHT_LIMIT)
     scenario = case.scenario()
     assert all(1.0 < duration < 1.5 for duration in scenario.durations())
     assert run_case(case).objections == ()
     quicker = [0.9 * duration for duration in scenario.durations()]
     hurried = Scenario.model_validate({**scenario.model_dump(), "segment_duration": tuple(quicker)})
     # on the ideal rig nothing else is refused than the torque
-    (objection,) = run_case(Case(hurried, "unified", quicker[0], AS_GIVEN)).objections
+    (objection,) = run_case(ComparisonCase(hurried, "unified", quicker[0], AS_GIVEN)).objections
     assert objection.startswith("reference torque")
 
 
@@ -102,7 +102,7 @@ def test_only_straight_motions_have_a_quickest_pace() -> None:
 
 def test_a_motion_that_a_controller_cannot_make_is_a_result() -> None:
     both = load_scenario("type2_and_type1")
-    result = run_case(Case(both, "multi_cartesian", 1.0, "ideal"))
+    result = run_case(ComparisonCase(both, "multi_cartesian", 1.0, "ideal"))
     assert not result.made
     assert not result.completed
     assert "multi_cartesian cannot meet Type 1" in result.why_not[0]
@@ -110,12 +110,12 @@ def test_a_motion_that_a_controller_cannot_make_is_a_result() -> None:
 
 
 @pytest.fixture(scope="module")
-def crossing() -> Result:
+def crossing() -> ComparisonResult:
     """The quick crossing on the realistic rig."""
-    return run_case(Case(MIDDLE, "unified", 0.5, "realistic"))
+    return run_case(ComparisonCase(MIDDLE, "unified", 0.5, "realistic"))
 
 
-def test_a_run_on_the_realistic_rig_has_all_figures(crossing: Result) -> None:
+def test_a_run_on_the_realistic_rig_has_all_figures(crossing: ComparisonResult) -> None:
     assert crossing.completed
     assert 1e-5 < (crossing.tracking_rms or 0.0) < (crossing.tracking_error or 0.0) < 0.8e-3
     assert 0.7 < (crossing.applied or 0.0) < 1.5
@@ -127,7 +127,7 @@ def test_a_run_on_the_realistic_rig_has_all_figures(crossing: Result) -> None:
 
 
 def test_an_estimated_run_in_memory_is_what_its_bag_holds(tmp_path: Path) -> None:
-    scenario = Case(MIDDLE, "multi_cartesian", 0.3, "realistic").scenario()
+    scenario = ComparisonCase(MIDDLE, "multi_cartesian", 0.3, "realistic").scenario()
     run = simulate(scenario)
     write_bag(run, scenario, tmp_path / "bag")
     summaries = []
@@ -137,11 +137,13 @@ def test_an_estimated_run_in_memory_is_what_its_bag_holds(tmp_path: Path) -> Non
     assert summaries[0] == summaries[1]
 
 
-def made(controller: str = "unified", rig: str = "ideal", duration: float | None = 1.0, **figures: object) -> Result:
+def made(
+    controller: str = "unified", rig: str = "ideal", duration: float | None = 1.0, **figures: object
+) -> ComparisonResult:
     """A result that nobody ran, of figures within the bounds."""
-    case = Case(MIDDLE, controller, duration, rig)
+    case = ComparisonCase(MIDDLE, controller, duration, rig)
     usual = {"completed": True, "made": True, "tracking_error": 0.3e-3, "applied": 0.9, "limit": 10.0, "saturated": 0}
-    return Result(case, **{**usual, **figures})  # type: ignore[arg-type]
+    return ComparisonResult(case, **{**usual, **figures})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -228,7 +230,7 @@ def test_a_verdict_that_is_missed_is_called_so() -> None:
 
 
 def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
-    extent = Extent((MIDDLE,), ("ctc", "unified"), (0.5,), ("ideal",))
+    extent = ComparisonExtent((MIDDLE,), ("ctc", "unified"), (0.5,), ("ideal",))
     seen: list[tuple[int, int]] = []
     compared = compare(extent, tmp_path / "out", 1, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(done, 6) for done in range(7)]
@@ -267,8 +269,8 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--controllers", "unified,pid"], "--controllers: 'pid': expected some of ctc, multi_joint"),
-        (["--controllers", ""], "--controllers: '': expected some of ctc"),
+        (["--controllers", "unified,pid"], "--controllers: 'pid': expected one of ctc, multi_joint"),
+        (["--controllers", ""], "--controllers: '': expected one of ctc"),
         (["--rigs", "ideal,worn"], "--rigs: 'worn': expected some of ideal, wrong, encoders, realistic, as_given"),
         (["--rigs", ""], "--rigs: '': expected some of ideal"),
         (["--durations", "1,fast"], "--durations: 'fast': expected seconds above 0"),
@@ -305,4 +307,4 @@ def test_the_command_prints_the_json_that_it_writes(tmp_path: Path) -> None:
 def test_a_full_directory_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="not empty"):
-        compare(Extent((MIDDLE,), ("ctc",), (1.0,), ("ideal",)), tmp_path, 1)
+        compare(ComparisonExtent((MIDDLE,), ("ctc",), (1.0,), ("ideal",)), tmp_path, 1)

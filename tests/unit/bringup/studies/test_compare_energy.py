@@ -11,8 +11,8 @@ from fivebar_bringup.report.series import read_series
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import Case
-from fivebar_bringup.studies.compare.energy import motor_work
+from fivebar_bringup.studies.compare.cases import ComparisonCase
+from fivebar_bringup.studies.compare.results import motor_work
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar, LegParameters, load_robot
 from fivebar_sim.plant import Plant
@@ -58,7 +58,7 @@ def test_work_is_kinetic_energy_and_friction() -> None:
 
 
 def test_a_crossing_that_ends_at_rest_gives_all_to_friction() -> None:
-    scenario = Case(load_scenario("middle"), "unified", 0.5, "realistic").scenario()
+    scenario = ComparisonCase(load_scenario("middle"), "unified", 0.5, "realistic").scenario()
     series = read_series(RunInMemory(simulate(scenario), scenario), scenario)
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
     robot = load_robot("dextar")

@@ -18,8 +18,8 @@ from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation import offline
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
-from fivebar_bringup.studies.identify.findings import Findings
 from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
+from fivebar_bringup.studies.identify.result import IdentificationResult
 from fivebar_control.identification.equations import PARAMETERS
 from fivebar_control.identification.identification import parameter_values
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
@@ -83,7 +83,7 @@ def counted(folder: Path) -> RunDirectory:
     return recorded(folder, "counted", believing(folder, "excitation_encoders", "assumed.yaml"))
 
 
-def errors(findings: Findings) -> tuple[float, float]:
+def errors(findings: IdentificationResult) -> tuple[float, float]:
     """Largest relative error of inertias, mass and Coulomb friction, and largest error of the offsets (Nm)."""
     true = np.array(parameter_values(load_robot(str(Path(findings.bag).parents[1] / "secret.yaml"))))
     off = np.abs(findings.found.fit.values - true)

@@ -15,9 +15,9 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.pages.table import Cell, Table
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals, reference_residual
-from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import summarize
 from fivebar_bringup.report.timing import Timing
@@ -27,14 +27,14 @@ from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, tables
-from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, Case
+from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, ReproductionCase
 from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
 from fivebar_bringup.studies.reproduce.reproduce import CLAIMS, html_page, reproduce
-from fivebar_bringup.studies.reproduce.rows import Row, largest
-from fivebar_bringup.studies.reproduce.runner import Result, run_case, run_cases
+from fivebar_bringup.studies.reproduce.rows import ClaimRow, largest
+from fivebar_bringup.studies.reproduce.runner import ReproductionResult, run_case, run_cases
 from fivebar_bringup.studies.reproduce.verdicts import (
     Judgement,
-    Pair,
+    PairedRuns,
     Verdict,
     as_printed,
     counted,
@@ -104,8 +104,8 @@ def test_printed_results_are_compared_entry_by_entry() -> None:
     assert as_printed(1.64, 1e-3).verdict == NOT
 
 
-def pair(completed_without: bool = True, error_without: float | None = 1.5e-4) -> Pair:
-    return Pair("run", True, completed_without, 1e-4, error_without)
+def pair(completed_without: bool = True, error_without: float | None = 1.5e-4) -> PairedRuns:
+    return PairedRuns("run", True, completed_without, 1e-4, error_without)
 
 
 @pytest.mark.parametrize(
@@ -118,12 +118,12 @@ def pair(completed_without: bool = True, error_without: float | None = 1.5e-4) -
         (pair(error_without=None), AGREED),
     ],
 )
-def test_a_measure_is_necessary_where_something_is_lost_without_it(without: Pair, verdict: Verdict) -> None:
+def test_a_measure_is_necessary_where_something_is_lost_without_it(without: PairedRuns, verdict: Verdict) -> None:
     assert shown_necessary([pair(), without]).verdict == verdict
 
 
 def test_a_run_lost_with_and_without_a_measure_shows_no_need() -> None:
-    assert shown_necessary([Pair("lost", False, False, 1e-2, 1e-2)]).verdict == NOT
+    assert shown_necessary([PairedRuns("lost", False, False, 1e-2, 1e-2)]).verdict == NOT
 
 
 def test_a_measure_is_unnecessary_where_nothing_is_lost_without_it() -> None:
@@ -166,8 +166,15 @@ def test_an_unknown_figure_may_be_the_largest() -> None:
     assert largest([1.0, None]) is None
 
 
-@pytest.mark.parametrize("case", [Case(), Case("ctc", duration=0.5), Case("multi_joint", "fig_3_2", 0.5, imu=True)])
-def test_a_run_in_memory_is_the_run_in_its_bag(case: Case, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "case",
+    [
+        ReproductionCase(),
+        ReproductionCase("ctc", duration=0.5),
+        ReproductionCase("multi_joint", "fig_3_2", 0.5, imu=True),
+    ],
+)
+def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, tmp_path: Path) -> None:
     """Bit for bit, so that the figures of the page are those of the run's own report."""
     scenario = case.scenario()
     run = simulate(scenario)
@@ -182,7 +189,10 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: Case, tmp_path: Path) -> No
 
 
 def test_two_processes_find_what_one_does() -> None:
-    cases: dict[Case, tuple[str, ...]] = {Case(duration=0.5): (), Case("ctc", duration=0.5): ()}
+    cases: dict[ReproductionCase, tuple[str, ...]] = {
+        ReproductionCase(duration=0.5): (),
+        ReproductionCase("ctc", duration=0.5): (),
+    }
     one, two = run_cases(cases, workers=1), run_cases(cases, workers=2)
     for case in cases:
         first, second = one[case].summary, two[case].summary
@@ -197,7 +207,10 @@ def test_an_interrupted_reproduction_leaves_no_process() -> None:
         if done:
             raise KeyboardInterrupt
 
-    cases: dict[Case, tuple[str, ...]] = {Case(motion="multiple", duration=20.0): (), Case(duration=0.5): ()}
+    cases: dict[ReproductionCase, tuple[str, ...]] = {
+        ReproductionCase(motion="multiple", duration=20.0): (),
+        ReproductionCase(duration=0.5): (),
+    }
     before = set(multiprocessing.active_children())
     with pytest.raises(KeyboardInterrupt):
         run_cases(cases, workers=2, progress=interrupt)
@@ -205,7 +218,7 @@ def test_an_interrupted_reproduction_leaves_no_process() -> None:
 
 
 def test_a_lost_run_keeps_its_reasons() -> None:
-    lost = Case("ctc", "middle", 1.0, "friction × 1.2")
+    lost = ReproductionCase("ctc", "middle", 1.0, "friction × 1.2")
     result = run_case(lost)
     assert not result.completed
     assert "tracking_lost" in result.why_not
@@ -213,15 +226,15 @@ def test_a_lost_run_keeps_its_reasons() -> None:
 
 
 def test_a_refused_motion_is_a_result_too() -> None:
-    result = run_case(Case(motion="late", duration=0.01))
+    result = run_case(ReproductionCase(motion="late", duration=0.01))
     assert result.summary is None
     assert result.why_not.startswith("refused: ")
     assert (result.requested, result.tracking_error, result.imu_ratio) == (None, None, None)
 
 
 def test_the_criterion_time_law_meets_the_criterion_and_the_quintic_does_not() -> None:
-    quintic = run_case(Case("multi_model_ctc", "early", 0.3))
-    criterion = run_case(Case("multi_model_ctc", "early", 0.3, time_law="criterion"))
+    quintic = run_case(ReproductionCase("multi_model_ctc", "early", 0.3))
+    criterion = run_case(ReproductionCase("multi_model_ctc", "early", 0.3, time_law="criterion"))
     assert quintic.crossing_residual == pytest.approx(2.033, abs=1e-3)
     assert criterion.crossing_residual is not None and criterion.crossing_residual < 1e-9
     assert quintic.crossing_fractions == pytest.approx((0.2413, 0.2413), abs=1e-4)
@@ -230,18 +243,18 @@ def test_the_criterion_time_law_meets_the_criterion_and_the_quintic_does_not() -
 
 
 def test_the_residual_of_the_series_is_the_planned_one() -> None:
-    scenario = Case("multi_cartesian", "early", 0.5).scenario()
+    scenario = ReproductionCase("multi_cartesian", "early", 0.5).scenario()
     run = simulate(scenario)
     series = read_series(RunInMemory(run, scenario), scenario)
     summary = summarize(RunInMemory(run, scenario), series, scenario, Timing())
-    findings = Findings(scenario, scenario.plan(), scenario.five_bar(), series, summary)
+    findings = RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
     residual = reference_residual(findings)
     (crossing,) = findings.plan.crossings
     assert np.interp(crossing.time, series.time, residual) == pytest.approx(crossing_residuals(findings)[0], abs=1e-3)
 
 
 def test_the_free_dynamics_are_the_criterion() -> None:
-    found = free_dynamics([Case(motion="middle"), Case(motion="fig_3_2")])
+    found = free_dynamics([ReproductionCase(motion="middle"), ReproductionCase(motion="fig_3_2")])
     assert (found.states, found.torques) == (4, 40)
     assert found.along < 1e-11 < 10.0 < found.force
     # away from the locus it is no zero: in proportion to the distance
@@ -355,7 +368,7 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
     """With every run refused: nothing is known, nothing is completed, and nothing breaks."""
     cases = [*tables.crossing_cases(QUICK), *tables.comparison_cases(QUICK), *tables.far_cases()]
     cases += tables.imu_cases(QUICK)
-    results = {case: Result(case, refused="out of reach") for case in cases}
+    results = {case: ReproductionResult(case, refused="out of reach") for case in cases}
     made = [
         tables.crossing_table(QUICK, results),
         tables.variants_table(QUICK, results),
@@ -372,7 +385,7 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
 
 def test_what_comes_from_outside_is_escaped() -> None:
     malice = '"><script>alert(1)</script>'
-    row = Row(malice, malice, malice, malice, {}, Judgement(NOT, malice, malice), malice)
+    row = ClaimRow(malice, malice, malice, malice, {}, Judgement(NOT, malice, malice), malice)
     table = Table("name", malice, malice, (malice,), ((Cell(malice, 1),),))
     assert "<script" not in html_page([row], [table], 1, 1.0, malice)
 

@@ -22,10 +22,9 @@ from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
 from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
 from fivebar_bringup.studies.sweep.program import deciding_files, matching
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, Row, as_lines, from_lines
-from fivebar_bringup.studies.sweep.running import CONTROLLERS, Batch, run_batch, run_case, use_of
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, SweepRow, as_lines, from_lines
+from fivebar_bringup.studies.sweep.running import CONTROLLERS, Batch, run_batch, run_case, shortcomings, use_of
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
-from fivebar_bringup.studies.sweep.success import shortcomings
 from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.trajectory.feasibility import Figure
@@ -46,7 +45,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def rows(made: Path) -> list[Row]:
+def rows(made: Path) -> list[SweepRow]:
     return [row for rows in SweepDirectory(made).complete_rows().values() for row in rows]
 
 
@@ -120,7 +119,7 @@ def test_the_use_of_a_limit() -> None:
     assert use_of(Figure("torque", math.nan, 2.0, True, 0.0, 0.0, 0.0)) == math.inf
 
 
-def test_every_case_has_a_row_per_controller_or_one_refusal(rows: list[Row]) -> None:
+def test_every_case_has_a_row_per_controller_or_one_refusal(rows: list[SweepRow]) -> None:
     numbers = sorted({row.case for row in rows})
     assert numbers == list(range(len(numbers))) and len(numbers) % BATCH == 0
     for number in numbers:
@@ -145,7 +144,7 @@ def exact_places(run: OfflineRun) -> list[tuple[float, float]]:
 
 
 @pytest.mark.parametrize("with_encoders", [False, True])
-def test_a_row_holds_what_the_offline_runner_finds(rows: list[Row], with_encoders: bool) -> None:
+def test_a_row_holds_what_the_offline_runner_finds(rows: list[SweepRow], with_encoders: bool) -> None:
     """Another plant, uncompiled laws: errors, torques and changes of assembly mode of a drawn case."""
     row = next(
         row
@@ -165,7 +164,7 @@ def test_a_row_holds_what_the_offline_runner_finds(rows: list[Row], with_encoder
     assert row.requested == pytest.approx(max(asked), rel=1e-6)
 
 
-def test_rows_survive_the_file(rows: list[Row]) -> None:
+def test_rows_survive_the_file(rows: list[SweepRow]) -> None:
     assert from_lines(as_lines(rows)) == rows
     with pytest.raises(ValueError, match="expected"):
         from_lines("1,unified,feasible\n")
@@ -178,7 +177,7 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_resumed_halves_give_the_same_bytes(made: Path, rows: list[Row], tmp_path: Path) -> None:
+def test_resumed_halves_give_the_same_bytes(made: Path, rows: list[SweepRow], tmp_path: Path) -> None:
     """A later batch was there already, and one whose last line is torn; what is left over is dropped."""
     begun, _ = opened(tmp_path / "halves", SEED, CASES)
     first = [row for row in rows if row.case < BATCH]
@@ -212,10 +211,10 @@ def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path
 
 
 def test_the_order_in_which_batches_come_does_not_matter() -> None:
-    def batch(number: int, feasible: bool) -> list[Row]:
+    def batch(number: int, feasible: bool) -> list[SweepRow]:
         plain = draw(SEED, number * BATCH)[1:]
         status = FEASIBLE if feasible else SCREENED_OUT
-        return [Row(number * BATCH, controller, status, "", True, "", *plain) for controller in CONTROLLERS]
+        return [SweepRow(number * BATCH, controller, status, "", True, "", *plain) for controller in CONTROLLERS]
 
     batches = [batch(number, number in (1, 3, 4)) for number in range(6)]
     found = []
@@ -273,10 +272,12 @@ def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:
 def test_tables_count_what_the_rows_say() -> None:
     plain = draw(SEED, 0)[1:]
     runs = [
-        Row(number, "unified", FEASIBLE, "", number > 0, "" if number else "peak", *plain, error_peak=1e-3 * number)
+        SweepRow(
+            number, "unified", FEASIBLE, "", number > 0, "" if number else "peak", *plain, error_peak=1e-3 * number
+        )
         for number in range(1000)
     ]
-    out = Row(1000, "unified", SCREENED_OUT, "motor speed is 60; reference torque is 3", False, "peak", *plain)
+    out = SweepRow(1000, "unified", SCREENED_OUT, "motor speed is 60; reference torque is 3", False, "peak", *plain)
     overview = {row[0].text: row for row in overview_table([*runs, out]).rows}["unified"]
     assert [cell.text for cell in overview[1:]] == ["1000", "999", "99.90 %", "1001", "999", "99.80 %"]
     assert overview[3].good is True
@@ -314,7 +315,7 @@ def test_the_page_asks_nothing_of_the_network(made: Path) -> None:
     assert {path.stem for path in (made / "figures").iterdir()} == {"errors", "factors", "maps"}
 
 
-def test_the_command_prints_a_case_and_writes_what_runs_it_again(rows: list[Row], tmp_path: Path) -> None:
+def test_the_command_prints_a_case_and_writes_what_runs_it_again(rows: list[SweepRow], tmp_path: Path) -> None:
     row = next(row for row in rows if row.controller == "unified")
     out = tmp_path / "case"
     command = ["sweep", "--seed", str(SEED), "--case", str(row.case), "--controller", "unified"]

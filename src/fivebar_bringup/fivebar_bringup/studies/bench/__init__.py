@@ -1,1 +1,1 @@
-"""What the project costs on this machine: ratios measured side by side in one run."""
+"""Benchmarks on this machine: ratios measured side by side in one run."""

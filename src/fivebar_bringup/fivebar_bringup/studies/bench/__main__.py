@@ -1,4 +1,4 @@
-"""`python -m fivebar_bringup.studies.bench`: print what the project costs here."""
+"""`python -m fivebar_bringup.studies.bench`: run the benchmarks and print them."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class PlainSpeed(NamedTuple):
 
 
 def plain_speed(scenario: Scenario, repeats: int = 3) -> PlainSpeed:
-    """Measure a scenario, best of some repeats; needs a controller with a law on the locus."""
+    """Measure a scenario, best of some repeats; needs a controller with a constraint law."""
     best = float("inf")
     for _ in range(repeats):
         began = time.perf_counter()
@@ -41,7 +41,7 @@ def plain_speed(scenario: Scenario, repeats: int = 3) -> PlainSpeed:
 
 
 def _all_laws(scenario: Scenario) -> Callable[[Sample], object]:
-    """Return what all nodes of the graph together compute for a sample."""
+    """Compute what all nodes of the graph together compute for a sample."""
     robot, plan, tuned = scenario.five_bar(), scenario.plan(), scenario.tuned()
     supervise = Supervisor(plan, scenario.rate_hz, tuned.controller.weighting)
     nominal, constraint = (LawRunner(law, robot, plan, scenario.rate_hz) for law in tuned.laws)

@@ -1,4 +1,4 @@
-"""The same mechanism in MuJoCo: the yardstick of the compiled closed loop, and a third opinion on the dynamics."""
+"""The same mechanism in MuJoCo: speed reference of the compiled loop, and a third implementation of the dynamics."""
 
 from __future__ import annotations
 

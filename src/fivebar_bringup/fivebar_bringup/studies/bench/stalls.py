@@ -1,4 +1,4 @@
-"""How late the machine itself is: a bare loop by the clock, at the control chain's priority, with nothing to do."""
+"""Latency of the machine itself: an empty periodic loop at the control chain's priority."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Stalls(NamedTuple):
 
 
 def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
-    """Wake so many times a second, for so many beats, and look how late it is; priority under SCHED_FIFO."""
+    """Wake periodically at a rate (Hz) for a number of beats and measure the lateness; priority under SCHED_FIFO."""
     before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))

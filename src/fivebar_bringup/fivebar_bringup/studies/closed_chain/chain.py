@@ -24,7 +24,7 @@ class ChainError(ValueError):
     """The parts do not make a planar closed chain that section 1.2 can describe."""
 
 
-class Platform(NamedTuple):
+class ChainPlatform(NamedTuple):
     """The free platform.
 
     Attributes:
@@ -61,7 +61,7 @@ class Tip(NamedTuple):
     angle: float | None = None
 
 
-class Leg(NamedTuple):
+class ChainLeg(NamedTuple):
     """One tip with what the equations need of it.
 
     Attributes:
@@ -89,7 +89,7 @@ class ClosedChain:
         platform: as given.
     """
 
-    def __init__(self, tree: Any, active: Sequence[str], tips: Sequence[Tip], platform: Platform) -> None:
+    def __init__(self, tree: Any, active: Sequence[str], tips: Sequence[Tip], platform: ChainPlatform) -> None:
         """Join the tips of a tree by a platform.
 
         Raises:
@@ -116,7 +116,7 @@ class ClosedChain:
             raise ChainError(f"joint {name}: not in the tree")
         return int(self.tree.joints[self.tree.getJointId(name)].idx_v)
 
-    def _leg(self, tip: Tip) -> Leg:
+    def _leg(self, tip: Tip) -> ChainLeg:
         if not self.tree.existFrame(tip.frame):
             raise ChainError(f"tip {tip.frame}: not a frame of the tree")
         frame = int(self.tree.getFrameId(tip.frame))
@@ -125,7 +125,7 @@ class ClosedChain:
         rows = (0, 1) if tip.angle is None else (0, 1, 5)
         if len(passive) > len(rows):
             raise ChainError(f"tip {tip.frame}: {len(passive)} passive joints, its closure fixes only {len(rows)}")
-        return Leg(tip, frame, rows, passive)
+        return ChainLeg(tip, frame, rows, passive)
 
     def _parent(self, frame: int) -> int:
         return int(self.tree.frames[frame].parentJoint)
@@ -164,3 +164,15 @@ class ClosedChain:
         whole = np.empty(self.tree.nv)
         whole[self.active], whole[self.passive] = active, passive
         return whole
+
+
+class LinkInertia(NamedTuple):
+    """Mass (kg), its centre (m) along the link from the link's joint, and moment of inertia (kg m^2) about it."""
+
+    mass: float
+    centre: float
+    inertia: float
+
+    def spatial(self) -> Any:
+        """Return it as Pinocchio's inertia in the frame of the link's joint, x along the link, z out of the plane."""
+        return pin.Inertia(self.mass, np.array([self.centre, 0.0, 0.0]), np.diag([0.0, 0.0, self.inertia]))

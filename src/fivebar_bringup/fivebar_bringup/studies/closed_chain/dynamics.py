@@ -13,8 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from fivebar_bringup.studies.closed_chain.chain import ClosedChain, Vector
-from fivebar_bringup.studies.closed_chain.kinematics import Jacobians, Motion, jacobians
-from fivebar_bringup.studies.closed_chain.solve import solve
+from fivebar_bringup.studies.closed_chain.kinematics import ChainMotion, Jacobians, jacobians, solve
 
 
 class TreeEfforts(NamedTuple):
@@ -42,13 +41,13 @@ class Efforts(NamedTuple):
     lambda_2: Vector
 
 
-def tree_efforts(chain: ClosedChain, motion: Motion) -> TreeEfforts:
+def tree_efforts(chain: ClosedChain, motion: ChainMotion) -> TreeEfforts:
     """Return tau_ta and tau_td (1.10, 1.12): recursive Newton-Euler of the tree with the platform taken off."""
     whole = np.asarray(pin.rnea(chain.tree, chain.data, motion.q, motion.v, motion.a))
     return TreeEfforts(whole[chain.active], whole[chain.passive])
 
 
-def platform_wrench(chain: ClosedChain, motion: Motion) -> Vector:
+def platform_wrench(chain: ClosedChain, motion: ChainMotion) -> Vector:
     """Return w_p (n,) of 1.11: the wrench, reduced to P, that gives the free platform its motion against gravity."""
     platform, gravity = chain.platform, chain.tree.gravity.linear
     rotates = platform.rotates
@@ -93,7 +92,7 @@ def input_efforts_from_multipliers(matrices: Jacobians, tau_ta: Vector, first: V
     return np.asarray(tau_ta + matrices.b.T @ first - matrices.j_ta.T @ second)
 
 
-def inverse_dynamics(chain: ClosedChain, motion: Motion) -> Efforts:
+def inverse_dynamics(chain: ClosedChain, motion: ChainMotion) -> Efforts:
     """Return the input efforts that a motion takes, with all they are made of.
 
     Raises:

@@ -6,8 +6,7 @@ from typing import Any
 
 import pinocchio as pin
 
-from fivebar_bringup.studies.closed_chain.chain import ClosedChain, Platform, Tip
-from fivebar_bringup.studies.closed_chain.link_inertia import LinkInertia
+from fivebar_bringup.studies.closed_chain.chain import ChainPlatform, ClosedChain, LinkInertia, Tip
 from fivebar_description.parameters import FiveBar
 from fivebar_description.urdf import urdf_text
 
@@ -27,5 +26,5 @@ def five_bar_chain(robot: FiveBar, distal: tuple[LinkInertia, LinkInertia] | Non
     tree.gravity.setZero()
     for name, link in zip(("q12", "q22"), distal or (), strict=distal is not None):
         tree.inertias[tree.getJointId(name)] = link.spatial()
-    platform = Platform(robot.mass, 0.0, rotates=False)
+    platform = ChainPlatform(robot.mass, 0.0, rotates=False)
     return ClosedChain(tree, ("q11", "q21"), (Tip("tip_1"), Tip("tip_2")), platform)

@@ -22,8 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from fivebar_bringup.studies.closed_chain.chain import ClosedChain, Leg, Vector
-from fivebar_bringup.studies.closed_chain.solve import solve
+from fivebar_bringup.studies.closed_chain.chain import ChainLeg, ClosedChain, Vector
 
 ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
@@ -70,7 +69,7 @@ class Drift(NamedTuple):
     d: Vector
 
 
-class Motion(NamedTuple):
+class ChainMotion(NamedTuple):
     """One instant of a closed chain in motion.
 
     Attributes:
@@ -132,7 +131,7 @@ def closure_gap(chain: ClosedChain, q: Vector, pose: Vector) -> Vector:
     return np.array(gaps)
 
 
-def platform_rows(chain: ClosedChain, leg: Leg, phi: float) -> Vector:
+def platform_rows(chain: ClosedChain, leg: ChainLeg, phi: float) -> Vector:
     """Return J_t,i (2 or 3, n): the twist of the platform at A_im_i by the platform's twist (1.2, 1.3).
 
     omega x r_PA = -[r_PA]x omega; in the plane, phidot (-r_y, r_x).
@@ -203,7 +202,7 @@ def drift(chain: ClosedChain, matrices: Jacobians, q: Vector, v: Vector, t: Vect
     return Drift(matrices.null.T @ whole, matrices.span.T @ whole)
 
 
-def _platform_drift(chain: ClosedChain, leg: Leg, phi: float, rate: float) -> Any:
+def _platform_drift(chain: ClosedChain, leg: ChainLeg, phi: float, rate: float) -> Any:
     arm_x, arm_y = chain.arm(leg.tip.attachment, phi)
     return np.array([-rate * rate * arm_x, -rate * rate * arm_y, 0.0])[: len(leg.rows)]
 
@@ -218,7 +217,7 @@ def passive_acceleration(matrices: Jacobians, terms: Drift, dt: Vector, ddq_a: V
     return solve(matrices.j_td, matrices.j_t @ dt + terms.d - matrices.j_ta @ ddq_a)
 
 
-def motion_from_active(chain: ClosedChain, q: Vector, dq_a: Vector, ddq_a: Vector) -> Motion:
+def motion_from_active(chain: ClosedChain, q: Vector, dq_a: Vector, ddq_a: Vector) -> ChainMotion:
     """Return the motion that active velocities and accelerations, each (n,), give at q (nv,).
 
     Raises:
@@ -230,10 +229,10 @@ def motion_from_active(chain: ClosedChain, q: Vector, dq_a: Vector, ddq_a: Vecto
     terms = drift(chain, matrices, q, v, t)
     dt = solve(matrices.a, matrices.b @ ddq_a - terms.c)
     a = chain.joint_vector(ddq_a, passive_acceleration(matrices, terms, dt, ddq_a))
-    return Motion(q, v, a, platform_pose(chain, q), t, dt)
+    return ChainMotion(q, v, a, platform_pose(chain, q), t, dt)
 
 
-def motion_from_platform(chain: ClosedChain, q: Vector, t: Vector, dt: Vector) -> Motion:
+def motion_from_platform(chain: ClosedChain, q: Vector, t: Vector, dt: Vector) -> ChainMotion:
     """Return the motion that a platform twist and its derivative, each (n,), ask for at q (nv,); regular at Type 2.
 
     Raises:
@@ -245,4 +244,13 @@ def motion_from_platform(chain: ClosedChain, q: Vector, t: Vector, dt: Vector) -
     terms = drift(chain, matrices, q, v, t)
     ddq_a = solve(matrices.b, matrices.a @ dt + terms.c)
     a = chain.joint_vector(ddq_a, passive_acceleration(matrices, terms, dt, ddq_a))
-    return Motion(q, v, a, platform_pose(chain, q), t, dt)
+    return ChainMotion(q, v, a, platform_pose(chain, q), t, dt)
+
+
+def solve(matrix: Vector, right: Vector) -> Vector:
+    """Return matrix^-1 right for a square matrix (n, n) and a vector (n,) or a matrix (n, m).
+
+    Raises:
+        numpy.linalg.LinAlgError: the matrix is singular to the last bit.
+    """
+    return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from fivebar_bringup.studies.closed_chain.chain import ClosedChain, Platform, Tip, Vector
-from fivebar_bringup.studies.closed_chain.link_inertia import LinkInertia
+from fivebar_bringup.studies.closed_chain.chain import ChainPlatform, ClosedChain, LinkInertia, Tip, Vector
 
 
 class RrrLeg(NamedTuple):
@@ -29,7 +28,7 @@ class ThreeRrr(NamedTuple):
     leg1: RrrLeg
     leg2: RrrLeg
     leg3: RrrLeg
-    platform: Platform
+    platform: ChainPlatform
 
 
 EXAMPLE = ThreeRrr(
@@ -40,7 +39,7 @@ EXAMPLE = ThreeRrr(
         (0.26, -0.15), 0.190, 0.220, LinkInertia(0.28, 0.10, 1.0e-3), LinkInertia(0.24, 0.10, 1.0e-3), (0.08, -0.05)
     ),
     RrrLeg((0.02, 0.28), 0.210, 0.200, LinkInertia(0.33, 0.08, 1.2e-3), LinkInertia(0.20, 0.12, 0.8e-3), (0.01, 0.09)),
-    Platform(mass=0.8, inertia=2.6e-3, rotates=True, centre=(0.012, -0.007)),
+    ChainPlatform(mass=0.8, inertia=2.6e-3, rotates=True, centre=(0.012, -0.007)),
 )
 """A robot with no two equal lengths, its centre of mass beside the controlled point."""
 

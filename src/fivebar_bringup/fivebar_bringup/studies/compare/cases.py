@@ -12,15 +12,15 @@ from fivebar_bringup.studies.reproduce.cases import PlannedScenario
 from fivebar_description.strict_yaml import validate
 
 TIGHT_LIMIT = 0.6
-"""Torque limit (Nm) under which it is seen whether the planner keeps the controllers from what they cannot do."""
+"""Torque limit (Nm) for the test whether the planner's screen refuses what the controllers cannot do."""
 
 
-class Case(NamedTuple):
-    """One run, by what distinguishes it from the others.
+class ComparisonCase(NamedTuple):
+    """One run of a comparison.
 
     Attributes:
-        given: the scenario whose motion is made.
-        controller: who makes it.
+        given: the scenario with the motion.
+        controller: name of the controller.
         duration: of each segment (s); None for the quickest that the planner's screen allows.
         rig: one of `RIG_NAMES`.
         torque_limit: of the drives (Nm); None for the scenario's.
@@ -51,7 +51,7 @@ class Case(NamedTuple):
         """Return what to run.
 
         Raises:
-            InputError: the controller cannot make the motion on the rig, or there is no quickest duration.
+            InputError: the controller cannot follow the motion on the rig, or there is no quickest duration.
         """
         content = on_rig(self.given, self.rig)
         # the name of a run takes no colon, which a law from elsewhere has
@@ -68,8 +68,8 @@ class Case(NamedTuple):
         return validate({**content, "segment_duration": quickest_durations(scenario)}, PlannedScenario, self.motion)
 
 
-class Extent(NamedTuple):
-    """What is compared: scenarios, controllers, durations of the segments (s), rigs; None for the default ones."""
+class ComparisonExtent(NamedTuple):
+    """Extent of a comparison: scenarios, controllers, segment durations (s), rigs; None for the default ones."""
 
     given: tuple[Scenario, ...]
     controllers: tuple[str, ...]
@@ -80,20 +80,20 @@ class Extent(NamedTuple):
         """Return the rigs for a scenario."""
         return default_rigs(given) if self.rigs is None else self.rigs
 
-    def cases(self) -> list[Case]:
+    def cases(self) -> list[ComparisonCase]:
         """Return the runs that are compared."""
         return [
-            Case(given, controller, duration, rig)
+            ComparisonCase(given, controller, duration, rig)
             for given in self.given
             for rig in self.rigs_of(given)
             for controller in self.controllers
             for duration in self.durations
         ]
 
-    def tight_cases(self) -> list[Case]:
+    def tight_cases(self) -> list[ComparisonCase]:
         """Return the runs under the tight limit: as asked on the first rig, and the quickest allowed on all rigs."""
         return [
-            Case(given, controller, duration, rig, TIGHT_LIMIT)
+            ComparisonCase(given, controller, duration, rig, TIGHT_LIMIT)
             for given in self.given
             for number, rig in enumerate(self.rigs_of(given))
             for controller in self.controllers
@@ -101,6 +101,6 @@ class Extent(NamedTuple):
         ]
 
 
-def longest_first(cases: Sequence[Case]) -> list[Case]:
-    """Return cases in an order that keeps several processes busy to the end."""
-    return sorted(cases, key=lambda case: case.length, reverse=True)
+def longest_first(cases: Sequence[ComparisonCase]) -> list[int]:
+    """Return the indices of cases in an order that keeps several processes busy to the end."""
+    return sorted(range(len(cases)), key=lambda index: cases[index].length, reverse=True)

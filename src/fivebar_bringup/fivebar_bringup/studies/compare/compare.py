@@ -1,4 +1,4 @@
-"""From the wish to the page: all runs, tables and figures, in a directory of their own."""
+"""Runs a comparison and writes its tables, figures and page."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture, Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.table import Table
 from fivebar_bringup.runs.results import finite, new_directory
-from fivebar_bringup.studies.compare.cases import Extent, longest_first
+from fivebar_bringup.studies.compare.cases import ComparisonExtent, longest_first
 from fivebar_bringup.studies.compare.figures import compare_figures
 from fivebar_bringup.studies.compare.results import run_case
 from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
-from fivebar_bringup.studies.compare.verdicts import Finding, findings
+from fivebar_bringup.studies.compare.verdicts import Requirement, findings
 from fivebar_bringup.studies.shared_work import share
 from fivebar_bringup.studies.study_directory import StudyDirectory
 
@@ -27,28 +26,28 @@ WORDS = {True: "Met", False: "Not met", None: "Not known"}
 
 
 class Comparison(NamedTuple):
-    """What came out, and where it lies."""
+    """Results of a comparison, and the page."""
 
     page: Path
-    verdicts: Sequence[Finding]
+    verdicts: Sequence[Requirement]
     overview: Table
     content: Mapping[str, Any]
 
 
 def compare(
-    extent: Extent,
+    extent: ComparisonExtent,
     out: Path | None,
     workers: int,
     command: str = "fivebar compare",
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Comparison:
-    """Make the runs, and write compare.html, compare.json, compare.csv and the figures.
+    """Run all cases, and write compare.html, compare.json, compare.csv and the figures.
 
     Args:
         extent: what is compared.
         out: new or empty directory, by default runs/compare-<date>-<time>.
         workers: processes to use; fewer than two run everything in this one.
-        command: that makes this comparison again, for the page.
+        command: that repeats this comparison, for the page.
         progress: called with the number of finished runs and of all.
 
     Raises:
@@ -57,9 +56,11 @@ def compare(
     directory = StudyDirectory(new_directory(out, "compare"), "compare")
     began = time.monotonic()
     cases, tight_cases = extent.cases(), extent.tight_cases()
-    ordered = longest_first([*cases, *tight_cases])
-    by_case = dict(zip(ordered, share(run_case, ordered, workers, progress), strict=True))
-    results, tight = [by_case[case] for case in cases], [by_case[case] for case in tight_cases]
+    everything = [*cases, *tight_cases]
+    order = longest_first(everything)
+    found = dict(zip(order, share(run_case, [everything[index] for index in order], workers, progress), strict=True))
+    all_results = [found[index] for index in range(len(everything))]
+    results, tight = all_results[: len(cases)], all_results[len(cases) :]
     verdicts, overview = findings(results, tight), overview_table(results)
     tables = [overview, tight_table(tight), rigs_table(extent), *run_tables(results)]
     wall_s = time.monotonic() - began
@@ -81,9 +82,9 @@ def compare(
 
 
 def html_page(
-    verdicts: Sequence[Finding], pictures: Sequence[Picture], tables: Sequence[Table], setting: str, command: str
+    verdicts: Sequence[Requirement], pictures: Sequence[Picture], tables: Sequence[Table], setting: str, command: str
 ) -> str:
-    """Return the page: the verdicts, the figures, the tables, how to repeat it."""
+    """Return the page: verdicts, figures, tables, how to repeat the comparison."""
     return render(
         "comparison.html",
         title=TITLE,
@@ -97,7 +98,7 @@ def html_page(
 
 
 def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return rows with the same keys as comma-separated values; unknown figures are left empty."""
+    """Return rows with the same keys as comma-separated values; unknown values are left empty."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()

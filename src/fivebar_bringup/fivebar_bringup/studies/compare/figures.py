@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import (
     BLUE,
     GREEN,
@@ -21,7 +21,7 @@ from fivebar_bringup.pages.style import (
     new_figure,
     png,
 )
-from fivebar_bringup.studies.compare.results import Result
+from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.compare.verdicts import BOUNDS
 
 LOOKS = {
@@ -37,18 +37,18 @@ ANOTHER_LOOK = ("black", "P")
 """Of a controller from elsewhere."""
 
 CAPTION = (
-    "Above: largest distance from the reference. Middle: largest torque asked for. Crosses: the run was not completed."
-    " Dashed: what unified is expected to keep on this rig. Below: green where the run was completed."
+    "Above: largest distance from the reference. Middle: largest torque requested. Crosses: the run was not completed."
+    " Dashed: bounds required of unified on this rig. Below: green where the run was completed."
 )
 
 
-def compare_figures(results: Sequence[Result]) -> list[Picture]:
+def compare_figures(results: Sequence[ComparisonResult]) -> list[Picture]:
     """Return one figure per motion: a column of panels for each rig."""
     motions = dict.fromkeys(result.case.motion for result in results)
     return [_figure(motion, [result for result in results if result.case.motion == motion]) for motion in motions]
 
 
-def _figure(motion: str, results: Sequence[Result]) -> Picture:
+def _figure(motion: str, results: Sequence[ComparisonResult]) -> Picture:
     rigs = list(dict.fromkeys(result.case.rig for result in results))
     controllers = list(dict.fromkeys(result.case.controller for result in results))
     with house_style():
@@ -79,7 +79,7 @@ def _figure(motion: str, results: Sequence[Result]) -> Picture:
         _log_over_all(rows[0, 0], [_scaled(run.tracking_error) for run in results])
         _log_over_all(rows[1, 0], [run.requested for run in results])
         rows[0, 0].set_ylabel("error in mm")
-        rows[1, 0].set_ylabel("torque asked for in Nm")
+        rows[1, 0].set_ylabel("torque requested in Nm")
         handles, names = rows[0, 0].get_legend_handles_labels()
         figure.legend(handles, names, loc="upper right", bbox_to_anchor=(0.985, 1.0 - 0.06 / height), ncols=3)
         return Picture(f"{motion}_over_duration", f"{motion}. {CAPTION}", png(figure))
@@ -89,7 +89,9 @@ def _scaled(error: float | None) -> float | None:
     return None if error is None else 1e3 * error
 
 
-def _lines(axes: Axes, runs: Sequence[Result], controllers: Sequence[str], values: Sequence[float | None]) -> None:
+def _lines(
+    axes: Axes, runs: Sequence[ComparisonResult], controllers: Sequence[str], values: Sequence[float | None]
+) -> None:
     for controller in controllers:
         colour, marker = LOOKS.get(controller, ANOTHER_LOOK)
         points = sorted(
@@ -117,7 +119,7 @@ def _log_over_all(axes: Axes, values: Sequence[float | None]) -> None:
         log_axis(axes, min(known), max(known))
 
 
-def _strip(axes: Axes, runs: Sequence[Result], controllers: Sequence[str]) -> None:
+def _strip(axes: Axes, runs: Sequence[ComparisonResult], controllers: Sequence[str]) -> None:
     durations = sorted({run.case.duration or 0.0 for run in runs})
     axes.set_xscale("log")
     axes.set_xticks(durations, [f"{duration:g}" for duration in durations])

@@ -1,4 +1,4 @@
-"""Makes a run of a comparison and keeps its figures."""
+"""Runs one case of a comparison and computes its metrics."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import Case
-from fivebar_bringup.studies.compare.energy import motor_work
+from fivebar_bringup.studies.compare.cases import ComparisonCase
 from fivebar_bringup.studies.compare.screening import objections
 from fivebar_control.estimation.homing import check_declared
 from fivebar_description.strict_yaml import InputError
@@ -23,8 +22,8 @@ AT_LIMIT = 1e-6
 """A torque this close (Nm) to the limit is at the limit."""
 
 
-class Result(NamedTuple):
-    """What a run came to; a run that the planner refused has no figures, and no other figure is missing.
+class ComparisonResult(NamedTuple):
+    """Metrics of a run; a case that the planner refused has none.
 
     Attributes:
         case: what was run.
@@ -35,18 +34,18 @@ class Result(NamedTuple):
         tracking_error: largest distance from the reference (m).
         tracking_rms: root mean square of the distance (m).
         constraint_error: largest |h| in the blending zones (m), None where the controller has none.
-        applied, requested: largest torque applied to, and asked of, a motor (Nm).
-        saturated: samples that asked for more than the limit, of `samples`; None without a limit.
-        at_limit: samples before which a motor gave all that it can; a controller that knows the limit asks for no more.
+        applied, requested: largest torque applied by, and requested of, a motor (Nm).
+        saturated: samples that requested more than the limit, of `samples`; None without a limit.
+        at_limit: samples with a motor at its limit; a controller that respects the limit requests no more.
         samples: samples made.
         limit: of the torque (Nm), None for none.
-        energy: what the motors spent (J), see `MotorWork`.
-        net_work: what they gave in sum (J), all of it lost to friction where the robot rests in the end.
+        energy: spent by the motors (J), see `MotorWork`.
+        net_work: their net work (J), all of it lost to friction where the robot ends at rest.
         durations: of the segments (s).
         wall_s: how long it took (s).
     """
 
-    case: Case
+    case: ComparisonCase
     completed: bool = False
     why_not: tuple[str, ...] = ()
     objections: tuple[str, ...] = ()
@@ -104,8 +103,35 @@ class Result(NamedTuple):
         }
 
 
-def run_case(case: Case) -> Result:
-    """Make one run without ROS and return its figures."""
+class MotorWork(NamedTuple):
+    """Work of both motors (J).
+
+    Attributes:
+        spent: integral of |tau_i dq_i1/dt| over time, summed over both motors: the energy needed by drives
+            that recover nothing when braking.
+        net: integral of tau_i dq_i1/dt: kinetic energy left at the end plus friction losses.
+    """
+
+    spent: float
+    net: float
+
+
+def motor_work(angles: FloatArray, torques: FloatArray) -> MotorWork:
+    """Return the work along a run.
+
+    A torque is constant over a sampling period, so the net work of a period is exactly torque times angle turned; what
+    is spent is only too small where a motor turns back within a period.
+
+    Args:
+        angles: [n, 2], q11 and q21 at the samples (rad).
+        torques: [n, 2], applied over the period before each sample (Nm).
+    """
+    work = torques[1:] * np.diff(angles, axis=0)
+    return MotorWork(float(np.sum(np.abs(work))), float(np.sum(work)))
+
+
+def run_case(case: ComparisonCase) -> ComparisonResult:
+    """Run one case without ROS and return its metrics."""
     began = time.monotonic()
     try:
         scenario = case.scenario()
@@ -113,13 +139,13 @@ def run_case(case: Case) -> Result:
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())
     except InputError as refusal:
-        return Result(case, why_not=(f"refused: {refusal}",))
+        return ComparisonResult(case, why_not=(f"refused: {refusal}",))
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, Timing())
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
-    return Result(
+    return ComparisonResult(
         case,
         summary.completed,
         tuple(summary.not_completed_because),

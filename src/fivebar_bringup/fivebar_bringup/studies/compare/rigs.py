@@ -25,7 +25,7 @@ class Rig(NamedTuple):
 
     Attributes:
         name: as in `--rigs`.
-        words: what it is, for a person.
+        words: description for a person.
         plant: section `plant` of its scenarios, without torque limit and seed, which are the given scenario's.
         estimator: section `estimator`.
         gains: sections with gains that replace those of the given scenario key by key.
@@ -69,7 +69,7 @@ RIG_NAMES = (*RIGS, AS_GIVEN)
 
 
 def rig_words(name: str) -> str:
-    """Return what a rig is."""
+    """Return the description of a rig."""
     return RIGS[name].words if name in RIGS else "plant, estimator and gains as the scenario gives them"
 
 

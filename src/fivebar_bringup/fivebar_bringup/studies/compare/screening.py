@@ -1,4 +1,4 @@
-"""What the planner's screen says of the runs: the only place where the comparison meets it."""
+"""Applies the planner's feasibility screen to the runs of a comparison."""
 
 from __future__ import annotations
 

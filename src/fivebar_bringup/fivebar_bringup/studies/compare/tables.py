@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from fivebar_bringup.pages.table import Cell, Table
-from fivebar_bringup.report.wording import engineering, plain
-from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, Extent
-from fivebar_bringup.studies.compare.results import Result
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonExtent
+from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
 from fivebar_bringup.studies.compare.verdicts import lost
 from fivebar_bringup.studies.reproduce.rows import largest
 
-FIGURES = (
+METRICS = (
     "error",
     "error rms",
     "error in zones",
@@ -23,11 +23,11 @@ FIGURES = (
     "margin",
     "energy",
 )
-"""Columns with the figures of a run."""
+"""Columns with the metrics of a run."""
 
 
-def rigs_table(extent: Extent) -> Table:
-    """Return what each rig is, and the gains there."""
+def rigs_table(extent: ComparisonExtent) -> Table:
+    """Return the description and the gains of each rig."""
     rows = []
     for given in extent.given:
         for rig in extent.rigs_of(given):
@@ -52,8 +52,8 @@ def rigs_table(extent: Extent) -> Table:
     )
 
 
-def overview_table(results: Sequence[Result]) -> Table:
-    """Return the worst figures of each controller on each rig, over all motions and durations."""
+def overview_table(results: Sequence[ComparisonResult]) -> Table:
+    """Return the worst metrics of each controller on each rig, over all motions and durations."""
     rows = []
     keys = list(dict.fromkeys((result.case.rig, result.case.controller) for result in results))
     for rig, controller in keys:
@@ -84,15 +84,15 @@ def overview_table(results: Sequence[Result]) -> Table:
         "overview",
         "The worst of each controller on each rig",
         "Over all motions and durations: runs completed; largest distance from the reference, its root mean square,"
-        " and distance from the path in the blending zones; torque applied and asked for; samples that asked for more"
+        " and distance from the path in the blending zones; torque applied and requested; samples that requested more"
         " than the drives give, in all; least margin to the torque limit; mechanical energy, ∫|τᵢ q̇ᵢ₁| dt of both"
         " motors; motions that the planner's screen would refuse.",
-        ("rig", "controller", "completed", *FIGURES, "refused by the screen"),
+        ("rig", "controller", "completed", *METRICS, "refused by the screen"),
         tuple(rows),
     )
 
 
-def run_tables(results: Sequence[Result]) -> list[Table]:
+def run_tables(results: Sequence[ComparisonResult]) -> list[Table]:
     """Return one table per rig and motion, run by run; results of one table stand together."""
     return [
         Table(f"{motion}_{rig}", f"{motion} on the rig {rig}", "", _RUN_COLUMNS, tuple(map(_run, runs)), True)
@@ -100,7 +100,7 @@ def run_tables(results: Sequence[Result]) -> list[Table]:
     ]
 
 
-def tight_table(results: Sequence[Result]) -> Table:
+def tight_table(results: Sequence[ComparisonResult]) -> Table:
     """Return the runs under the tight torque limit."""
     rows = []
     for result in results:
@@ -122,18 +122,19 @@ def tight_table(results: Sequence[Result]) -> Table:
     return Table(
         "tight",
         f"With {TIGHT_LIMIT:g} Nm per motor",
-        "Made as asked for, whatever the screen says, to see what the limit alone does; and at the quickest pace that"
-        " the screen allows, found segment by segment. The screen lets the reference have 85 % of the limit. unified"
-        " knows the limit and asks for no more; at the limit are the samples at which a motor gave all that it can.",
+        "Run at the requested pace, whether or not the screen allows it, to see the effect of the limit alone; and at"
+        " the quickest pace that the screen allows, found segment by segment. The screen allows the reference 85 % of"
+        " the limit. unified respects the limit and requests no more. The column before the last counts the samples"
+        " with a motor at its limit.",
         ("motion", "rig", "controller", "T", "screen", "completed", "error", "requested", "at the limit", "why"),
         tuple(rows),
     )
 
 
-_RUN_COLUMNS = ("controller", "T", "completed", *FIGURES, "screen")
+_RUN_COLUMNS = ("controller", "T", "completed", *METRICS, "screen")
 
 
-def _run(result: Result) -> tuple[Cell, ...]:
+def _run(result: ComparisonResult) -> tuple[Cell, ...]:
     case = result.case
     margin = _torque(result.margin)
     if result.margin_share is not None:
@@ -155,14 +156,14 @@ def _run(result: Result) -> tuple[Cell, ...]:
     )
 
 
-def _pace(result: Result) -> str:
+def _pace(result: ComparisonResult) -> str:
     if result.case.duration is not None or not result.durations:
         return result.case.pace
     low, high = min(result.durations), max(result.durations)
     return f"quickest: {low:.2f}–{high:.2f} s"
 
 
-def _completed(result: Result) -> Cell:
+def _completed(result: ComparisonResult) -> Cell:
     if result.completed:
         return Cell("yes", "yes", True)
     reason = "; ".join(result.why_not)

@@ -1,4 +1,4 @@
-"""Why the law without switching has the settings that it has: what each of them does to error and torque.
+"""Sensitivity of the unified law to its settings, which justifies the defaults.
 
 `python -m fivebar_bringup.studies.compare.unified_sweep OUT.png` runs it all, which takes some ten minutes, prints the
 table of docs/unified.md and draws its figure.
@@ -51,7 +51,7 @@ UNITS = {"weight": "(m/s²/Nm)²", "kp": "1/s²", "kd": "1/s", "observer_rate": 
 LIMITS = {"as believed": BOUNDS["ideal"], "rig, from its encoders": BOUNDS["realistic"]}
 
 
-class Worst(NamedTuple):
+class WorstCase(NamedTuple):
     """The worst of some runs: largest error (m), largest root mean square error (m), largest torque (Nm)."""
 
     error: float
@@ -59,23 +59,23 @@ class Worst(NamedTuple):
     torque: float
 
 
-class Row(NamedTuple):
-    """One value of one setting, and the worst of the runs with it on each of `PLANTS`."""
+class SettingRow(NamedTuple):
+    """One value of one setting, and the worst run with it on each of `PLANTS`."""
 
     setting: str
     value: float
-    worst: dict[str, Worst]
+    worst: dict[str, WorstCase]
 
 
-def sweep(run: Callable[[Scenario], Worst]) -> Iterator[Row]:
+def sweep(run: Callable[[Scenario], WorstCase]) -> Iterator[SettingRow]:
     """Yield a row for every value of every setting."""
     for setting, values in SWEPT.items():
         for value in values:
             unified = {setting: value, **({"kd": 2.0 * math.sqrt(value)} if setting == "kp" else {})}
-            yield Row(setting, value, {plant: _worst(run, plant, unified) for plant in PLANTS})
+            yield SettingRow(setting, value, {plant: _worst(run, plant, unified) for plant in PLANTS})
 
 
-def _worst(run: Callable[[Scenario], Worst], plant: str, unified: dict[str, float]) -> Worst:
+def _worst(run: Callable[[Scenario], WorstCase], plant: str, unified: dict[str, float]) -> WorstCase:
     results = [
         run(
             Scenario.model_validate(
@@ -92,17 +92,17 @@ def _worst(run: Callable[[Scenario], Worst], plant: str, unified: dict[str, floa
         for other in PLANTS[plant]
         for waypoints in (MIDDLE, MULTIPLE)
         for duration in DURATIONS
-        # the slow multiple crossings are the longest runs and nowhere the worst
+        # the slow multiple crossings take longest and are never the worst case
         if waypoints == MIDDLE or duration <= 1.0 or plant == "as believed"
     ]
-    return Worst(*(max(figures) for figures in zip(*results, strict=True)))
+    return WorstCase(*(max(figures) for figures in zip(*results, strict=True)))
 
 
-def run_once(scenario: Scenario) -> Worst:
-    """Run a scenario and return its figures, infinite where a fault ended it."""
+def run_once(scenario: Scenario) -> WorstCase:
+    """Run a scenario and return its metrics, infinite where a fault ended it."""
     run = simulate(scenario)
     if run.faults:
-        return Worst(math.inf, math.inf, math.inf)
+        return WorstCase(math.inf, math.inf, math.inf)
     robot, path = scenario.five_bar(), scenario.plan().path
     errors = []
     for sample in run.samples:
@@ -110,7 +110,7 @@ def run_once(scenario: Scenario) -> Worst:
         x, y = _place(robot, sample)
         errors.append(math.hypot(x - desired.x, y - desired.y))
     torque = max(max(abs(sample.command[0]), abs(sample.command[1])) for sample in run.samples)
-    return Worst(max(errors), math.sqrt(sum(error * error for error in errors) / len(errors)), torque)
+    return WorstCase(max(errors), math.sqrt(sum(error * error for error in errors) / len(errors)), torque)
 
 
 def _place(robot: FiveBar, sample: Sample) -> tuple[float, float]:
@@ -119,7 +119,7 @@ def _place(robot: FiveBar, sample: Sample) -> tuple[float, float]:
     return state.x, state.y
 
 
-def table(rows: Sequence[Row]) -> str:
+def table(rows: Sequence[SettingRow]) -> str:
     """Return the rows as a table in Markdown: error in mm, its root mean square in mm, torque in Nm."""
     lines = ["| setting | " + " | ".join(PLANTS) + " |", "|---|" + "---|" * len(PLANTS)]
     for row in rows:
@@ -129,8 +129,8 @@ def table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw largest error and torque over each setting, with the bounds that they are to keep."""
+def draw(rows: Sequence[SettingRow]) -> Figure:
+    """Draw largest error and torque over each setting, with the required bounds."""
     figure = new_figure(
         "Settings of the unified law", "the worst of the middle and the multiple crossing, T = 0.5 to 3 s", 6.4, 13.0
     )

@@ -1,13 +1,13 @@
-"""What the law without switching is expected to reach, and what was measured."""
+"""Requirements on the unified law, and whether the measured runs meet them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT
-from fivebar_bringup.studies.compare.results import Result
+from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.reproduce.rows import largest
 
 UNIFIED = "unified"
@@ -24,8 +24,8 @@ BOUNDS = {"ideal": Bound(0.4e-3, 1.0), "realistic": Bound(0.8e-3, 1.5)}
 """By rig. Every run has to be completed as well."""
 
 
-class Finding(NamedTuple):
-    """An expectation, what was measured, and whether it is met; None where the comparison cannot tell."""
+class Requirement(NamedTuple):
+    """A requirement, the measured values, and whether it is met; None where the comparison does not cover it."""
 
     title: str
     expected: str
@@ -37,8 +37,8 @@ class Finding(NamedTuple):
         return self._asdict()
 
 
-def findings(results: Sequence[Result], tight: Sequence[Result]) -> list[Finding]:
-    """Judge the runs of the law without switching.
+def findings(results: Sequence[ComparisonResult], tight: Sequence[ComparisonResult]) -> list[Requirement]:
+    """Judge the runs of the unified law.
 
     Args:
         results: of the compared runs.
@@ -47,14 +47,14 @@ def findings(results: Sequence[Result], tight: Sequence[Result]) -> list[Finding
     return [*(_on_rig(rig, bound, results) for rig, bound in BOUNDS.items()), _under_tight_limit(tight)]
 
 
-def lost(result: Result) -> bool:
+def lost(result: ComparisonResult) -> bool:
     """Return whether a run failed, or left the error that its rig is expected to keep."""
     bound = BOUNDS.get(result.case.rig)
     error = result.tracking_error
     return not result.completed or (bound is not None and (error is None or error > bound.error))
 
 
-def _on_rig(rig: str, bound: Bound, results: Sequence[Result]) -> Finding:
+def _on_rig(rig: str, bound: Bound, results: Sequence[ComparisonResult]) -> Requirement:
     runs = [result for result in results if result.case.controller == UNIFIED and result.case.rig == rig]
     title = f"{UNIFIED} on the rig {rig}"
     expected = (
@@ -62,7 +62,7 @@ def _on_rig(rig: str, bound: Bound, results: Sequence[Result]) -> Finding:
         f" at most {plain(bound.torque, 'Nm')}"
     )
     if not runs:
-        return Finding(title, expected, "not part of this comparison", None)
+        return Requirement(title, expected, "not part of this comparison", None)
     done = sum(result.completed for result in runs)
     error, torque = largest([run.tracking_error for run in runs]), largest([run.applied for run in runs])
     measured = (
@@ -76,39 +76,39 @@ def _on_rig(rig: str, bound: Bound, results: Sequence[Result]) -> Finding:
         and torque is not None
         and torque <= bound.torque
     )
-    return Finding(title, expected, measured, met)
+    return Requirement(title, expected, measured, met)
 
 
-def _under_tight_limit(tight: Sequence[Result]) -> Finding:
+def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
     runs = [result for result in tight if result.case.controller == UNIFIED]
     asked = [run for run in runs if run.case.duration is not None]
     quickest = [run for run in runs if run.case.duration is None]
     title = f"{UNIFIED} with {TIGHT_LIMIT:g} Nm per motor"
     expected = (
-        "every motion that the limit alone does not save (not completed, or the error above that of the rig) is refused"
-        " by the planner's screen; slowed down to the quickest that it allows, every motion is completed within the"
-        " error of its rig"
+        "every motion that is lost under the limit (not completed, or with an error above that of the rig) is refused"
+        " by the planner's screen; slowed down to the quickest pace that the screen allows, every motion is completed"
+        " within the error of its rig"
     )
     if not asked or not quickest:
-        return Finding(title, expected, "not part of this comparison", None)
+        return Requirement(title, expected, "not part of this comparison", None)
     refused = [run for run in asked if run.objections or not run.made]
     unsaved = [run for run in asked if lost(run)]
     missed = [run for run in unsaved if run not in refused]
     slowed_lost = [run for run in quickest if lost(run)]
     measured = (
-        f"{len(unsaved)} of {len(asked)} motions are lost at the pace asked for"
+        f"{len(unsaved)} of {len(asked)} motions are lost at the requested pace"
         f" ({_paces(unsaved)}), {len(unsaved) - len(missed)} of them are refused beforehand;"
         f" refused are {len(refused)} in all; slowed down, {len(quickest) - len(slowed_lost)} of {len(quickest)} keep"
         f" their error ({engineering(largest([run.tracking_error for run in quickest]), 'm')} at most)"
     )
-    return Finding(title, expected, measured, not missed and not slowed_lost)
+    return Requirement(title, expected, measured, not missed and not slowed_lost)
 
 
-def _where(runs: Sequence[Result], value: float | None, figure: str) -> str:
+def _where(runs: Sequence[ComparisonResult], value: float | None, figure: str) -> str:
     """Return in which run a figure has a value, in brackets; nothing where it is not known."""
     found = [run for run in runs if value is not None and getattr(run, figure) == value]
     return f" ({_paces(found[:1])})" if found else ""
 
 
-def _paces(runs: Sequence[Result]) -> str:
+def _paces(runs: Sequence[ComparisonResult]) -> str:
     return ", ".join(f"{run.case.motion} {run.case.pace}" for run in runs) or "none"

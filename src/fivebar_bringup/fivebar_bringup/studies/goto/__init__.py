@@ -1,1 +1,1 @@
-"""Motions on request: from where the robot rests to a place in a named assembly mode."""
+"""Motions on request: from the robot's rest position to a goal in a given assembly mode."""

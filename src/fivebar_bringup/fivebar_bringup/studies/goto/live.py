@@ -1,4 +1,4 @@
-"""A requested motion on a graph that runs already."""
+"""Sends a goal to a running graph and follows it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from fivebar_bringup.studies.goto.request import ASSEMBLY_MODES
 from fivebar_description.strict_yaml import InputError
 
 ENDS = ("arrived", "refused", "stopped")
-"""States after which nothing more comes."""
+"""Final states of a goal."""
 
-Tell = Callable[[dict[str, Any]], None]
+Report = Callable[[dict[str, Any]], None]
 
 
 def goal_fields(
     x: float, y: float, assembly: str | None, working_mode: tuple[int, int] | None, duration: float | None
 ) -> dict[str, float]:
-    """Return the fields of a request; what is None stays as it comes.
+    """Return the fields of a goal message; those that are None are left out.
 
     Raises:
         InputError: there is no such assembly mode.
@@ -36,23 +36,23 @@ def goal_fields(
     return fields
 
 
-def request_live(fields: dict[str, float], domain: int, timeout: float, tell: Tell) -> dict[str, Any]:
-    """Ask the graph in a DDS domain for a motion and follow it to its end; return the last status.
+def request_live(fields: dict[str, float], domain: int, timeout: float, report: Report) -> dict[str, Any]:
+    """Send a goal to the graph in a DDS domain and follow it to its end; return the last status.
 
-    `tell` is called with every status on the way.
+    `report` is called with every status on the way.
 
     Raises:
-        InputError: nobody takes requests there, or nothing comes back within the timeout (s).
+        InputError: no graph there accepts goals, or the goal does not end within the timeout (s).
     """
     with GoalClient(domain) as client:
         if not client.find():
-            raise InputError(f"--domain: {domain}: no graph there takes requests")
+            raise InputError(f"--domain: {domain}: no graph there accepts goals")
         client.request(fields)
         end = time.monotonic() + timeout
         while True:
             status = client.next_status(max(0.0, end - time.monotonic()))
             if status is None:
                 raise InputError(f"--domain: {domain}: the motion was not over within {timeout:g} s")
-            tell(status)
+            report(status)
             if status["state"] in ENDS:
                 return status

@@ -1,4 +1,4 @@
-"""A requested motion: from the words of a person to a planned transfer and the scenario that runs it."""
+"""A requested motion: from the command's options to a planned transfer and the scenario that runs it."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ CONTROLLERS = tuple(name for name, controller in registry.CONTROLLERS.items() if
 
 
 class Request(NamedTuple):
-    """What is asked for.
+    """A request for a motion.
 
     Attributes:
-        x, y: where to (m).
+        x, y: goal (m).
         assembly: "+" or "-", None for the assembly mode that the goal has.
         working_mode: in which the goal is to be reached, None for that of the start.
         start: where the robot rests.

@@ -1,4 +1,4 @@
-"""A graph that goes on after its planned motion: the robot rests and takes requests."""
+"""A graph that keeps running after its planned motion: the robot rests and accepts goals."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from fivebar_description.strict_yaml import InputError
 def stand(
     scenario: Scenario, seconds: float, mode: Mode, out: Path | None, domain: int | None, progress: Progress
 ) -> tuple[RunDirectory, list[str]]:
-    """Run a scenario with all nodes, then let the robot rest for some seconds of its own time; return the faults too.
+    """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return the faults too.
 
     Raises:
-        InputError: the controller follows no requests, or the output directory cannot be used.
+        InputError: the controller accepts no goals, or the output directory cannot be used.
     """
     if not scenario.scheme().needs_no_zones:
-        raise InputError(f"controller: {scenario.controller}: follows no requests: expected unified")
+        raise InputError(f"controller: {scenario.controller}: accepts no goals: expected unified")
     run = new_run_directory(out, scenario)
     nodes = [_longer(node, round(seconds * scenario.rate_hz)) for node in crossing_graph(scenario, mode, run.bag)]
     specs = processes(nodes, mode, scenario.rate_hz)

@@ -1,4 +1,4 @@
-"""Where a requested motion begins: a place that is named, or where an earlier run has ended."""
+"""Start of a requested motion: a given position, or the end of an earlier run."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS
 from fivebar_description.strict_yaml import InputError
 
 HOME = (0.0, 0.15)
-"""Where the robot rests unless told otherwise (m), in the working mode `HOME_MODE`."""
+"""Default rest position of the robot (m), in the working mode `HOME_MODE`."""
 
 HOME_MODE = (1, -1)
 
 AT_REST = 0.2
-"""Speed (rad/s) of a motor below which a run counts as having ended at rest."""
+"""Motor speed (rad/s) up to which a run counts as ended at rest."""
 
 
 class Start(NamedTuple):
@@ -34,7 +34,7 @@ def start_after(directory: Path) -> Start:
     """Return where the robot stood at the last sample of a run.
 
     Raises:
-        InputError: the directory does not hold a run, or the robot was moving still.
+        InputError: the directory does not hold a run, or the robot was still moving.
         BagError: its bag cannot be read.
     """
     run = RunDirectory(directory)

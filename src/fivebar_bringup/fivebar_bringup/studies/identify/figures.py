@@ -6,24 +6,24 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, MOTORS, house_style, new_figure, png
-from fivebar_bringup.report.wording import engineering, suitable_unit
+from fivebar_bringup.pages.units import engineering, suitable_unit
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.studies.identify.findings import INTERVALS, Findings, Parameter
+from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult, Parameter
 
 TORQUES = (
-    "Torques of both motors after the filters, measured and as the identified model predicts them, with what is left"
-    " over. Grey alone where a motor's equation is left out: the motor is slow or turns round within the filters'"
-    " reach, the platform is near the Type 2 locus, or the recording begins or ends."
+    "Torques of both motors after the filters, measured and as the identified model predicts them, with the"
+    " residuals. Grey alone where a motor's equation is not used: the motor is slow or reverses within the filters'"
+    " length, the platform is near the Type 2 locus, or the recording begins or ends."
 )
 PARAMETERS = (
-    "The identified parameters as parts of those that identification started from, with their intervals, and the"
-    " friction's offsets. Where a bar is too short to be seen, the interval is narrower than the dot."
+    "The identified parameters relative to the initial ones, with their intervals, and the friction offsets. Where a"
+    " bar is too short to be seen, the interval is narrower than the dot."
 )
 
 
-def draw_pictures(findings: Findings) -> list[Picture]:
+def draw_pictures(findings: IdentificationResult) -> list[Picture]:
     """Return the pictures in the order in which the page shows them."""
     with house_style():
         return [
@@ -32,11 +32,11 @@ def draw_pictures(findings: Findings) -> list[Picture]:
         ]
 
 
-def torques(findings: Findings) -> Figure:
+def torques(findings: IdentificationResult) -> Figure:
     """Draw measured and predicted torques of both motors, and the residuals below them."""
     found = findings.found
     misfits = " and ".join(f"{100.0 * part:.2g} %" for part in found.misfit)
-    figure = new_figure("Measured and predicted torque", f"left unexplained: {misfits} of the torque", 8.4)
+    figure = new_figure("Measured and predicted torque", f"unexplained: {misfits} of the torque", 8.4)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[2.2, 1.0, 2.2, 1.0])
     time, measured, residuals = found.equations.time, found.equations.torque, found.fit.residuals
     for motor in range(2):
@@ -60,12 +60,12 @@ def _residual(axes: Axes, time: FloatArray, residual: FloatArray, motor: int) ->
     axes.set_title(f"residual: root mean square {engineering(float(np.sqrt(np.nanmean(residual**2))), 'Nm')}")
 
 
-def parameters(findings: Findings) -> Figure:
+def parameters(findings: IdentificationResult) -> Figure:
     """Draw every parameter with its interval, relative to the starting value; the offsets in Nm."""
     all_parameters = findings.parameters()
     relative, offsets = all_parameters[:5], all_parameters[5:]
     figure = new_figure(
-        "Identified parameters", f"with {INTERVALS}, beside those of {findings.start.name} that they replace", 4.6
+        "Identified parameters", f"with {INTERVALS}, beside the initial ones of {findings.start.name}", 4.6
     )
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
     largest = _interval_rows(

@@ -1,12 +1,12 @@
-"""From a bag to an identified robot: parameter file, figures, page."""
+"""Identifies a robot from a bag and writes parameter file, figures and page."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from fivebar_bringup.runs.results import new_directory
-from fivebar_bringup.studies.identify.findings import Findings
 from fivebar_bringup.studies.identify.reading import find_bag, read_record, read_start
+from fivebar_bringup.studies.identify.result import IdentificationResult
 from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_control.identification.identification import NotIdentifiable, identify
 from fivebar_description.strict_yaml import InputError
@@ -15,12 +15,12 @@ ROBOT_FILE = "identified.yaml"
 """The parameter file that `robot:` in a scenario takes."""
 
 
-def identify_bag(path: Path, robot: str | None = None) -> Findings:
+def identify_bag(path: Path, robot: str | None = None) -> IdentificationResult:
     """Identify the robot of a bag or of a run's directory, starting from the run's parameter file or a given one.
 
     Raises:
-        InputError: the bag, the robot or the motion cannot serve.
-        BagError: the bag cannot be read or lacks what is needed.
+        InputError: the bag, the robot or the motion is unsuitable.
+        BagError: the bag cannot be read or lacks a topic.
     """
     source = find_bag(path)
     start = read_start(source, robot)
@@ -29,10 +29,10 @@ def identify_bag(path: Path, robot: str | None = None) -> Findings:
         found = identify(start.five_bar(), record)
     except NotIdentifiable as error:
         raise InputError(f"{source.bag}: {error}") from error
-    return Findings(start, source.bag, record.rate_hz, len(record.angles), found)
+    return IdentificationResult(start, source.bag, record.rate_hz, len(record.angles), found)
 
 
-def write_identification(findings: Findings, out: Path | None) -> StudyDirectory:
+def write_identification(findings: IdentificationResult, out: Path | None) -> StudyDirectory:
     """Write parameter file, figures, page and JSON into a new directory.
 
     Raises:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.report.wording import engineering
-from fivebar_bringup.studies.identify.findings import INTERVALS, Findings
+from fivebar_bringup.pages.units import engineering
+from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
 
 
-def html_page(findings: Findings, pictures: Sequence[Picture]) -> str:
-    """Return the page: parameters, how they were found, pictures, the parameter file, how to use it."""
+def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> str:
+    """Return the page: parameters, quality of the fit, figures, the parameter file and its use."""
     return render(
         "identification.html",
         title=f"{findings.start.name}: identified",
@@ -24,12 +24,12 @@ def html_page(findings: Findings, pictures: Sequence[Picture]) -> str:
     )
 
 
-def _parameter_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+def _parameter_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
     for one in findings.parameters():
         yield one.name, f"{one.before:g}", one.text(), one.unit, one.change()
 
 
-def _quality_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+def _quality_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
     found = findings.found
     cutoffs = found.cutoffs
     yield "condition number of the regressor, columns scaled to unit length", f"{found.fit.condition:.3g}"
@@ -38,7 +38,7 @@ def _quality_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
     yield "cut-off of the parallel filter", f"{cutoffs.parallel_hz:.3g} Hz"
     yield "accelerations of the motors, root mean square", f"{cutoffs.acceleration:.3g} rad/s²"
     yield "time used, motors 1 and 2", ", ".join(f"{seconds:.2f} s" for seconds in found.used_s)
-    yield "independent rows that the intervals rest on", f"{found.fit.independent:.0f}"
+    yield "independent rows behind the intervals", f"{found.fit.independent:.0f}"
     residuals = ", ".join(engineering(value, "Nm") for value in found.fit.deviations.tolist())
     yield "residual, root mean square, motors 1 and 2", residuals
-    yield "part of the torque left unexplained", ", ".join(f"{100.0 * part:.2g} %" for part in found.misfit)
+    yield "unexplained part of the torque", ", ".join(f"{100.0 * part:.2g} %" for part in found.misfit)

@@ -1,4 +1,4 @@
-"""From a bag to the record that a robot is identified from."""
+"""Reads the record that a robot is identified from out of a bag."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ LARGEST_GAP = 2e-3
 """Largest gap (m, median) between the tips of both legs at the recorded joint angles, for a robot's own lengths."""
 
 POSTURES = 200
-"""Postures at which the gap is looked at."""
+"""Number of postures at which the gap is evaluated."""
 
 MOST_MISSING = 10
-"""Samples of the grid per recorded one, beyond which the stamps are not taken for a grid."""
+"""Samples of the grid per recorded one, beyond which the stamps are not accepted as a grid."""
 
 
 class Source(NamedTuple):
@@ -66,9 +66,9 @@ def read_start(source: Source, robot: str | None) -> RobotFile:
 
 
 def read_record(source: Source, start: RobotFile) -> Record:
-    """Return what a bag holds: angles and torques from `motor_states` where there are such, else from `joint_states`.
+    """Return angles and torques from `motor_states` where the bag has it, else from `joint_states`.
 
-    The passive joints are used for two things only: they name the assembly mode, and must close the robot's loop.
+    The passive joints are used for two things only: they give the assembly mode, and must close the robot's loop.
 
     Raises:
         BagError: the bag cannot be read or does not have the topics.
@@ -121,7 +121,7 @@ def _columns(recording: Recording, topic: Topic, names: Sequence[str], field: st
 
 
 def _on_grid(values: FloatArray, numbers: IntArray, count: int) -> FloatArray:
-    """Return [count, columns]; of several messages with one number the first counts, NaN where there is none."""
+    """Return [count, columns]; of several messages with one number the first is used; NaN where there is none."""
     placed = np.full((count, values.shape[1]), math.nan)
     unique, first = np.unique(numbers, return_index=True)
     inside = (unique >= 0) & (unique < count)

@@ -1,4 +1,4 @@
-"""What the figures are made of: fields and loci in the plane of the platform and in that of the motor angles."""
+"""Drawing of fields and loci in the plane of the platform and in that of the motor angles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from scipy.ndimage import distance_transform_edt
 
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, ZONE
 from fivebar_bringup.studies.map.measures import continued
-from fivebar_bringup.studies.map.wording import assembly_name, mode_name
 from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_control.workspace.fields import Fields, FloatArray
 from fivebar_control.workspace.loci import Curve, Loci, Shape
@@ -305,12 +304,22 @@ def type3_key() -> Line2D:
 
 def assembly_keys() -> list[Patch]:
     """Return the legend's entries for the assembly modes."""
-    return [Patch(facecolor=ASSEMBLY_TINTS[sign], label=assembly_name(sign)) for sign in (1, -1)]
+    return [Patch(facecolor=ASSEMBLY_TINTS[sign], label=assembly_mode_label(sign)) for sign in (1, -1)]
 
 
 def mode_keys() -> list[Patch]:
     """Return the legend's entries for the working modes."""
     return [
-        Patch(facecolor=color, label=f"working mode {mode_name(modes)}")
+        Patch(facecolor=color, label=f"working mode {working_mode_label(modes)}")
         for modes, color in zip(WORKING_MODES, MODE_TINTS, strict=True)
     ]
+
+
+def working_mode_label(modes: tuple[int, int]) -> str:
+    """Return the name of a working mode."""
+    return "(" + ", ".join("+1" if mode > 0 else "−1" for mode in modes) + ")"
+
+
+def assembly_mode_label(assembly: int) -> str:
+    """Return the name of an assembly mode."""
+    return f"assembly mode det A {'>' if assembly > 0 else '<'} 0"

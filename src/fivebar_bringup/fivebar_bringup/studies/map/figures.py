@@ -12,10 +12,9 @@ from matplotlib.lines import Line2D
 from fivebar_bringup.pages.style import GREY, INK, PURPLE, VERMILION, WIDTH, new_figure
 from fivebar_bringup.report.workspace import draw_base, draw_robot
 from fivebar_bringup.studies.map import drawing
-from fivebar_bringup.studies.map.drawing import ASSEMBLY_COLORS, MM
+from fivebar_bringup.studies.map.drawing import ASSEMBLY_COLORS, MM, assembly_mode_label, working_mode_label
 from fivebar_bringup.studies.map.examples import Examples
 from fivebar_bringup.studies.map.measures import Measures
-from fivebar_bringup.studies.map.wording import assembly_name, mode_name
 from fivebar_control.model.kinematics import assembly_mode
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
@@ -38,7 +37,7 @@ ARROW = 42.0
 
 
 class Survey(NamedTuple):
-    """All that is known of a robot's geometry."""
+    """The computed geometry of a robot: loci, fields, measures, postures to draw."""
 
     name: str
     robot: FiveBar
@@ -109,7 +108,7 @@ def assembly_modes(survey: Survey) -> Figure:
             place = drawing.name_region(axes, text, MM * grid.x, MM * grid.y, sign * det > 0.0, busy)
             busy += [place] if place is not None else []
         axes.set_title(
-            f"working mode {mode_name(mode.working_mode)}\n"
+            f"working mode {working_mode_label(mode.working_mode)}\n"
             f"{mode.area_positive:.0f} cm² with det A > 0, {mode.area_negative:.0f} cm² with det A < 0",
         )
         _finish_plane(axes, survey)
@@ -122,7 +121,7 @@ def assembly_modes(survey: Survey) -> Figure:
 def conditioning(survey: Survey) -> Figure:
     """Draw 1/cond(A) in each working mode."""
     figure = new_figure(
-        "How far from Type 2: 1/cond(A), by working mode",
+        "Conditioning 1/cond(A), by working mode",
         f"{survey.name}: 0 on the locus, 1 where the distal links are at right angles",
         2.0 * _tall(survey, 2, WIDTH) + 3.8,
     )
@@ -132,7 +131,7 @@ def conditioning(survey: Survey) -> Figure:
         image = drawing.platform_field(axes, survey.fields, kappa, drawing.KAPPA, 0.0, 1.0)
         _loci(axes, survey, modes, cased=True)
         _robot(axes, survey, survey.examples.regular[modes], INK, cased=True)
-        axes.set_title(f"working mode {mode_name(modes)}")
+        axes.set_title(f"working mode {working_mode_label(modes)}")
         _finish_plane(axes, survey)
     figure.colorbar(image, ax=panels, location="bottom", shrink=0.6, aspect=40, pad=0.02, label="1/cond(A)")
     keys = [*drawing.type2_keys(), *drawing.type1_keys(), drawing.type3_key()]
@@ -162,8 +161,8 @@ def motor_modes(survey: Survey) -> Figure:
         axes.plot([q[0] for q in drawn], [q[1] for q in drawn], **POSTURE_MARKER, zorder=5.6, clip_on=False)
         for index, modes in enumerate(WORKING_MODES):
             busy = [(float(q[0]), float(q[1])) for q in drawn]
-            drawing.name_region(axes, mode_name(modes), degrees, degrees, field == index, busy)
-        axes.set_title(assembly_name(assembly))
+            drawing.name_region(axes, working_mode_label(modes), degrees, degrees, field == index, busy)
+        axes.set_title(assembly_mode_label(assembly))
         drawing.motor_frame(axes)
     keys = [*drawing.mode_keys(), *drawing.leg_keys(), *drawing.type2_keys(), drawing.type3_key()]
     keys.append(Line2D([], [], **POSTURE_MARKER, label="robot as drawn for its working mode"))
@@ -174,7 +173,7 @@ def motor_modes(survey: Survey) -> Figure:
 def motor_conditioning(survey: Survey) -> Figure:
     """Draw 1/cond(A) over the motor angles, in each assembly mode."""
     figure = new_figure(
-        "How far from Type 2 over the motor angles: 1/cond(A), by assembly mode",
+        "Conditioning 1/cond(A) over the motor angles, by assembly mode",
         f"{survey.name}: the two sheets are joined along the Type 2 locus, where 1/cond(A) is 0",
         7.6,
         11.5,
@@ -184,7 +183,7 @@ def motor_conditioning(survey: Survey) -> Figure:
         kappa = survey.fields.motors[assembly].kappa
         image = drawing.motor_field(axes, survey.fields, kappa, drawing.KAPPA, 0.0, 1.0)
         drawing.motor_loci(axes, survey.loci, assembly, cased=True)
-        axes.set_title(assembly_name(assembly))
+        axes.set_title(assembly_mode_label(assembly))
         drawing.motor_frame(axes)
     figure.colorbar(image, ax=panels, location="bottom", shrink=0.6, aspect=40, label="1/cond(A)")
     keys = [*drawing.leg_keys(), *drawing.type2_keys(), drawing.type3_key()]

@@ -1,4 +1,4 @@
-"""From a robot's parameter file to the map of its workspace and singularities."""
+"""Maps the workspace and the singularities of a robot given by its parameter file."""
 
 from __future__ import annotations
 
@@ -36,9 +36,8 @@ def make_map(
     # here, because matplotlib and scipy take as long to load as all the rest of the command
     from fivebar_bringup.studies.map.examples import choose
     from fivebar_bringup.studies.map.figures import Survey
-    from fivebar_bringup.studies.map.gallery import PICTURES, draw_pictures
     from fivebar_bringup.studies.map.measures import measure
-    from fivebar_bringup.studies.map.page import html_page
+    from fivebar_bringup.studies.map.page import PICTURES, draw_pictures, html_page
     from fivebar_control.workspace.fields import evaluate
     from fivebar_control.workspace.loci import singular_loci
 

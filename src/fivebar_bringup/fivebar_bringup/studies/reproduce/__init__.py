@@ -1,1 +1,1 @@
-"""The thesis' figures and claims made again: every run, what was measured, and a verdict that follows from a rule."""
+"""Reproduces the figures and claims of the thesis: every run, the measured values, and verdicts by stated rules."""

@@ -1,4 +1,4 @@
-"""The runs of a reproduction: a case says in words what is run, and gives the scenario for it."""
+"""The runs of a reproduction: a case names a run and gives its scenario."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PLANTS: dict[str, dict[str, Any]] = {
     "friction × 1.2": {"friction_scale": 1.2},
     "one sample of delay": {"delay_samples": 1},
 }
-"""How the simulated robot differs from the one that the controllers believe in."""
+"""Differences of the simulated robot from the controllers' model."""
 
 NOMINAL, DELAY = "nominal", "one sample of delay"
 PERTURBED = ("mass +10 %", "inertia −10 %", "friction × 0.8", "friction × 1.2")
@@ -55,8 +55,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
 """Zone and resolution of the law on the locus."""
 
 
-class Case(NamedTuple):
-    """One run, by what distinguishes it from the others.
+class ReproductionCase(NamedTuple):
+    """One run of a reproduction.
 
     Attributes:
         controller: name of the controller.
@@ -105,7 +105,7 @@ class Case(NamedTuple):
 
 
 class PlannedScenario(Scenario):
-    """A scenario that works its motion out once; running and reporting ask for it several times."""
+    """A scenario that plans its motion once; running and reporting need the plan several times."""
 
     _plan: Plan | None = PrivateAttr(default=None)
 
@@ -133,20 +133,24 @@ def rig_imu() -> ImuSettings:
     return load_scenario("imu_middle").imu
 
 
-class Extent(NamedTuple):
+class ReproductionExtent(NamedTuple):
     """How much is run: durations of the segments (s), and plants besides the nominal one."""
 
     durations: tuple[float, ...]
     perturbed: tuple[str, ...]
 
-    def grid(self, controller: str, motions: tuple[str, ...] = ("middle", "multiple"), **other: Any) -> list[Case]:
+    def grid(
+        self, controller: str, motions: tuple[str, ...] = ("middle", "multiple"), **other: Any
+    ) -> list[ReproductionCase]:
         """Return a controller's cases on motions with every duration."""
-        return [Case(controller, motion, duration, **other) for motion in motions for duration in self.durations]
+        return [
+            ReproductionCase(controller, motion, duration, **other) for motion in motions for duration in self.durations
+        ]
 
 
-FULL = Extent((0.5, 1.0, 2.0, 3.0), PERTURBED)
-QUICK = Extent((1.0,), ("friction × 1.2",))
-"""A look at everything in a fraction of the time."""
+FULL = ReproductionExtent((0.5, 1.0, 2.0, 3.0), PERTURBED)
+QUICK = ReproductionExtent((1.0,), ("friction × 1.2",))
+"""Covers everything in a fraction of the time."""
 
 SHOWN = 1.0
 """Duration of the segments (s) of the runs that are drawn."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from fivebar_bringup.pages.units import plain
 from fivebar_bringup.report.thesis import CARTESIAN
-from fivebar_bringup.report.wording import plain
-from fivebar_bringup.studies.reproduce.cases import SHOWN, Case, Extent
-from fivebar_bringup.studies.reproduce.rows import Claim, Row, by_duration, of, runs_of, torque_row
+from fivebar_bringup.studies.reproduce.cases import SHOWN, ReproductionCase, ReproductionExtent
+from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, by_duration, of, runs_of, torque_row
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import near_noise
 
@@ -15,12 +15,12 @@ SLOW_ENOUGH = 1.0
 RIG = "A simulation in the place of the experiment: nothing here was measured on a robot."
 
 
-def _shown(motion: str) -> Case:
-    return Case(CARTESIAN, motion, SHOWN, imu=True)
+def _shown(motion: str) -> ReproductionCase:
+    return ReproductionCase(CARTESIAN, motion, SHOWN, imu=True)
 
 
 def _torque(number: str, motion: str, statement: str) -> Claim:
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(extent.grid(CARTESIAN, (motion,), imu=True), results)
         return torque_row(
             f"Figure {number}",
@@ -31,14 +31,14 @@ def _torque(number: str, motion: str, statement: str) -> Claim:
             results[_shown(motion)].picture("torques", "Motor torques on the simulated rig."),
         )
 
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         return of(extent.grid(CARTESIAN, (motion,), imu=True), _shown(motion), ("torques", "acceleration"))
 
     return Claim(number, needs, make)
 
 
 def _acceleration(number: str, motion: str, statement: str) -> Claim:
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(extent.grid(CARTESIAN, (motion,), imu=True), results)
         judged = [run for run in runs if run.case.duration >= SLOW_ENOUGH]
         ratios = by_duration(runs, "imu_ratio")
@@ -48,14 +48,14 @@ def _acceleration(number: str, motion: str, statement: str) -> Claim:
         for run in fast:
             remark += (
                 f" At {run.case.duration:g} s the ratio is {run.imu_ratio or 0.0:.2f}: there the platform itself"
-                " accelerates otherwise than desired while the computed torque law catches up behind each zone, and"
+                " accelerates otherwise than desired while the computed torque law converges behind each zone, and"
                 " the check shows it (table c)."
             )
-        return Row(
+        return ClaimRow(
             f"Figure {number}",
             f"Acceleration error by the IMU, {motion} crossing",
             statement,
-            f"{plain(shown.acceleration_outside, 'm/s²')} rms outside the zones at {SHOWN:g} s, noise alone leaves"
+            f"{plain(shown.acceleration_outside, 'm/s²')} rms outside the zones at {SHOWN:g} s, noise floor"
             f" {plain(shown.noise_outside, 'm/s²')}; ratio "
             + ", ".join(f"{ratio or 0.0:.3f} at {duration}" for duration, ratio in ratios.items()),
             {
@@ -68,7 +68,7 @@ def _acceleration(number: str, motion: str, statement: str) -> Claim:
             [shown.picture("acceleration", "Measured minus desired magnitude of the acceleration.")],
         )
 
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         return of(extent.grid(CARTESIAN, (motion,), imu=True), _shown(motion), ("torques", "acceleration"))
 
     return Claim(number, needs, make)

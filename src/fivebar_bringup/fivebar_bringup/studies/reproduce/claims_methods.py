@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.report.thesis import CARTESIAN
-from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.studies.reproduce.cases import (
     CTC,
     EPSILONS,
@@ -14,13 +14,13 @@ from fivebar_bringup.studies.reproduce.cases import (
     MIN_NORM,
     MULTI_MODEL,
     NOMINAL,
-    Case,
-    Extent,
+    ReproductionCase,
+    ReproductionExtent,
     fixed,
 )
 from fivebar_bringup.studies.reproduce.own_figures import Group, draw_peaks, draw_residuals
-from fivebar_bringup.studies.reproduce.rows import Claim, Row, largest, of, runs_of
-from fivebar_bringup.studies.reproduce.runner import Result, Results
+from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, largest, of, runs_of
+from fivebar_bringup.studies.reproduce.runner import ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.tables import LAWS, far_cases, printed_law_cases
 from fivebar_bringup.studies.reproduce.verdicts import (
     FINITE_TORQUE,
@@ -42,25 +42,25 @@ NAMES = {
 
 THESIS_MOTIONS = ("middle", "multiple")
 
-STEEP = Case(MULTI_MODEL, "early", 0.3)
+STEEP = ReproductionCase(MULTI_MODEL, "early", 0.3)
 STEEP_CRITERION = STEEP._replace(time_law=CRITERION)
 
 
-def _group(name: str, runs: Sequence[Result], over_residual: bool) -> Group:
+def _group(name: str, runs: Sequence[ReproductionResult], over_residual: bool) -> Group:
     made = [run for run in runs if run.requested is not None]
     x = tuple(run.crossing_residual or 0.0 for run in made) if over_residual else ()
     return Group(name, x, tuple(run.requested or 0.0 for run in made), tuple(run.completed for run in made))
 
 
-def _grids(extent: Extent) -> dict[tuple[str, str], list[Case]]:
+def _grids(extent: ReproductionExtent) -> dict[tuple[str, str], list[ReproductionCase]]:
     return {law: extent.grid(law[0], time_law=law[1]) for law in LAWS}
 
 
 def _finite_against_ctc() -> Claim:
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         return of([case for cases in _grids(extent).values() for case in cases])
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         grids = {law: runs_of(cases, results) for law, cases in _grids(extent).items()}
         blended = [*grids[JOINT, QUINTIC], *grids[CARTESIAN, QUINTIC]]
         alone = grids[CTC, QUINTIC]
@@ -70,7 +70,7 @@ def _finite_against_ctc() -> Claim:
         known = [peak for peak in asked if peak is not None]
         samples = sum(run.saturated or 0 for run in alone)
         finite = finite_torque([run.completed for run in blended], [run.requested for run in blended])
-        return Row(
+        return ClaimRow(
             "Sections 1.3, 4.2, 4.4",
             "Non-optimal trajectories are crossed with finite torque, which computed torque alone cannot do",
             "near the locus the torques of computed torque control grow without bound (section 1.3.1); the"
@@ -87,12 +87,12 @@ def _finite_against_ctc() -> Claim:
             },
             only_one_side_finite(finite, asked),
             f"In an ideal simulation with drives limited to 10 Nm computed torque alone still gets through {done} of"
-            f" {len(alone)} times, with {samples} saturated samples in all: the torque asked for is what tells them"
-            " apart here, and under perturbed friction also the completion (table b).",
+            f" {len(alone)} times, with {samples} saturated samples in all: the requested torque distinguishes them"
+            " here, and under perturbed friction also the completion (table b).",
             [
                 Picture(
                     "torque_peaks",
-                    "Largest torque asked for in every run on the nominal plant, middle and multiple crossing.",
+                    "Largest torque requested in every run on the nominal plant, middle and multiple crossing.",
                     draw_peaks([_group(NAMES[law], runs, False) for law, runs in grids.items()]),
                 )
             ],
@@ -102,7 +102,7 @@ def _finite_against_ctc() -> Claim:
 
 
 def _printed_law() -> Claim:
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         done = {}
         for epsilon in EPSILONS:
             runs = runs_of(extent.grid(CARTESIAN, variant=fixed(epsilon, MIN_NORM)), results)
@@ -110,7 +110,7 @@ def _printed_law() -> Claim:
             done[f"ε = {epsilon:g}"] = (sum(good), len(good))
         ours = runs_of(extent.grid(CARTESIAN), results)
         found = ", ".join(f"{number} of {total} at {name}" for name, (number, total) in done.items())
-        return Row(
+        return ClaimRow(
             "Equation 3.35, section 4.1.2",
             "Least torque and a fixed threshold, as printed",
             "the pseudo-inverse gives the least torque (3.35); ε is a threshold to be tuned by experiment (4.1.2)",
@@ -127,17 +127,17 @@ def _printed_law() -> Claim:
 
 
 def _multi_model_with_criterion() -> Claim:
-    def cases(extent: Extent) -> list[Case]:
+    def cases(extent: ReproductionExtent) -> list[ReproductionCase]:
         return [
             *extent.grid(MULTI_MODEL, time_law=CRITERION),
             *(case for case in far_cases() if (case.controller, case.time_law) == (MULTI_MODEL, CRITERION)),
         ]
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(cases(extent), results)
         residual = largest([run.crossing_residual for run in runs])
         peak = largest([run.requested for run in runs])
-        return Row(
+        return ClaimRow(
             "Section 1.3.2",
             "The multi-model method crosses where the trajectory meets the criterion",
             "with a reduced model on the locus it crosses without torque discontinuities as long as the trajectory"
@@ -169,11 +169,11 @@ def _multi_model_with_criterion() -> Claim:
 def _multi_model_without_criterion() -> Claim:
     laws = ((MULTI_MODEL, QUINTIC), (MULTI_MODEL, CRITERION), (CARTESIAN, QUINTIC))
 
-    def cases(extent: Extent, law: tuple[str, str]) -> list[Case]:
+    def cases(extent: ReproductionExtent, law: tuple[str, str]) -> list[ReproductionCase]:
         far = [case for case in far_cases() if (case.controller, case.time_law) == law]
         return [*extent.grid(law[0], time_law=law[1]), *far]
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = {law: runs_of(cases(extent, law), results) for law in laws}
         failed = {law: [run for run in found if not run.completed or run.saturated] for law, found in runs.items()}
         broken, kept = runs[MULTI_MODEL, QUINTIC], runs[MULTI_MODEL, CRITERION]
@@ -182,7 +182,7 @@ def _multi_model_without_criterion() -> Claim:
         peaks = {NAMES[law]: largest([run.requested for run in found]) for law, found in runs.items()}
         near = [run.crossing_fractions for run in broken if run.case.motion in THESIS_MOTIONS]
         fractions = [fraction for pair in near if pair is not None for fraction in pair]
-        return Row(
+        return ClaimRow(
             "Section 1.3.2",
             "The multi-model method needs a trajectory that meets the criterion",
             "torques stay continuous only as long as the trajectory meets the criterion; otherwise they grow towards"
@@ -213,22 +213,22 @@ def _multi_model_without_criterion() -> Claim:
             ],
         )
 
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         return of([case for law in laws for case in cases(extent, law)], STEEP, ("criterion", "torques"))
 
     return Claim("multi-model, quintic", needs, make)
 
 
 def _multi_model_across() -> Claim:
-    def cases(extent: Extent) -> list[Case]:
+    def cases(extent: ReproductionExtent) -> list[ReproductionCase]:
         plants = (NOMINAL, *extent.perturbed)
         far = [case for case in far_cases() if (case.controller, case.time_law) == (MULTI_MODEL, QUINTIC)]
         return [*(case for plant in plants for case in extent.grid(MULTI_MODEL, plant=plant)), *far]
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(cases(extent), results)
         lost = [run.case.label for run in runs if not run.completed]
-        return Row(
+        return ClaimRow(
             "Context",
             "The multi-model method may not get across",
             "it leaves the platform out of the linearisation, which may not succeed in crossing and overconstrains the"

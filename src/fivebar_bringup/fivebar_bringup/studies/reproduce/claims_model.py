@@ -6,13 +6,13 @@ from functools import cache
 
 import numpy as np
 
-from fivebar_bringup.pages.picture import Picture
-from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.studies.closed_chain.cosimulation import THESIS_ERROR, CoSimulation, co_simulate, draw_cosimulation
-from fivebar_bringup.studies.reproduce.cases import SHOWN, Case, Extent
+from fivebar_bringup.studies.reproduce.cases import SHOWN, ReproductionCase, ReproductionExtent
 from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
 from fivebar_bringup.studies.reproduce.own_figures import draw_free_dynamics
-from fivebar_bringup.studies.reproduce.rows import Claim, Row, largest, of, runs_of
+from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, largest, of, runs_of
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import as_printed, finite_torque, order_of_magnitude, vanishing
 from fivebar_description.parameters import load_robot
@@ -20,7 +20,7 @@ from fivebar_description.parameters import load_robot
 ROUNDING = 1e-9
 """Part of the largest force that the free dynamics may leave along t_s by rounding."""
 
-FIG_3_2 = Case(motion="fig_3_2", duration=SHOWN)
+FIG_3_2 = ReproductionCase(motion="fig_3_2", duration=SHOWN)
 
 
 @cache
@@ -31,7 +31,7 @@ def _cosimulation() -> CoSimulation:
 def _torque_of_the_model(motor: int) -> Claim:
     number = ("1.17", "1.18")[motor]
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         run = _cosimulation()
         error = float(np.abs(run.difference[:, motor]).max())
         pictures = [
@@ -41,7 +41,7 @@ def _torque_of_the_model(motor: int) -> Claim:
                 draw_cosimulation(run),
             )
         ]
-        return Row(
+        return ClaimRow(
             f"Figure {number}",
             f"Error in the torque of joint q{motor + 1}1 between two models",
             "of order 10⁻⁸ Nm between MATLAB and ADAMS, both joints following sin(t)/10 (section 1.4.3)",
@@ -56,9 +56,9 @@ def _torque_of_the_model(motor: int) -> Claim:
     return Claim(number, lambda extent: {}, make)
 
 
-def _free_dynamics(extent: Extent, results: Results) -> Row:
-    found = free_dynamics([Case(motion=motion) for motion in ("middle", "multiple", "fig_3_2")])
-    return Row(
+def _free_dynamics(extent: ReproductionExtent, results: Results) -> ClaimRow:
+    found = free_dynamics([ReproductionCase(motion=motion) for motion in ("middle", "multiple", "fig_3_2")])
+    return ClaimRow(
         "Section 2.2, Appendix A",
         "The free dynamics on the locus are the dynamic criterion",
         "m ÿ = tₛᵀ w_p = 0 on the locus, whatever the motors do (2.4, 4.21)",
@@ -72,12 +72,12 @@ def _free_dynamics(extent: Extent, results: Results) -> Row:
     )
 
 
-def _crossing_beside(extent: Extent, results: Results) -> Row:
+def _crossing_beside(extent: ReproductionExtent, results: Results) -> ClaimRow:
     cases = [FIG_3_2._replace(duration=duration) for duration in extent.durations]
     runs = runs_of(cases, results)
     shown = results[FIG_3_2]
     crossing = FIG_3_2.scenario().plan().crossings[0]
-    return Row(
+    return ClaimRow(
         "Figure 3.2",
         "Crossing at the posture away from x = 0",
         "the constraint can be enforced anywhere on the locus, shown by the posture at (−0.06745, 0.03989) m"
@@ -98,14 +98,14 @@ def _crossing_beside(extent: Extent, results: Results) -> Row:
     )
 
 
-def _rotation(extent: Extent, results: Results) -> Row:
+def _rotation(extent: ReproductionExtent, results: Results) -> ClaimRow:
     found = rotated()
 
     def matrix(values: np.ndarray) -> str:
         rows = (", ".join(f"{round(value, 3) + 0.0:.3f}" for value in row) for row in values.tolist())
         return "[" + "; ".join(rows) + "]"
 
-    return Row(
+    return ClaimRow(
         "Equation 3.45",
         "The rotation by β turns Aᵀ into [1, 1; 0, 0]",
         "R(β)Aᵀ = [1, 1; 0, 0] with β = 0.4373 rad at the posture of figure 3.2 (section 3.3)",

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.pages.units import engineering
 from fivebar_bringup.report.thesis import CARTESIAN
-from fivebar_bringup.report.wording import engineering
-from fivebar_bringup.studies.reproduce.cases import DELAY, JOINT, NOMINAL, PERTURBED, SHOWN, Case, Extent
+from fivebar_bringup.studies.reproduce.cases import (
+    DELAY,
+    JOINT,
+    NOMINAL,
+    PERTURBED,
+    SHOWN,
+    ReproductionCase,
+    ReproductionExtent,
+)
 from fivebar_bringup.studies.reproduce.own_figures import draw_pairs
-from fivebar_bringup.studies.reproduce.rows import Claim, Row, by_duration, largest, of, runs_of, torque_row
+from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, by_duration, largest, of, runs_of, torque_row
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.tables import MODE_CHANGES
 from fivebar_bringup.studies.reproduce.verdicts import (
-    Pair,
+    PairedRuns,
     counted,
     more_accurate,
     order_of_magnitude,
@@ -28,27 +36,27 @@ LONGEST_MULTIPLE = 1.0
 """Longest segments (s) of the multiple crossing for which the adaptive gain is tried on and off: slower is easier."""
 
 
-def _remark(extent: Extent, more: str = "") -> str:
+def _remark(extent: ReproductionExtent, more: str = "") -> str:
     durations = ", ".join(f"{duration:g}" for duration in extent.durations)
     return f"{UNKNOWN_DURATION.format(durations=durations, shown=SHOWN)} {more}".strip()
 
 
-def _shown(controller: str, motion: str) -> Case:
-    return Case(controller, motion, SHOWN)
+def _shown(controller: str, motion: str) -> ReproductionCase:
+    return ReproductionCase(controller, motion, SHOWN)
 
 
 def _path(number: str, motion: str, description: str) -> Claim:
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         cases = [case for controller in (JOINT, CARTESIAN) for case in extent.grid(controller, (motion,))]
         return of(cases, _shown(CARTESIAN, motion), ("path",))
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(list(needs(extent)), results)
         planned = MODE_CHANGES[motion]
         changes = [run.summary.assembly_mode_changes if run.summary else 0 for run in runs]
         crossings = _shown(CARTESIAN, motion).scenario().plan().crossings
         places = dict.fromkeys(f"({crossing.x * 1e3:.1f}, {crossing.y * 1e3:.1f})" for crossing in crossings)
-        return Row(
+        return ClaimRow(
             f"Figure {number}",
             f"Path of the {motion} crossing",
             description,
@@ -64,10 +72,10 @@ def _path(number: str, motion: str, description: str) -> Claim:
 
 
 def _torque(number: str, controller: str, motion: str, statement: str) -> Claim:
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         return of(extent.grid(controller, (motion,)), _shown(controller, motion), ("torques",))
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(extent.grid(controller, (motion,)), results)
         return torque_row(
             f"Figure {number}",
@@ -85,10 +93,10 @@ def _constraint(number: str, controller: str, motion: str, reported: float, stat
     joint = controller == JOINT
     name, unit = ("constraint_error_joint", "rad") if joint else ("constraint_error", "m")
 
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         return of(extent.grid(controller, (motion,)), _shown(controller, motion), ("vhc_error",))
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(extent.grid(controller, (motion,)), results)
         errors = by_duration(runs, name)
         distance = largest([run.constraint_error for run in runs])
@@ -98,7 +106,7 @@ def _constraint(number: str, controller: str, motion: str, reported: float, stat
             if joint
             else ""
         )
-        return Row(
+        return ClaimRow(
             f"Figure {number}",
             f"Error of the virtual constraint of {controller}, {motion} crossing",
             statement,
@@ -114,11 +122,11 @@ def _constraint(number: str, controller: str, motion: str, reported: float, stat
 
 
 def _supervisor() -> Claim:
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         cases = [case for controller in (JOINT, CARTESIAN) for case in extent.grid(controller)]
         return of(cases, _shown(CARTESIAN, "multiple"), ("supervisor",))
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(list(needs(extent)), results)
         excess = [(run.zones or 0) - MODE_CHANGES[run.case.motion] for run in runs]
         sigmas = [run.summary.sigma_max if run.summary else None for run in runs]
@@ -128,7 +136,7 @@ def _supervisor() -> Claim:
             extra if sigma == 1.0 and run.sigma_at_rest == 0.0 else -1
             for extra, sigma, run in zip(excess, sigmas, runs, strict=True)
         ]
-        return Row(
+        return ClaimRow(
             "Section 4.1.2",
             "The supervisor switches by the condition of A",
             "σ is 0 far from the locus and 1 on it, and the block works for switching (sections 4.1.2, 4.2)",
@@ -144,30 +152,30 @@ def _supervisor() -> Claim:
     return Claim("4.1.2", needs, make)
 
 
-def _plants(extent: Extent) -> tuple[str, ...]:
+def _plants(extent: ReproductionExtent) -> tuple[str, ...]:
     return (NOMINAL, *(plant for plant in PERTURBED if plant in extent.perturbed), DELAY)
 
 
-def _tried(extent: Extent, controller: str) -> list[Case]:
+def _tried(extent: ReproductionExtent, controller: str) -> list[ReproductionCase]:
     """Return a controller's cases on all plants; of the multiple crossing only those that do not take long."""
     cases = [case for plant in _plants(extent) for case in extent.grid(controller, plant=plant)]
     return [case for case in cases if case.motion == "middle" or case.duration <= LONGEST_MULTIPLE]
 
 
 def _adaptive_gain_joint() -> Claim:
-    def with_it(extent: Extent) -> list[Case]:
+    def with_it(extent: ReproductionExtent) -> list[ReproductionCase]:
         return _tried(extent, JOINT)
 
-    def needs(extent: Extent) -> dict[Case, tuple[str, ...]]:
+    def needs(extent: ReproductionExtent) -> dict[ReproductionCase, tuple[str, ...]]:
         cases = with_it(extent)
         return of([*cases, *(case._replace(adaptive_gain=False) for case in cases)])
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         pairs = []
         for case in with_it(extent):
             first, second = results[case], results[case._replace(adaptive_gain=False)]
             pairs.append(
-                Pair(
+                PairedRuns(
                     f"{case.motion}, {case.duration:g} s, {case.plant}",
                     first.completed,
                     second.completed,
@@ -178,7 +186,7 @@ def _adaptive_gain_joint() -> Claim:
         worst_with = largest([pair.error_with for pair in pairs])
         worst_without = largest([pair.error_without for pair in pairs])
         judgement = shown_necessary(pairs)
-        return Row(
+        return ClaimRow(
             "Section 4.2, first list",
             "The joint-space law needs the adaptive gain",
             "the adaptive gain was necessary for the first list, because the model of the joint-space law is less"
@@ -207,16 +215,16 @@ def _adaptive_gain_joint() -> Claim:
 
 
 def _adaptive_gain_cartesian() -> Claim:
-    def cases(extent: Extent) -> list[Case]:
+    def cases(extent: ReproductionExtent) -> list[ReproductionCase]:
         return _tried(extent, CARTESIAN)
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         runs = runs_of(cases(extent), results)
         errors = {
             motion: largest([run.constraint_error for run in runs if run.case.motion == motion])
             for motion in MODE_CHANGES
         }
-        return Row(
+        return ClaimRow(
             "Section 4.2, second list",
             "The Cartesian law needs no adaptive gain",
             "the adaptive gain was not necessary for the second list; errors of order 10⁻⁴ m (middle) and 10⁻³ m"
@@ -236,13 +244,13 @@ def _adaptive_gain_cartesian() -> Claim:
 
 
 def _accuracy() -> Claim:
-    def pairs(extent: Extent) -> list[tuple[Case, Case]]:
+    def pairs(extent: ReproductionExtent) -> list[tuple[ReproductionCase, ReproductionCase]]:
         return [(case._replace(controller=JOINT, adaptive_gain=False), case) for case in _tried(extent, CARTESIAN)]
 
-    def make(extent: Extent, results: Results) -> Row:
+    def make(extent: ReproductionExtent, results: Results) -> ClaimRow:
         errors = [(results[one].constraint_error, results[other].constraint_error) for one, other in pairs(extent)]
         ratios = [joint / cartesian for joint, cartesian in errors if joint is not None and cartesian]
-        return Row(
+        return ClaimRow(
             "Sections 2.4, 4.3",
             "The Cartesian law is more accurate than the joint-space law",
             "the Cartesian form is mathematically more consistent, its model more accurate (sections 3.2, 4.2, 4.3)",

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.studies.reproduce.cases import Case
+from fivebar_bringup.studies.reproduce.cases import ReproductionCase
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
@@ -51,7 +51,7 @@ class FreeDynamics(NamedTuple):
     along_at_distance: FloatArray
 
 
-def free_dynamics(cases: Sequence[Case], seed: int = 1) -> FreeDynamics:
+def free_dynamics(cases: Sequence[ReproductionCase], seed: int = 1) -> FreeDynamics:
     """Try random torques at every planned crossing of the cases, moving as the reference does there."""
     random = np.random.default_rng(seed)
     along = force = 0.0
@@ -67,7 +67,7 @@ def free_dynamics(cases: Sequence[Case], seed: int = 1) -> FreeDynamics:
     return FreeDynamics(states, TORQUES, along, force, *_beside_the_locus(cases[0], random))
 
 
-def _beside_the_locus(case: Case, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+def _beside_the_locus(case: ReproductionCase, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     scenario = case.scenario()
     robot, plan = scenario.five_bar(), scenario.plan()
     loop, crossing = ClosedLoop(robot), plan.crossings[0]

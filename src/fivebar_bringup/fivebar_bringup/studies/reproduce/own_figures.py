@@ -1,4 +1,4 @@
-"""Figures that set several runs beside each other."""
+"""Figures that compare several runs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fivebar_bringup.pages.style import (
     png,
 )
 from fivebar_bringup.studies.reproduce.free_dynamics import FreeDynamics
-from fivebar_bringup.studies.reproduce.verdicts import FINITE_TORQUE, Pair
+from fivebar_bringup.studies.reproduce.verdicts import FINITE_TORQUE, PairedRuns
 
 COLOURS = (BLUE, GREEN, PURPLE, VERMILION, GREY)
 MARKERS = ("o", "s", "^", "D", "v")
@@ -38,10 +38,10 @@ class Group(NamedTuple):
 
 
 def draw_peaks(groups: Sequence[Group]) -> bytes:
-    """Draw the largest torque that each run asked for, controller by controller."""
+    """Draw the largest torque that each run requested, controller by controller."""
     with house_style():
         figure = new_figure(
-            "Largest torque asked for", "one dot per run, crosses: not completed; the drives give up to 10 Nm", 4.4
+            "Largest torque requested", "one dot per run, crosses: not completed; the drives give up to 10 Nm", 4.4
         )
         axes = figure.subplots()
         for row, (group, colour) in enumerate(zip(groups, COLOURS, strict=False)):
@@ -53,17 +53,17 @@ def draw_peaks(groups: Sequence[Group]) -> bytes:
         axes.set_yticks(range(len(groups)), [group.name for group in groups])
         axes.invert_yaxis()
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_xlabel("largest torque asked of a motor in Nm")
+        axes.set_xlabel("largest torque requested of a motor in Nm")
         return png(figure)
 
 
 def draw_residuals(groups: Sequence[Group]) -> bytes:
-    """Draw the torque that runs asked for over how far their reference is from the dynamic criterion."""
+    """Draw the torque that runs requested over how far their reference is from the dynamic criterion."""
     largest = max((value for group in groups for value in group.x), default=0.0)
     with house_style():
         figure = new_figure(
-            "What it costs to miss the dynamic criterion",
-            "largest torque asked for over the reference's |m tₛᵀẍ| on the locus; crosses: not completed",
+            "Torque over the violation of the dynamic criterion",
+            "largest torque requested over the reference's |m tₛᵀẍ| on the locus; crosses: not completed",
             4.8,
         )
         axes = figure.subplots()
@@ -84,12 +84,12 @@ def draw_residuals(groups: Sequence[Group]) -> bytes:
         log_axis(axes, 0.1, max((value for group in groups for value in group.y), default=10.0))
         axes.set_xlim(-0.02 * largest - 1e-3, 1.04 * largest + 1e-3)
         axes.set_xlabel("|m tₛᵀẍ| of the reference on the locus in N")
-        axes.set_ylabel("torque asked for in Nm")
+        axes.set_ylabel("torque requested in Nm")
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
         return png(figure)
 
 
-def draw_pairs(pairs: Sequence[Pair]) -> bytes:
+def draw_pairs(pairs: Sequence[PairedRuns]) -> bytes:
     """Draw each run's error with the adaptive gain and without it."""
     with house_style():
         figure = new_figure(
@@ -110,7 +110,7 @@ def draw_pairs(pairs: Sequence[Pair]) -> bytes:
         return png(figure)
 
 
-def _pair(axes: Axes, row: int, pair: Pair) -> None:
+def _pair(axes: Axes, row: int, pair: PairedRuns) -> None:
     ends = (
         (pair.error_with, pair.completed_with, BLUE, "with"),
         (pair.error_without, pair.completed_without, VERMILION, "without"),

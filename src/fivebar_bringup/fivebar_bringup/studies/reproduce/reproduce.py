@@ -1,4 +1,4 @@
-"""From nothing to the page: all runs, rows and tables, in a directory of their own."""
+"""Runs the reproduction of the thesis and writes its rows, tables and page."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.table import Table
 from fivebar_bringup.runs.results import finite, new_directory
 from fivebar_bringup.studies.reproduce import claims_experiment, claims_methods, claims_model, claims_simulation, tables
-from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, Case, Extent
-from fivebar_bringup.studies.reproduce.rows import Claim, Row
+from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, ReproductionCase, ReproductionExtent
+from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow
 from fivebar_bringup.studies.reproduce.runner import Drawings, Results, run_cases
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.study_directory import StudyDirectory
 
 WORKERS = 2
-"""Processes that the runs are shared among."""
+"""Number of processes for the runs."""
 
 CLAIMS: tuple[Claim, ...] = (
     *claims_model.CLAIMS,
@@ -29,10 +29,10 @@ CLAIMS: tuple[Claim, ...] = (
 
 
 class Reproduction(NamedTuple):
-    """What came out, and where it lies."""
+    """Results of a reproduction, and the page."""
 
     page: Path
-    rows: Sequence[Row]
+    rows: Sequence[ClaimRow]
     content: Mapping[str, Any]
 
 
@@ -44,14 +44,14 @@ def reproduce(
     claims: Sequence[Claim] = CLAIMS,
     with_tables: bool = True,
 ) -> Reproduction:
-    """Make the runs, and write reproduce.html, reproduce.json and the figures.
+    """Run all cases, and write reproduce.html, reproduce.json and the figures.
 
     Args:
         out: new or empty directory, by default runs/reproduce-<date>-<time>.
         quick: one duration and one perturbed plant only.
         progress: called with the number of finished runs and of all.
         workers: processes to use; fewer than two run everything in this one.
-        claims: rows to make.
+        claims: rows to evaluate.
         with_tables: whether the tables are made.
 
     Raises:
@@ -77,8 +77,8 @@ def reproduce(
     return Reproduction(directory.page, rows, finite(content))
 
 
-def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
-    """Return the page: the verdicts in short, every row with its figures, the tables."""
+def html_page(rows: Sequence[ClaimRow], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
+    """Return the page: an overview of the verdicts, every row with its figures, the tables."""
     counts = {verdict: sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict}
     short = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
     return render(
@@ -91,9 +91,9 @@ def html_page(rows: Sequence[Row], tables: Sequence[Table], runs: int, wall_s: f
     )
 
 
-def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[Case, Drawings]:
-    """Return all runs that rows and tables need, each once, with all figures that are wanted of it."""
-    needs: dict[Case, Drawings] = {}
+def _needs(extent: ReproductionExtent, claims: Sequence[Claim], with_tables: bool) -> dict[ReproductionCase, Drawings]:
+    """Return all runs that rows and tables need, each once, with all figures needed of it."""
+    needs: dict[ReproductionCase, Drawings] = {}
     for claim in claims:
         for case, drawings in claim.needs(extent).items():
             needs[case] = tuple(dict.fromkeys((*needs.get(case, ()), *drawings)))
@@ -105,7 +105,7 @@ def _needs(extent: Extent, claims: Sequence[Claim], with_tables: bool) -> dict[C
     return needs
 
 
-def _tables(extent: Extent, results: Results) -> list[Table]:
+def _tables(extent: ReproductionExtent, results: Results) -> list[Table]:
     return [
         tables.crossing_table(extent, results),
         tables.variants_table(extent, results),
@@ -117,7 +117,7 @@ def _tables(extent: Extent, results: Results) -> list[Table]:
     ]
 
 
-def _run(results: Results, case: Case) -> dict[str, Any]:
+def _run(results: Results, case: ReproductionCase) -> dict[str, Any]:
     result = results[case]
     return {
         "case": case._asdict(),

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.picture import Picture
-from fivebar_bringup.report.wording import plain
-from fivebar_bringup.studies.reproduce.cases import Case, Extent
-from fivebar_bringup.studies.reproduce.runner import Drawings, Result, Results
+from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.pages.units import plain
+from fivebar_bringup.studies.reproduce.cases import ReproductionCase, ReproductionExtent
+from fivebar_bringup.studies.reproduce.runner import Drawings, ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.verdicts import Judgement, finite_torque
 
 
-class Row(NamedTuple):
+class ClaimRow(NamedTuple):
     """One comparison.
 
     Attributes:
@@ -20,9 +20,9 @@ class Row(NamedTuple):
         title: what it is about.
         thesis: what the thesis reports, and where.
         measured: what was found here.
-        numbers: the figures behind it.
+        numbers: the values behind it.
         judgement: verdict, rule and reason.
-        remark: what a reader has to know to weigh it.
+        remark: context for the reader.
         pictures: figures of this reproduction.
     """
 
@@ -58,41 +58,45 @@ class Row(NamedTuple):
 
 
 class Claim(NamedTuple):
-    """How a row comes about: which runs it needs, with which of their figures, and what it makes of them."""
+    """How a row is evaluated: the runs and figures it needs, and the function that makes the row of them."""
 
     name: str
-    needs: Callable[[Extent], Mapping[Case, Drawings]]
-    make: Callable[[Extent, Results], Row]
+    needs: Callable[[ReproductionExtent], Mapping[ReproductionCase, Drawings]]
+    make: Callable[[ReproductionExtent, Results], ClaimRow]
 
 
-def of(cases: Sequence[Case], shown: Case | None = None, drawings: Drawings = ()) -> dict[Case, Drawings]:
+def of(
+    cases: Sequence[ReproductionCase], shown: ReproductionCase | None = None, drawings: Drawings = ()
+) -> dict[ReproductionCase, Drawings]:
     """Return cases as needs, one of them with drawings; the one that is shown need not be among the others."""
-    needs: dict[Case, Drawings] = dict.fromkeys(cases, ())
+    needs: dict[ReproductionCase, Drawings] = dict.fromkeys(cases, ())
     if shown is not None:
         needs[shown] = drawings
     return needs
 
 
 def largest(values: Sequence[float | None]) -> float | None:
-    """Return the largest figure; None where one is missing, which may be the largest."""
+    """Return the largest value; None where one is missing, which may be the largest."""
     known = [value for value in values if value is not None]
     return max(known, default=None) if len(known) == len(values) else None
 
 
-def runs_of(cases: Sequence[Case], results: Results) -> list[Result]:
+def runs_of(cases: Sequence[ReproductionCase], results: Results) -> list[ReproductionResult]:
     """Return the results of cases."""
     return [results[case] for case in cases]
 
 
-def by_duration(runs: Sequence[Result], name: str) -> dict[str, float | None]:
-    """Return a figure of runs that differ in nothing but the duration."""
+def by_duration(runs: Sequence[ReproductionResult], name: str) -> dict[str, float | None]:
+    """Return a metric of runs that differ only in the duration."""
     return {f"{run.case.duration:g} s": getattr(run, name) for run in runs}
 
 
-def torque_row(place: str, title: str, statement: str, runs: Sequence[Result], remark: str, picture: Picture) -> Row:
-    """Return the row of a claim that the torques asked for stay finite, over runs that differ in the duration."""
+def torque_row(
+    place: str, title: str, statement: str, runs: Sequence[ReproductionResult], remark: str, picture: Picture
+) -> ClaimRow:
+    """Return the row of a claim that the requested torques stay finite, over runs that differ in the duration."""
     peaks = by_duration(runs, "requested")
-    return Row(
+    return ClaimRow(
         place,
         title,
         statement,

@@ -1,4 +1,4 @@
-"""Runs cases, in this process or in several, and keeps of each what tables, rows and figures need."""
+"""Runs cases, in this process or in several, and keeps the results that tables, rows and figures need."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals
-from fivebar_bringup.report.findings import Findings
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import Summary, rms, summarize
 from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.reproduce.cases import Case
+from fivebar_bringup.studies.reproduce.cases import ReproductionCase
 from fivebar_bringup.studies.shared_work import share
 from fivebar_control.estimation.imu_check import noise_floor
 from fivebar_control.trajectory.planner import PlanRefused
@@ -25,24 +25,24 @@ from fivebar_control.trajectory.planner import PlanRefused
 Drawings = tuple[str, ...]
 
 
-class Result(NamedTuple):
-    """What is kept of a run.
+class ReproductionResult(NamedTuple):
+    """Results of a run.
 
     Attributes:
         case: what was run.
-        summary: its figures, as in its own report; None where the planner refused it.
+        summary: its metrics, as in its own report; None where the planner refused it.
         refused: why the planner refused it.
         crossing_residual: largest |m t_s^T xddot| of the reference on the locus (N).
         crossing_fractions: smallest and largest fraction of a segment's way at which it crosses.
         zones: how often sigma rose above zero.
         sigma_at_rest: largest sigma at the first and last sample.
         acceleration_outside: rms of the IMU's error outside the blending zones (m/s^2).
-        noise_outside: what the sensor's noise alone leaves there (m/s^2).
-        pictures: figures that were asked for, by name.
+        noise_outside: the noise floor of the sensor there (m/s^2).
+        pictures: requested figures, by name.
         wall_s: how long it took (s).
     """
 
-    case: Case
+    case: ReproductionCase
     summary: Summary | None = None
     refused: str | None = None
     crossing_residual: float | None = None
@@ -67,7 +67,7 @@ class Result(NamedTuple):
 
     @property
     def requested(self) -> float | None:
-        """Largest torque asked of either motor (Nm)."""
+        """Largest torque requested of either motor (Nm)."""
         return None if self.summary is None else _larger(self.summary.torque_requested_peak_nm)
 
     @property
@@ -92,7 +92,7 @@ class Result(NamedTuple):
 
     @property
     def saturated(self) -> int | None:
-        """Samples that asked for more than the drives can give."""
+        """Samples that requested more than the drives can give."""
         return None if self.summary is None else self.summary.torque_saturated_samples
 
     @property
@@ -116,16 +116,18 @@ class Result(NamedTuple):
         return Picture(stem, f"{caption} Run: {case.label}.", self.pictures[name])
 
 
-Results = Mapping[Case, Result]
+Results = Mapping[ReproductionCase, ReproductionResult]
 
 
 def run_cases(
-    cases: Mapping[Case, Drawings], workers: int, progress: Callable[[int, int], None] = lambda done, total: None
+    cases: Mapping[ReproductionCase, Drawings],
+    workers: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Results:
     """Run every case and draw its figures; with fewer than two workers in this process.
 
     Args:
-        cases: what to run, and the names of the figures that are wanted of it.
+        cases: what to run, and the names of the figures to draw of it.
         workers: processes to use.
         progress: called with the number of finished cases and of all.
     """
@@ -133,26 +135,26 @@ def run_cases(
     return {result.case: result for result in share(_run_item, longest_first, workers, progress)}
 
 
-def _run_item(item: tuple[Case, Drawings]) -> Result:
+def _run_item(item: tuple[ReproductionCase, Drawings]) -> ReproductionResult:
     return run_case(*item)
 
 
-def run_case(case: Case, drawings: Sequence[str] = ()) -> Result:
-    """Run one case without ROS and return what is kept of it."""
+def run_case(case: ReproductionCase, drawings: Sequence[str] = ()) -> ReproductionResult:
+    """Run one case without ROS and return its results."""
     began = time.monotonic()
     scenario = case.scenario()
     try:
         plan = scenario.plan()
     except PlanRefused as refusal:
-        return Result(case, refused=str(refusal))
+        return ReproductionResult(case, refused=str(refusal))
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, Timing(runner="offline", wall_s=time.monotonic() - began))
-    findings = Findings(scenario, plan, scenario.five_bar(), series, summary)
+    findings = RunAnalysis(scenario, plan, scenario.five_bar(), series, summary)
     fractions = [_fraction(findings, number) for number in range(len(plan.crossings))]
     outside = ~series.in_zone
-    return Result(
+    return ReproductionResult(
         case,
         summary,
         crossing_residual=max((abs(residual) for residual in crossing_residuals(findings)), default=None),
@@ -173,7 +175,7 @@ def _noise_outside(series: RunSeries, noise: float) -> float | None:
     return rms(np.array([noise_floor(noise, math.hypot(ax, ay)) for ax, ay in outside.tolist()]))
 
 
-def _fraction(run: Findings, number: int) -> float:
+def _fraction(run: RunAnalysis, number: int) -> float:
     """Return after which fraction of its segment's way a planned crossing comes."""
     crossing = run.plan.crossings[number]
     segment = run.plan.path.straight(crossing.segment)
@@ -182,9 +184,9 @@ def _fraction(run: Findings, number: int) -> float:
     return way / math.hypot(segment.end_x - segment.start_x, segment.end_y - segment.start_y)
 
 
-def _draw(run: Findings, names: Iterable[str]) -> dict[str, bytes]:
+def _draw(run: RunAnalysis, names: Iterable[str]) -> dict[str, bytes]:
     # here, because only few cases are drawn and matplotlib takes long to load
-    from fivebar_bringup.studies.reproduce.run_figures import draw
+    from fivebar_bringup.report.gallery import draw
 
     return {name: draw(run, name) for name in names}
 
@@ -194,5 +196,5 @@ def _larger(pair: tuple[float | None, float | None]) -> float | None:
     return max(known, default=None)
 
 
-def _length(case: Case) -> float:
+def _length(case: ReproductionCase) -> float:
     return case.duration * len(case.scenario().waypoints)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.pages.table import Cell, Table
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.report.thesis import CARTESIAN
-from fivebar_bringup.report.wording import engineering, plain
 from fivebar_bringup.studies.reproduce.cases import (
     CTC,
     DEFAULT,
@@ -15,11 +15,11 @@ from fivebar_bringup.studies.reproduce.cases import (
     MIN_NORM,
     MULTI_MODEL,
     NOMINAL,
-    Case,
-    Extent,
+    ReproductionCase,
+    ReproductionExtent,
     fixed,
 )
-from fivebar_bringup.studies.reproduce.runner import Result, Results
+from fivebar_bringup.studies.reproduce.runner import ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.verdicts import IMU_RATIO
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC
 
@@ -40,13 +40,13 @@ LAWS = (
     (JOINT, QUINTIC),
     (CARTESIAN, QUINTIC),
 )
-"""Controllers that are set beside each other, with their time laws."""
+"""Controllers that are compared, with their time laws."""
 
 SHORT = (0.3, 0.5, 1.0)
 """Durations (s) of the motions that cross far from half of their way."""
 
 
-def crossing_cases(extent: Extent) -> list[Case]:
+def crossing_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases of table (a)."""
     cases = _blended(extent)
     for variant in (MIN_NORM, *(fixed(epsilon) for epsilon in EPSILONS)):
@@ -55,12 +55,12 @@ def crossing_cases(extent: Extent) -> list[Case]:
     return cases
 
 
-def printed_law_cases(extent: Extent) -> list[Case]:
+def printed_law_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases with the law and the zone as the thesis prints them: least torque, fixed epsilon."""
     return [case for epsilon in EPSILONS for case in extent.grid(CARTESIAN, variant=fixed(epsilon, MIN_NORM))]
 
 
-def comparison_cases(extent: Extent) -> list[Case]:
+def comparison_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases of table (b) on the thesis' motions."""
     plants = (NOMINAL, *extent.perturbed)
     return [
@@ -71,35 +71,35 @@ def comparison_cases(extent: Extent) -> list[Case]:
     ]
 
 
-def far_cases() -> list[Case]:
+def far_cases() -> list[ReproductionCase]:
     """Return the cases of table (b) on motions that cross far from half of their way."""
     return [
-        Case(controller, motion, duration, time_law=time_law)
+        ReproductionCase(controller, motion, duration, time_law=time_law)
         for motion in ("early", "late")
         for duration in SHORT
         for controller, time_law in LAWS
     ]
 
 
-def imu_cases(extent: Extent) -> list[Case]:
+def imu_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
     """Return the cases of table (c)."""
     return extent.grid(CARTESIAN, imu=True)
 
 
-def within_bounds(result: Result) -> bool:
+def within_bounds(result: ReproductionResult) -> bool:
     """Return whether a run of table (a) keeps all bounds."""
     summary = result.summary
     if summary is None or not summary.completed:
         return False
     motion = result.case.motion
-    figures = (result.constraint_error, result.tracking_error, result.requested)
+    metrics = (result.constraint_error, result.tracking_error, result.requested)
     bounds = (CONSTRAINT_BOUND[motion], TRACKING_BOUND, TORQUE_BOUND)
     return summary.assembly_mode_changes == MODE_CHANGES[motion] and all(
-        figure is not None and figure <= bound for figure, bound in zip(figures, bounds, strict=True)
+        metric is not None and metric <= bound for metric, bound in zip(metrics, bounds, strict=True)
     )
 
 
-def crossing_table(extent: Extent, results: Results) -> Table:
+def crossing_table(extent: ReproductionExtent, results: Results) -> Table:
     """Return table (a)."""
     rows = []
     for case in _blended(extent):
@@ -136,13 +136,13 @@ def crossing_table(extent: Extent, results: Results) -> Table:
     )
 
 
-def variants_table(extent: Extent, results: Results) -> Table:
-    """Return what other zones and resolutions make of the runs of table (a)."""
+def variants_table(extent: ReproductionExtent, results: Results) -> Table:
+    """Return the runs of table (a) with other zones and resolutions."""
     variants = (DEFAULT, MIN_NORM, *(fixed(epsilon) for epsilon in EPSILONS))
     return _side_by_side(
         "variants",
         "(a) The same with other zones and resolutions",
-        "Largest torque asked for and largest distance from the reference. min_norm: the resolution with the least"
+        "Largest torque requested and largest distance from the reference. min_norm: the resolution with the least"
         " torque (3.35), which leaves friction along tₛ uncompensated. ε: zones of a fixed half width.",
         variants,
         _blended(extent),
@@ -150,13 +150,13 @@ def variants_table(extent: Extent, results: Results) -> Table:
     )
 
 
-def printed_table(extent: Extent, results: Results) -> Table:
-    """Return what the law and the zone as printed in the thesis make of the runs of table (a)."""
+def printed_table(extent: ReproductionExtent, results: Results) -> Table:
+    """Return the runs of table (a) with the law and the zone as printed in the thesis."""
     variants = (DEFAULT, *(fixed(epsilon, MIN_NORM) for epsilon in EPSILONS))
     return _side_by_side(
         "printed",
         "(a) The law and the zone as printed: least torque and a fixed half width",
-        "Largest torque asked for and largest distance from the reference, beside those of the defaults.",
+        "Largest torque requested and largest distance from the reference, beside those of the defaults.",
         variants,
         extent.grid(CARTESIAN),
         results,
@@ -164,7 +164,7 @@ def printed_table(extent: Extent, results: Results) -> Table:
 
 
 def _side_by_side(
-    name: str, title: str, note: str, variants: Sequence[str], cases: Sequence[Case], results: Results
+    name: str, title: str, note: str, variants: Sequence[str], cases: Sequence[ReproductionCase], results: Results
 ) -> Table:
     rows = tuple(
         (*_motion_cells(case), *(_variant(results[case._replace(variant=variant)]) for variant in variants))
@@ -173,11 +173,11 @@ def _side_by_side(
     return Table(name, title, note, ("controller", "motion", "T", *variants), rows)
 
 
-def _blended(extent: Extent) -> list[Case]:
+def _blended(extent: ReproductionExtent) -> list[ReproductionCase]:
     return [case for controller in (JOINT, CARTESIAN) for case in extent.grid(controller)]
 
 
-def _motion_cells(case: Case) -> tuple[Cell, Cell, Cell]:
+def _motion_cells(case: ReproductionCase) -> tuple[Cell, Cell, Cell]:
     return (
         Cell(case.controller, case.controller),
         Cell(case.motion, case.motion),
@@ -185,7 +185,7 @@ def _motion_cells(case: Case) -> tuple[Cell, Cell, Cell]:
     )
 
 
-def comparison_overview(extent: Extent, results: Results) -> Table:
+def comparison_overview(extent: ReproductionExtent, results: Results) -> Table:
     """Return table (b) in short: for every law and plant the worst of all runs."""
     rows = []
     for plant in (NOMINAL, *extent.perturbed):
@@ -204,8 +204,8 @@ def comparison_overview(extent: Extent, results: Results) -> Table:
     return Table(
         "comparison",
         "(b) Controllers beside each other: the worst of all runs",
-        "Middle and multiple crossing with every duration. Requested is what the law asked for, applied what the drives"
-        " gave (at most 10 Nm), saturated how many samples asked for more.",
+        "Middle and multiple crossing with every duration. Requested is the law's torque, applied that of the drives"
+        " (at most 10 Nm), saturated the number of samples that requested more.",
         (
             "plant",
             "controller",
@@ -223,7 +223,7 @@ def comparison_overview(extent: Extent, results: Results) -> Table:
 FIGURES = (("requested", "Nm"), ("applied", "Nm"), ("tracking_error", "m"), ("constraint_error", "m"))
 
 
-def comparison_tables(extent: Extent, results: Results) -> list[Table]:
+def comparison_tables(extent: ReproductionExtent, results: Results) -> list[Table]:
     """Return table (b) run by run, one table per plant."""
     return [
         _run_by_run(
@@ -253,7 +253,7 @@ def far_table(results: Results) -> Table:
     )
 
 
-def imu_table(extent: Extent, results: Results) -> Table:
+def imu_table(extent: ReproductionExtent, results: Results) -> Table:
     """Return table (c)."""
     rows = []
     for case in imu_cases(extent):
@@ -274,15 +274,15 @@ def imu_table(extent: Extent, results: Results) -> Table:
         "imu",
         "(c) Acceleration check with the simulated IMU",
         "multi_cartesian; noise 0.05 m/s² per axis, bias, 100 Hz bandwidth, mounted 17 mm off and turned (scenario"
-        " imu_middle). The error counts outside the blending zones; the noise floor is what the noise alone leaves on"
+        " imu_middle). The error counts outside the blending zones; the noise floor is the error by noise alone on"
         " the same samples; allowed is 1.2 times as much. The last column is the same motion with a perfect IMU:"
-        " what is left there is true motion of the platform, the computed torque law catching up after a crossing.",
+        " the remaining error is true motion of the platform, the computed torque law converging after a crossing.",
         ("motion", "T", "completed", "error", "noise floor", "ratio", "perfect IMU"),
         tuple(rows),
     )
 
 
-def _run_by_run(name: str, title: str, note: str, runs: Sequence[Result], folded: bool = False) -> Table:
+def _run_by_run(name: str, title: str, note: str, runs: Sequence[ReproductionResult], folded: bool = False) -> Table:
     rows = []
     for run in runs:
         case = run.case
@@ -321,7 +321,7 @@ def _run_by_run(name: str, title: str, note: str, runs: Sequence[Result], folded
     )
 
 
-def completed_cell(result: Result) -> Cell:
+def completed_cell(result: ReproductionResult) -> Cell:
     """Return whether a run was completed, or why not."""
     if result.completed:
         return Cell("yes", "yes", True)
@@ -332,7 +332,7 @@ def _law(controller: str, time_law: str) -> str:
     return f"{controller} ({time_law})" if controller == MULTI_MODEL else controller
 
 
-def _changes(result: Result) -> int | None:
+def _changes(result: ReproductionResult) -> int | None:
     return None if result.summary is None else result.summary.assembly_mode_changes
 
 
@@ -351,12 +351,12 @@ def _bounded(value: float | None, bound: float, unit: str) -> Cell:
     return _number(value, unit)._replace(good=value is not None and value <= bound)
 
 
-def _worst(runs: Sequence[Result], name: str, unit: str) -> Cell:
+def _worst(runs: Sequence[ReproductionResult], name: str, unit: str) -> Cell:
     known = [value for run in runs if (value := getattr(run, name)) is not None]
     return _number(max(known, default=None), unit)
 
 
-def _variant(result: Result) -> Cell:
+def _variant(result: ReproductionResult) -> Cell:
     values = f"{plain(result.requested, 'Nm')}, {engineering(result.tracking_error, 'm')}"
     content = {
         "completed": result.completed,

@@ -1,4 +1,4 @@
-"""The rules by which a measured figure is judged against what the thesis reports. None of them knows a result."""
+"""The rules by which a measured value is judged against what the thesis reports. All are fixed beforehand."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
-from fivebar_bringup.report.wording import engineering
+from fivebar_bringup.pages.units import engineering
 
 
 class Verdict(StrEnum):
-    """What a comparison comes to."""
+    """Outcome of a comparison with the thesis."""
 
     AGREED = "agreed"
     BETTER = "better"
@@ -19,7 +19,7 @@ class Verdict(StrEnum):
 
 
 class Judgement(NamedTuple):
-    """A verdict, the rule that gave it, and the figures that decided."""
+    """A verdict, the rule that gave it, and the values that decided."""
 
     verdict: Verdict
     rule: str
@@ -27,13 +27,13 @@ class Judgement(NamedTuple):
 
 
 ORDER = math.sqrt(10.0)
-"""A figure is of the order 10^n where it is within this factor of 10^n."""
+"""A value is of the order 10^n where it is within this factor of 10^n."""
 
 FINITE_TORQUE = 10.0
 """Torques (Nm) that the drives can give; a law that never asks for more crosses with finite torque."""
 
 IMU_RATIO = 1.2
-"""Largest acceptable ratio of an acceleration error to what the sensor's noise alone leaves."""
+"""Largest acceptable ratio of an acceleration error to the noise floor of the sensor."""
 
 
 def order_of_magnitude(measured: float | None, reported: float, unit: str) -> Judgement:
@@ -44,7 +44,7 @@ def order_of_magnitude(measured: float | None, reported: float, unit: str) -> Ju
         " not reproduced above"
     )
     if measured is None:
-        return Judgement(Verdict.NOT_REPRODUCED, rule, "there is no such figure")
+        return Judgement(Verdict.NOT_REPRODUCED, rule, "no such value was measured")
     found = f"{engineering(measured, unit)} ({measured:.2e} {unit})"
     if measured < low:
         return Judgement(Verdict.BETTER, rule, f"{found} is below {low:.1e} {unit}")
@@ -54,22 +54,22 @@ def order_of_magnitude(measured: float | None, reported: float, unit: str) -> Ju
 
 
 def finite_torque(completed: Sequence[bool], peaks: Sequence[float | None]) -> Judgement:
-    """Judge that runs were completed and that no torque asked for was beyond the drives."""
-    rule = f"agreed where every run is completed and no torque asked for exceeds {FINITE_TORQUE:g} Nm"
+    """Judge that runs were completed and that no requested torque was beyond the drives."""
+    rule = f"agreed where every run is completed and no requested torque exceeds {FINITE_TORQUE:g} Nm"
     known = [math.inf if peak is None else peak for peak in peaks]
     largest = max(known, default=math.inf)
     done = sum(completed)
-    reason = f"{done} of {len(completed)} runs completed, {largest:.3g} Nm asked for at most"
+    reason = f"{done} of {len(completed)} runs completed, {largest:.3g} Nm requested at most"
     good = len(completed) > 0 and done == len(completed) and largest <= FINITE_TORQUE
     return Judgement(Verdict.AGREED if good else Verdict.NOT_REPRODUCED, rule, reason)
 
 
 def only_one_side_finite(finite: Judgement, others: Sequence[float | None]) -> Judgement:
-    """Judge that some laws need finite torque where another asks for more than the drives have, in every run."""
-    rule = f"agreed where that holds for the blended laws and computed torque asks for over {FINITE_TORQUE:g} Nm always"
+    """Judge that some laws need finite torque where another requests more than the drives have, in every run."""
+    rule = f"agreed where that holds for the blended laws and computed torque requests over {FINITE_TORQUE:g} Nm always"
     beyond = sum(1 for peak in others if peak is None or peak > FINITE_TORQUE)
     known = [peak for peak in others if peak is not None]
-    least = f"{min(known):.3g} Nm at least" if known else "no finite figure"
+    least = f"{min(known):.3g} Nm at least" if known else "no finite value"
     reason = f"{finite.reason}; computed torque beyond the drives in {beyond} of {len(others)} runs ({least})"
     good = finite.verdict == Verdict.AGREED and len(others) > 0 and beyond == len(others)
     return Judgement(Verdict.AGREED if good else Verdict.NOT_REPRODUCED, rule, reason)
@@ -99,7 +99,7 @@ def as_printed(largest_difference: float, tolerance: float) -> Judgement:
     return Judgement(Verdict.AGREED if good else Verdict.NOT_REPRODUCED, rule, reason)
 
 
-class Pair(NamedTuple):
+class PairedRuns(NamedTuple):
     """One run with a measure taken and without it: whether each was completed, and each one's error."""
 
     label: str
@@ -123,13 +123,13 @@ NEED_RULE = (
 )
 
 
-def shown_necessary(pairs: Sequence[Pair]) -> Judgement:
+def shown_necessary(pairs: Sequence[PairedRuns]) -> Judgement:
     """Judge the claim that a measure is necessary."""
     needed, reason = _need(pairs)
     return Judgement(Verdict.AGREED if needed else Verdict.NOT_REPRODUCED, f"{NEED_RULE}; agreed if so", reason)
 
 
-def _need(pairs: Sequence[Pair]) -> tuple[bool, str]:
+def _need(pairs: Sequence[PairedRuns]) -> tuple[bool, str]:
     saved = [pair.label for pair in pairs if pair.completed_with and not pair.completed_without]
     worst = max(pairs, key=lambda pair: pair.ratio)
     done_with = sum(pair.completed_with for pair in pairs)

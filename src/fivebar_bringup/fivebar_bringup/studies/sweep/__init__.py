@@ -1,1 +1,1 @@
-"""Thousands of random crossings with every controller: how often they succeed, how large the errors are, what fails."""
+"""Thousands of random crossings with every controller: success rates, errors and causes of failure."""

@@ -1,4 +1,4 @@
-"""The directory of a sweep: settings, results as they come, and what an interruption leaves of them."""
+"""The directory of a sweep: settings and incremental results, from which an interrupted sweep resumes."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from fivebar_bringup.runs.bag.tail import replace_file
 from fivebar_bringup.runs.results import json_text, new_directory, write_results
 from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_bringup.studies.sweep.program import program_digest
-from fivebar_bringup.studies.sweep.rows import HEAD, Row, as_lines, from_lines
+from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
 from fivebar_description.strict_yaml import InputError
 
 DEFAULT_SEED, DEFAULT_CASES = 1, 2000
 
 
-class Settings(NamedTuple):
-    """What decides the results of a sweep.
+class SweepSettings(NamedTuple):
+    """The settings that determine the results of a sweep.
 
     Attributes:
         seed: of all cases.
-        cases: crossings that the screen has to call feasible for unified before the sweep is done.
+        cases: crossings judged feasible for unified after which the sweep is done.
         program: digest of the code that decides the rows.
     """
 
@@ -42,18 +42,18 @@ class SweepDirectory(StudyDirectory):
 
     @property
     def rows(self) -> Path:
-        """One line per run and refused case: in the order in which they come, and sorted in the end."""
+        """One line per run and refused case: in order of completion, and sorted in the end."""
         return self.path / "sweep.csv"
 
-    def read_settings(self) -> Settings:
-        """Return the settings of a sweep that was begun here.
+    def read_settings(self) -> SweepSettings:
+        """Return the settings of the sweep that was started here.
 
         Raises:
             InputError: there is none, or they cannot be read.
         """
         try:
             content = json.loads(self.content.read_text(encoding="utf-8"))["settings"]
-            return Settings(int(content["seed"]), int(content["cases"]), str(content["program"]))
+            return SweepSettings(int(content["seed"]), int(content["cases"]), str(content["program"]))
         except OSError as error:
             raise InputError(f"{self.content}: cannot be read: {error.strerror}") from error
         except (ValueError, KeyError, TypeError) as error:
@@ -61,10 +61,10 @@ class SweepDirectory(StudyDirectory):
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Let no other sweep write here.
+        """Hold the lock that keeps other sweeps from writing here.
 
         Raises:
-            InputError: another one does.
+            InputError: another sweep holds it.
         """
         with self.content.open("rb") as file:
             try:
@@ -73,8 +73,8 @@ class SweepDirectory(StudyDirectory):
                 raise InputError(f"{self.path}: another sweep is writing here") from error
             yield
 
-    def complete_rows(self) -> dict[int, list[Row]]:
-        """Return the rows of each case that has all of them; a torn last line and what belongs to it are left out.
+    def complete_rows(self) -> dict[int, list[SweepRow]]:
+        """Return the rows of each case that has all of them; a case with a torn last line is left out.
 
         Raises:
             InputError: the file holds something else.
@@ -86,7 +86,7 @@ class SweepDirectory(StudyDirectory):
         text = text[: text.rfind("\n") + 1]
         if text and not text.startswith(HEAD):
             raise InputError(f"{self.rows}: begins with another line than that of this version's results")
-        by_case: dict[int, list[Row]] = {}
+        by_case: dict[int, list[SweepRow]] = {}
         try:
             for row in from_lines(text[len(HEAD) :]):
                 by_case.setdefault(row.case, []).append(row)
@@ -94,23 +94,23 @@ class SweepDirectory(StudyDirectory):
             raise InputError(f"{self.rows}: {error}") from error
         return {number: rows for number, rows in by_case.items() if _is_complete(rows)}
 
-    def replace_rows(self, rows: Sequence[Row]) -> None:
+    def replace_rows(self, rows: Sequence[SweepRow]) -> None:
         """Write these rows and no others, in one step."""
         replace_file(self.rows, (HEAD + as_lines(rows)).encode("utf-8"))
 
-    def append_rows(self, rows: Sequence[Row]) -> None:
-        """Add rows, with the system by the time this returns."""
+    def append_rows(self, rows: Sequence[SweepRow]) -> None:
+        """Append rows; they are with the operating system when this returns."""
         with self.rows.open("ab") as file:
             file.write(as_lines(rows).encode("utf-8"))
 
 
-def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[SweepDirectory, Settings]:
-    """Return a new sweep's directory, or that of one to be continued, with its settings.
+def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[SweepDirectory, SweepSettings]:
+    """Return a new sweep's directory, or that of one to resume, with its settings.
 
     Args:
         out: new or empty directory, or that of a sweep; by default runs/sweep-<date>-<time>.
-        seed: by default that of the sweep to be continued, else 1.
-        cases: by default those of the sweep to be continued, else 2000.
+        seed: by default that of the resumed sweep, else 1.
+        cases: by default those of the resumed sweep, else 2000.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
@@ -128,12 +128,12 @@ def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[Sweep
                 )
         return begun, settings
     new = SweepDirectory(new_directory(out, "sweep"))
-    settings = Settings(DEFAULT_SEED if seed is None else seed, DEFAULT_CASES if cases is None else cases, program)
+    settings = SweepSettings(DEFAULT_SEED if seed is None else seed, DEFAULT_CASES if cases is None else cases, program)
     write_results(new.path, {new.content.name: json_text({"settings": settings._asdict(), "finished": False})})
     return new, settings
 
 
-def _is_complete(rows: Sequence[Row]) -> bool:
+def _is_complete(rows: Sequence[SweepRow]) -> bool:
     """Return whether these are all rows of a case."""
     names = tuple(row.controller for row in rows)
     return names in (("",), CONTROLLERS)

@@ -1,4 +1,4 @@
-"""Draws random crossings: each from its number alone, so that any of them can be made again without the others."""
+"""Draws random crossings: each from its number alone, so that any of them can be repeated without the others."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ TORQUE_LIMIT = 2.0
 """Nm, of the drives."""
 
 UNIFIED_WEIGHT = 0.3
-"""Price of torque for unified ((m/s^2 / Nm)^2), a tenth of the scenarios': here the drives' limit bounds the
-torque, and what the price postpones near the locus is what quick crossings of a robot off its model fail for."""
+"""Torque weight of unified ((m/s^2 / Nm)^2), a tenth of the scenarios': here the drives' limit bounds the torque,
+and a larger weight delays corrections near the locus, for which quick crossings with model errors fail."""
 
 SHORTEST, LONGEST = 0.3, 3.0
 """Durations (s)."""
 
 SPREAD = 0.15
-"""Mass, inertia and friction differ from the believed ones by at most this share."""
+"""Mass, inertia and friction differ from the model's by at most this share."""
 
 ENCODERS = (None, 8192, 20_000, 65_536)
 """Counts per revolution; None: exact sensors on all four joints, and no estimator."""
@@ -36,14 +36,14 @@ ENCODERS = (None, 8192, 20_000, 65_536)
 DELAYS = (0, 1)
 """Samples between a command and its effect."""
 
-Point = tuple[float, float]
+XY = tuple[float, float]
 
 
 class DrawnScenario(Scenario):
     """A scenario that reads the robot's file once in a process, not once in a run."""
 
     def five_bar(self) -> FiveBar:
-        """Return the robot that the controllers believe in."""
+        """Return the robot as the controllers model it."""
         return _robot(self.robot)
 
 
@@ -55,7 +55,7 @@ class Draw(NamedTuple):
         mode1, mode2: working mode.
         start_x, start_y, end_x, end_y: rest points (m) in different assembly modes.
         duration: of the straight segment between them (s).
-        mass_scale, inertia_scale, friction_scale: actual over believed.
+        mass_scale, inertia_scale, friction_scale: actual over modelled.
         encoder_counts: per revolution, None for exact sensors.
         delay_samples: of the drives.
     """
@@ -75,7 +75,7 @@ class Draw(NamedTuple):
     delay_samples: int
 
     def scenario(self, controller: str) -> DrawnScenario:
-        """Return what a controller is to run; with encoders it has estimator and gains of the rig with encoders.
+        """Return the scenario for a controller; with encoders it has estimator and gains of the rig with encoders.
 
         Raises:
             InputError: there is no such controller.
@@ -136,7 +136,7 @@ def _robot(name: str) -> FiveBar:
 
 @cache
 def _given() -> DrawnScenario:
-    """Return what all cases have in common; its waypoints are nobody's."""
+    """Return the common part of all cases; its waypoints are placeholders."""
     common = {
         "name": "case",
         "robot": ROBOT,
@@ -147,7 +147,7 @@ def _given() -> DrawnScenario:
     return validate(common, DrawnScenario, "sweep")
 
 
-def _reachable(robot: FiveBar, random: np.random.Generator) -> Point:
+def _reachable(robot: FiveBar, random: np.random.Generator) -> XY:
     left, right, bottom, top = workspace_bounds(robot)
     while True:
         x, y = random.uniform((left, bottom), (right, top)).tolist()

@@ -1,4 +1,4 @@
-"""Why a crossing that was called feasible has failed: where the error grew, and what would have saved it."""
+"""Why a feasible crossing failed: where the error peaked, and which single changes avoid the failure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT, DrawnScenario
-from fivebar_bringup.studies.sweep.rows import Row
+from fivebar_bringup.studies.sweep.rows import SweepRow
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import inverse_condition
@@ -57,7 +57,7 @@ CHANGES: Mapping[str, Callable[[Content], None]] = {
     "a quarter slower": _slower,
     "a fifth quicker": _quicker,
 }
-"""What is changed, one at a time, to see which of them the failure needs."""
+"""Changes tried one at a time, to see which conditions the failure depends on."""
 
 
 class Moment(NamedTuple):
@@ -67,7 +67,7 @@ class Moment(NamedTuple):
         time: s.
         error: m.
         kappa: 1/cond(A) of the actual robot.
-        estimate_off: distance of the platform that the controller was told of from the actual one (m).
+        estimate_off: distance of the estimated platform from the actual one (m).
     """
 
     time: float
@@ -77,9 +77,9 @@ class Moment(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """A failure: the run, its worst moment, and the changes with which the same crossing succeeds."""
+    """A failure: the run, the time of its largest error, and the changes with which the same crossing succeeds."""
 
-    row: Row
+    row: SweepRow
     worst: Moment
     saved_by: tuple[str, ...]
 
@@ -87,14 +87,14 @@ class Explanation(NamedTuple):
     def text(self) -> str:
         """The explanation in words."""
         row, worst = self.row, self.worst
-        saved = f"succeeds with {', or '.join(self.saved_by)}" if self.saved_by else "fails with each single change too"
+        saved = f"succeeds with {', or '.join(self.saved_by)}" if self.saved_by else "fails with every single change"
         when = "before the fault" if row.fault else "in the run"
         return (
             f"{row.why_not}. The largest error {when} was {1e3 * worst.error:.2f} mm after {worst.time:.3f} s, at"
-            f" 1/cond(A) = {worst.kappa:.3f}, where the controller was told of a place"
-            f" {1e3 * worst.estimate_off:.2f} mm off. The motors gave up to {row.applied or 0.0:.2f} of"
+            f" 1/cond(A) = {worst.kappa:.3f}, where the estimate was {1e3 * worst.estimate_off:.2f} mm"
+            f" off. The motors gave up to {row.applied or 0.0:.2f} of"
             f" {TORQUE_LIMIT:g} Nm. Nearest limit of the screen:"
-            f" {row.limit}, used to {100.0 * (row.limit_use or 0.0):.0f} %. It {saved}."
+            f" {row.limit}, {100.0 * (row.limit_use or 0.0):.0f} % used. It {saved}."
         )
 
     def as_json(self) -> dict[str, Any]:
@@ -108,7 +108,7 @@ class Explanation(NamedTuple):
         }
 
 
-def explained(row: Row) -> Explanation:
+def explained(row: SweepRow) -> Explanation:
     """Return why the run of a row failed."""
     scenario = row.draw.scenario(row.controller)
     saved_by = [name for name in CHANGES if _succeeds(scenario, name)]
@@ -122,7 +122,7 @@ def _succeeds(scenario: Scenario, change: str) -> bool:
         changed = validate(content, DrawnScenario, scenario.name)
         return not made(changed, changed.plan())[1]
     except InputError:
-        # as when a slower motion is refused
+        # for example, the planner refuses the slower motion
         return False
 
 
@@ -133,20 +133,20 @@ def worst_moment(scenario: Scenario) -> Moment:
     outcome, trace = traced_crossing(case_of(scenario), plan)
     until = outcome.fault_sample + 1 if outcome.fault else len(trace)
     moments = []
-    for number, (x, y, told_x, told_y, kappa) in enumerate(_places(scenario, trace[:until])):
+    for number, (x, y, estimated_x, estimated_y, kappa) in enumerate(_places(scenario, trace[:until])):
         error = math.hypot(x - plan.rows[number, 0], y - plan.rows[number, 1])
-        moments.append(Moment(number / scenario.rate_hz, error, kappa, math.hypot(told_x - x, told_y - y)))
+        moments.append(Moment(number / scenario.rate_hz, error, kappa, math.hypot(estimated_x - x, estimated_y - y)))
     return max(moments, key=lambda moment: moment.error)
 
 
 def _places(scenario: Scenario, trace: FloatArray) -> list[tuple[float, ...]]:
-    """Return the actual platform (m), the told one at the same moment, and 1/cond(A), sample by sample."""
+    """Return the actual platform (m), the estimated one at the same time, and 1/cond(A), sample by sample."""
     robot, lead = scenario.five_bar(), scenario.lead_samples
-    told = [TraceRow._fields.index(name) for name in ("told_x", "told_y")]
+    estimated = [TraceRow._fields.index(name) for name in ("told_x", "told_y")]
     places: list[tuple[float, ...]] = []
     for number, joints in enumerate(trace[:, :8].tolist()):
         state = state_from_joints(robot, *joints)
-        # what is told at a sample is about the moment at which its answer takes effect
-        told_x, told_y = trace[max(number - lead, 0), told].tolist()
-        places.append((state.x, state.y, told_x, told_y, inverse_condition(state)))
+        # the estimate at a sample is for the time at which the answer to it takes effect
+        estimated_x, estimated_y = trace[max(number - lead, 0), estimated].tolist()
+        places.append((state.x, state.y, estimated_x, estimated_y, inverse_condition(state)))
     return places

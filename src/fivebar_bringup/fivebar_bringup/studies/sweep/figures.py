@@ -8,16 +8,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from fivebar_bringup.pages.picture import Picture
+from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import GREEN, GREY, INK, VERMILION, house_style, log_axis, new_figure, png
 from fivebar_bringup.report.workspace import draw_map, survey
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.studies.compare.figures import LOOKS
 from fivebar_bringup.studies.sweep.drawing import ROBOT
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, Row
-from fivebar_bringup.studies.sweep.running import CONTROLLERS
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow
+from fivebar_bringup.studies.sweep.running import CONTROLLERS, FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.studies.sweep.statistics import runs_of
-from fivebar_bringup.studies.sweep.success import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_control.trajectory.postures import WORKING_MODES
 from fivebar_description.parameters import load_robot
 
@@ -30,18 +29,18 @@ LEAST_ERROR = 1e-5
 """Errors (m) below this are drawn there."""
 
 
-def sweep_figures(rows: Sequence[Row]) -> list[Picture]:
+def sweep_figures(rows: Sequence[SweepRow]) -> list[Picture]:
     """Return the figures."""
     with house_style():
         return [_distributions(rows), _factors(rows), _maps(rows)]
 
 
-def _distributions(rows: Sequence[Row]) -> Picture:
+def _distributions(rows: Sequence[SweepRow]) -> Picture:
     figure = new_figure(
         "How large the errors are", "share of the crossings with a larger error; both axes are logarithmic", 5.2
     )
     panels = figure.subplots(1, 2, sharey=True)
-    kinds: tuple[tuple[str, Callable[[Row], float | None], float], ...] = (
+    kinds: tuple[tuple[str, Callable[[SweepRow], float | None], float], ...] = (
         ("peak error in mm", lambda row: row.error_peak, PEAK_LIMIT),
         ("final error in mm", lambda row: row.error_final, FINAL_LIMIT),
     )
@@ -65,20 +64,20 @@ def _distributions(rows: Sequence[Row]) -> Picture:
     panels[0].set_ylabel("share with a larger error")
     panels[0].legend(loc="lower left")
     caption = (
-        "Solid: crossings that the controller's screen called feasible. Dotted: all that the planner accepted."
-        " Dashed: what a success has to stay below."
+        "Solid: crossings that the controller's screen judged feasible. Dotted: all that the planner accepted."
+        " Dashed: limit of a success."
     )
     return Picture("errors", caption, png(figure))
 
 
-def _factors(rows: Sequence[Row]) -> Picture:
+def _factors(rows: Sequence[SweepRow]) -> Picture:
     figure = new_figure(
         "What the peak error depends on",
-        "crossings that were called feasible; crosses: not a success",
+        "crossings judged feasible; crosses: not a success",
         2.0 + 1.9 * len(CONTROLLERS),
     )
     panels = figure.subplots(len(CONTROLLERS), 3, sharex="col", sharey=True, squeeze=False)
-    kinds: tuple[tuple[str, Callable[[Row], float | None]], ...] = (
+    kinds: tuple[tuple[str, Callable[[SweepRow], float | None]], ...] = (
         ("duration in s", lambda row: row.duration),
         ("|n.v1| where it crosses", lambda row: row.authority),
         ("1/cond(A) at rest", lambda row: row.rest_kappa),
@@ -104,26 +103,31 @@ def _factors(rows: Sequence[Row]) -> Picture:
     return Picture(
         "factors",
         "Peak error over the duration, over how well the path's normal can be controlled on the locus, and over how"
-        " far from the locus the platform rests. Dashed: what a success has to stay below.",
+        " far from the locus the platform rests. Dashed: limit of a success.",
         png(figure),
     )
 
 
 def _cloud(
-    axes: Axes, rows: Sequence[Row], factor: Callable[[Row], float | None], colour: str, marker: str, size: float
+    axes: Axes,
+    rows: Sequence[SweepRow],
+    factor: Callable[[SweepRow], float | None],
+    colour: str,
+    marker: str,
+    size: float,
 ) -> None:
     points = _points(rows, lambda row: (factor(row), None if row.error_peak is None else 1e3 * row.error_peak))
     points[:, 1] = np.maximum(points[:, 1], 1e3 * LEAST_ERROR)
     axes.scatter(points[:, 0], points[:, 1], s=size, color=colour, marker=marker, linewidths=1.0 if size > 9.0 else 0.0)
 
 
-def _points(rows: Sequence[Row], place: Callable[[Row], tuple[float | None, float | None]]) -> FloatArray:
-    """Return float64[n, 2] of the rows that have both figures."""
+def _points(rows: Sequence[SweepRow], place: Callable[[SweepRow], tuple[float | None, float | None]]) -> FloatArray:
+    """Return float64[n, 2] of the rows that have both values."""
     places = [place(row) for row in rows]
     return np.array([one for one in places if None not in one], dtype=np.float64).reshape(-1, 2)
 
 
-def _maps(rows: Sequence[Row]) -> Picture:
+def _maps(rows: Sequence[SweepRow]) -> Picture:
     robot = load_robot(ROBOT)
     figure = new_figure(
         "Where crossings fail", "working modes from top to bottom, in mm", 1.2 + 2.3 * len(WORKING_MODES)
@@ -156,8 +160,8 @@ def _maps(rows: Sequence[Row]) -> Picture:
                 axes.set_ylabel(MODE_NAMES[modes])
     return Picture(
         "maps",
-        "Dots: where the path crosses the Type 2 locus. Green: called feasible and made. Orange, with the whole path:"
-        " called feasible and failed. Grey: screened out, run all the same, and failed; screened out and made is left"
-        " out. Purple: the Type 2 locus.",
+        "Dots: where the path crosses the Type 2 locus. Green: judged feasible and successful. Orange, with the whole"
+        " path: judged feasible and failed. Grey: screened out, run nevertheless, and failed; screened out and"
+        " successful is not shown. Purple: the Type 2 locus.",
         png(figure),
     )

@@ -1,4 +1,4 @@
-"""Which program makes the rows: halves of a sweep by different ones do not belong together."""
+"""Digest of the program that determines the rows: a sweep must not be resumed with another one."""
 
 from __future__ import annotations
 
@@ -31,7 +31,6 @@ DECIDING = {
         "studies/sweep/drawing.py",
         "studies/sweep/rows.py",
         "studies/sweep/running.py",
-        "studies/sweep/success.py",
     ),
 }
 """What decides the rows, and not only how they are shown: patterns of files by package."""

@@ -1,4 +1,4 @@
-"""One row of the results: a controller's run of a case, or a case that nobody ran."""
+"""One row of the results: a controller's run of a case, or a case that the planner refused."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from typing import Any, NamedTuple
 from fivebar_bringup.studies.sweep.drawing import Draw
 
 REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
-"""By the planner, once for all controllers; by the controller's screen, and run all the same; called feasible."""
+"""By the planner, for all controllers; by the controller's screen, and run nevertheless; judged feasible."""
 
 
-class Row(NamedTuple):
+class SweepRow(NamedTuple):
     """A line of sweep.csv; empty entries are None.
 
     Attributes:
         case: number.
         controller: "" where the planner refused the motion for all of them.
-        status: `REFUSED`, `SCREENED_OUT` or `FEASIBLE`, said before the run.
+        status: `REFUSED`, `SCREENED_OUT` or `FEASIBLE`, known before the run.
         reason: why it was refused or screened out.
         success: of the run, by the rule of `success`.
-        why_not: what the rule missed.
+        why_not: how it falls short of a success.
         mode1 ... delay_samples: as in `Draw`, lengths in m.
         crossings: planned changes of assembly mode.
         authority: least |n.v1| at the planned crossings.
         crossing_x, crossing_y: of the first one (m).
-        reference_torque, dwell, rest_kappa: the screen's figures: what the reference needs (Nm), longest time near the
+        reference_torque, dwell, rest_kappa: the screen's metrics: torque of the reference (Nm), longest time near the
             locus (s), least 1/cond(A) at rest.
-        limit, limit_use: the screen's figure that is nearest to its limit, or furthest beyond, and how much of the
+        limit, limit_use: the screen's metric that is nearest to its limit, or furthest beyond, and how much of the
             limit it uses; more than 1 is beyond.
         fault, fault_time: name, and when (s); "" for none.
         mode_changes: of the assembly mode.
         error_peak, error_final: distance of the actual platform from the reference (m).
         requested, applied: larger of both motors' peaks (Nm).
-        saturated: samples, of `samples`, that asked for more than the limit.
+        saturated: samples, of `samples`, that requested more than the limit.
         estimate_error: largest error of the estimated platform (m).
         type1_distance: least distance from Type 1 (m).
-        work: that the motors turned over (J).
+        work: spent by the motors (J).
     """
 
     case: int
@@ -87,11 +87,11 @@ class Row(NamedTuple):
         return Draw(self.case, *(getattr(self, name) for name in Draw._fields[1:]))
 
 
-HEAD = ",".join(Row._fields) + "\n"
+HEAD = ",".join(SweepRow._fields) + "\n"
 """First line of sweep.csv."""
 
 
-def as_lines(rows: Iterable[Row]) -> str:
+def as_lines(rows: Iterable[SweepRow]) -> str:
     """Return rows as lines of comma-separated values; numbers keep all their digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -100,7 +100,7 @@ def as_lines(rows: Iterable[Row]) -> str:
     return text.getvalue()
 
 
-def from_lines(text: str) -> list[Row]:
+def from_lines(text: str) -> list[SweepRow]:
     """Return the rows of whole lines.
 
     Raises:
@@ -110,7 +110,7 @@ def from_lines(text: str) -> list[Row]:
     for line in csv.reader(io.StringIO(text)):
         if len(line) != len(_READERS):
             raise ValueError(f"{','.join(line)!r}: expected {len(_READERS)} entries")
-        rows.append(Row(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True))))
+        rows.append(SweepRow(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True))))
     return rows
 
 
@@ -137,4 +137,6 @@ _BY_TYPE: dict[str, Callable[[str], Any]] = {
     "bool | None": _or_none(_flag),
 }
 # a NamedTuple keeps its annotations as forward references
-_READERS: Sequence[Callable[[str], Any]] = [_BY_TYPE[kind.__forward_arg__] for kind in Row.__annotations__.values()]
+_READERS: Sequence[Callable[[str], Any]] = [
+    _BY_TYPE[kind.__forward_arg__] for kind in SweepRow.__annotations__.values()
+]

@@ -1,4 +1,4 @@
-"""Makes one case with every controller: planned, screened, run."""
+"""Plans, screens and runs one case with every controller."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, Draw, draw
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, Row
-from fivebar_bringup.studies.sweep.success import shortcomings
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
 from fivebar_control.safety.stages import NO_FAULT
@@ -23,26 +22,39 @@ from fivebar_description.strict_yaml import InputError
 CONTROLLERS = tuple(registry.CONTROLLERS)
 
 
+PEAK_LIMIT = 2e-3
+"""A success stays within this distance (m) of its reference throughout."""
+
+FINAL_LIMIT = 1e-3
+"""A success ends within this distance (m) of its reference."""
+
+SUCCESS_RULE = (
+    "all samples without a fault, the planned change of assembly mode, never 2 mm from the reference, less than 1 mm"
+    " from it at the end"
+)
+"""The definition of a success, in words; fixed before any run."""
+
+
 class Batch(NamedTuple):
-    """Cases of a sweep that one process makes: from `first` to before `end`."""
+    """Cases of a sweep for one process: from `first` to before `end`."""
 
     seed: int
     first: int
     end: int
 
 
-def run_batch(batch: Batch) -> list[Row]:
+def run_batch(batch: Batch) -> list[SweepRow]:
     """Return the rows of a batch, in order of case and controller."""
     return [row for number in range(batch.first, batch.end) for row in run_case(batch.seed, number)]
 
 
-def run_case(seed: int, number: int) -> list[Row]:
+def run_case(seed: int, number: int) -> list[SweepRow]:
     """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
     case = draw(seed, number)
     try:
         plan = planned(case)
     except InputError as refusal:
-        return [Row(number, "", REFUSED, str(refusal), None, "", *case[1:])]
+        return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
     samples = _sampled(case, plan)
     return [_row(case, controller, plan, samples) for controller in CONTROLLERS]
 
@@ -61,7 +73,7 @@ def planned(case: Draw) -> Plan:
 
 
 def screened(case: Draw, controller: str, plan: Plan) -> Feasibility:
-    """Return what the screen says before the run of a controller."""
+    """Return the screen's judgement of a controller's run."""
     scenario = case.scenario(controller)
     follower = scenario.tuned()
     counts = case.encoder_counts
@@ -70,7 +82,7 @@ def screened(case: Draw, controller: str, plan: Plan) -> Feasibility:
 
 
 def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
-    """Return what a scenario with that plan comes to, and what it lacks of a success."""
+    """Run a scenario with its plan; return the outcome and how it falls short of a success."""
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     return _judged(case_of(scenario), plan, samples)
 
@@ -85,13 +97,13 @@ def _sampled(case: Draw, plan: Plan) -> Sampled:
     return sampled(scenario.five_bar(), plan, RATE_HZ, scenario.lead_samples)
 
 
-def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Row:
+def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> SweepRow:
     verdict = screened(case, controller, plan)
     outcome, missed = _judged(case_of(case.scenario(controller)), plan, samples)
     nearest = max(verdict.figures, key=use_of)
     first = plan.crossings[0]
     faulty = outcome.fault != NO_FAULT
-    return Row(
+    return SweepRow(
         case.number,
         controller,
         FEASIBLE if verdict.feasible else SCREENED_OUT,
@@ -135,3 +147,20 @@ def use_of(figure: Figure) -> float:
 def _value(verdict: Feasibility, name: str) -> float | None:
     figure = verdict.figure(name)
     return None if figure is None else figure.value
+
+
+def shortcomings(outcome: Outcome, planned_samples: int, planned_mode_changes: int) -> list[str]:
+    """Return how a run falls short of a success, worst first; nothing for a success."""
+    missed = []
+    if outcome.fault != NO_FAULT:
+        missed.append(f"fault {FAULT_NAMES[outcome.fault]}")
+    elif outcome.samples != planned_samples:
+        missed.append(f"{outcome.samples} of {planned_samples} samples")
+    if outcome.mode_changes != planned_mode_changes:
+        missed.append(f"{outcome.mode_changes} changes of assembly mode, planned {planned_mode_changes}")
+    # a NaN is no success
+    if not outcome.error_peak < PEAK_LIMIT:
+        missed.append(f"peak error {1e3 * outcome.error_peak:.2f} mm")
+    if not outcome.error_final < FINAL_LIMIT:
+        missed.append(f"final error {1e3 * outcome.error_final:.2f} mm")
+    return missed

@@ -1,4 +1,4 @@
-"""One case of a sweep, made again alone: its figures, its scenario, and what it looked like."""
+"""One case of a sweep, repeated alone: its metrics, scenario and figure."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.studies.sweep.drawing import draw
-from fivebar_bringup.studies.sweep.rows import REFUSED, Row
-from fivebar_bringup.studies.sweep.running import run_case
-from fivebar_bringup.studies.sweep.success import PEAK_LIMIT
+from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
+from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.strict_yaml import InputError
@@ -28,13 +27,13 @@ LOWEST = -0.185
 """Lower edge of the map (m)."""
 
 
-def rows_of(seed: int, number: int, controllers: Sequence[str]) -> list[Row]:
-    """Return what the controllers make of a case; a single row where the planner refuses it."""
+def rows_of(seed: int, number: int, controllers: Sequence[str]) -> list[SweepRow]:
+    """Run a case with the controllers and return the rows; a single row where the planner refuses it."""
     return [row for row in run_case(seed, number) if row.status == REFUSED or row.controller in controllers]
 
 
 def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> list[Path]:
-    """Write CONTROLLER.yaml and CONTROLLER.png for each controller: scenario to run it again, and what it looked like.
+    """Write CONTROLLER.yaml and CONTROLLER.png for each controller: scenario and figure of the run.
 
     Args:
         seed, number: of the case.
@@ -57,8 +56,8 @@ def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> 
     return [directory / name for name in files]
 
 
-def trace_png(scenario: Scenario, row: Row) -> bytes:
-    """Return a run as a picture: the way in the plane, error and torques over time."""
+def trace_png(scenario: Scenario, row: SweepRow) -> bytes:
+    """Return the figure of a run as PNG: path in the plane, error and torques over time."""
     robot, rate_hz = scenario.five_bar(), scenario.rate_hz
     plan = sampled(robot, scenario.plan(), rate_hz, scenario.lead_samples)
     _, trace = traced_crossing(case_of(scenario), plan)
@@ -98,7 +97,7 @@ def trace_png(scenario: Scenario, row: Row) -> bytes:
         return png(figure)
 
 
-def _equipment(row: Row) -> str:
+def _equipment(row: SweepRow) -> str:
     sensors = "exact sensors" if row.encoder_counts is None else f"{row.encoder_counts} counts, estimator"
     return f"{sensors}, delay {row.delay_samples}, {row.duration:.2f} s"
 

@@ -7,15 +7,15 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from fivebar_bringup.pages.table import Cell, Table
-from fivebar_bringup.report.wording import engineering, plain
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS
 from fivebar_bringup.studies.sweep.explanations import CONTROLLER, Explanation
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, Row
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
 
 TARGET = 0.999
-"""Share of the feasible crossings that `CONTROLLER` is expected to make."""
+"""Share of the feasible crossings that `CONTROLLER` is required to complete."""
 
 PERCENTILES = (50.0, 90.0, 99.0, 99.9, 100.0)
 
@@ -26,20 +26,20 @@ PLANNER_REASONS = {
     "inside the blending zone": "rests inside the blending zone",
     "homing_contradicted": "the estimator could not tell the assembly mode at the start",
 }
-"""Phrases of the planner's refusals, and what they mean."""
+"""Phrases of the planner's refusals, and the reasons that they stand for."""
 
 
-def rate_of(rows: Sequence[Row]) -> tuple[int, int]:
+def rate_of(rows: Sequence[SweepRow]) -> tuple[int, int]:
     """Return how many runs succeeded, of how many."""
     return sum(row.success is True for row in rows), len(rows)
 
 
-def runs_of(rows: Iterable[Row], controller: str, *statuses: str) -> list[Row]:
+def runs_of(rows: Iterable[SweepRow], controller: str, *statuses: str) -> list[SweepRow]:
     """Return the runs of a controller with one of these statuses."""
     return [row for row in rows if row.controller == controller and row.status in statuses]
 
 
-def overview_table(rows: Sequence[Row]) -> Table:
+def overview_table(rows: Sequence[SweepRow]) -> Table:
     """Return success with and without the screen."""
     lines = []
     for controller in CONTROLLERS:
@@ -69,17 +69,17 @@ def overview_table(rows: Sequence[Row]) -> Table:
     return Table(
         "overview",
         "Success",
-        "Feasible is what the planner accepts and the controller's own screen calls feasible before the run. The screen"
-        " of a blended controller is stricter than that of unified, so the sets differ; the planned ones are the same"
-        " for all.",
+        "Feasible cases are accepted by the planner and judged feasible by the controller's own screen before the run."
+        " The screen of a blended controller is stricter than that of unified, so the sets differ; the planned"
+        " cases are the same for all.",
         columns,
         tuple(lines),
     )
 
 
-def error_table(rows: Sequence[Row]) -> Table:
-    """Return percentiles of errors and torques of the crossings that were called feasible."""
-    figures: tuple[tuple[str, Callable[[Row], float | None], str], ...] = (
+def error_table(rows: Sequence[SweepRow]) -> Table:
+    """Return percentiles of errors and torques of the feasible crossings."""
+    figures: tuple[tuple[str, Callable[[SweepRow], float | None], str], ...] = (
         ("peak error", lambda row: row.error_peak, "m"),
         ("final error", lambda row: row.error_final, "m"),
         ("torque asked for", lambda row: row.requested, "Nm"),
@@ -95,13 +95,13 @@ def error_table(rows: Sequence[Row]) -> Table:
     return Table(
         "errors",
         "Errors and torques",
-        "Percentiles over the crossings that were called feasible, the failed ones included.",
+        "Percentiles over the feasible crossings, including the failed ones.",
         ("figure", "controller", *("largest" if mark == 100.0 else f"{mark:g} %" for mark in PERCENTILES)),
         tuple(lines),
     )
 
 
-def equipment_table(rows: Sequence[Row]) -> Table:
+def equipment_table(rows: Sequence[SweepRow]) -> Table:
     """Return success by encoders and delay."""
     kinds = [(counts, delay) for counts in ENCODERS for delay in DELAYS]
     lines = []
@@ -116,13 +116,13 @@ def equipment_table(rows: Sequence[Row]) -> Table:
     return Table(
         "equipment",
         "By encoder counts and delay",
-        "Successes of the crossings that were called feasible.",
+        "Successes of the feasible crossings.",
         ("controller", *names),
         tuple(lines),
     )
 
 
-def refusals_table(rows: Sequence[Row]) -> Table:
+def refusals_table(rows: Sequence[SweepRow]) -> Table:
     """Return why cases were refused by the planner, or screened out, and how often."""
     planner = Counter(planner_reason(row.reason) for row in rows if row.status == REFUSED)
     lines = [
@@ -151,8 +151,8 @@ def planner_reason(text: str) -> str:
     return next((words for phrase, words in PLANNER_REASONS.items() if phrase in text), "other")
 
 
-def failures_table(rows: Sequence[Row]) -> Table:
-    """Return how the runs that were called feasible failed, by the worst of what they lacked."""
+def failures_table(rows: Sequence[SweepRow]) -> Table:
+    """Return how feasible runs failed, by their worst shortcoming."""
     lines = []
     for controller in CONTROLLERS:
         failed = [row for row in runs_of(rows, controller, FEASIBLE) if not row.success]
@@ -164,7 +164,7 @@ def failures_table(rows: Sequence[Row]) -> Table:
     return Table("failures", "How feasible crossings failed", "", ("controller", "what happened", "runs"), tuple(lines))
 
 
-def kind_of(row: Row) -> str:
+def kind_of(row: SweepRow) -> str:
     """Return what kind of failure a run is."""
     if row.fault:
         return f"fault {row.fault}"
@@ -174,7 +174,7 @@ def kind_of(row: Row) -> str:
 
 
 def explanations_table(explanations: Sequence[Explanation], command: Callable[[int], str]) -> Table:
-    """Return the failures of `CONTROLLER` one by one; `command` says how to look at a case."""
+    """Return the failures of `CONTROLLER` one by one; `command` gives the command that repeats a case."""
     lines = []
     for explanation in explanations:
         row = explanation.row
@@ -193,8 +193,8 @@ def explanations_table(explanations: Sequence[Explanation], command: Callable[[i
         )
     return Table(
         "explanations",
-        f"Every failure of {CONTROLLER} among the crossings that were called feasible",
-        "Each was made again with one thing changed at a time.",
+        f"Every failure of {CONTROLLER} among the feasible crossings",
+        "Each was repeated with one condition changed at a time.",
         ("case", "equipment", "duration", "|n.v1|", "mass, inertia, friction", "what happened", "look at it"),
         tuple(lines),
     )

@@ -1,4 +1,4 @@
-"""From the wish to the page: crossings drawn and made until there are enough, in a directory that can be continued."""
+"""Runs random crossings until enough are feasible, in a directory that can be resumed, and writes the page."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.table import Table
 from fivebar_bringup.runs.results import finite, write_errors
 from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep import drawing
-from fivebar_bringup.studies.sweep.directory import Settings, SweepDirectory, opened
+from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSettings, opened
 from fivebar_bringup.studies.sweep.explanations import CONTROLLER, explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, Row
-from fivebar_bringup.studies.sweep.running import Batch, run_batch, run_case
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
+from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, Batch, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
     TARGET,
     equipment_table,
@@ -29,17 +29,16 @@ from fivebar_bringup.studies.sweep.statistics import (
     refusals_table,
     runs_of,
 )
-from fivebar_bringup.studies.sweep.success import WORDS
 
 BATCH = 10
-"""Cases that a process makes at a time; a sweep draws a whole number of batches."""
+"""Cases per task of a process; a sweep draws a whole number of batches."""
 
 MOST_DRAWS = 100
-"""Times as many cases are drawn at most as crossings are asked for."""
+"""Largest ratio of drawn cases to requested crossings."""
 
 
 class Sweep(NamedTuple):
-    """What came out, and where it lies."""
+    """Results of a sweep, and the page."""
 
     page: Path
     overview: Table
@@ -53,17 +52,17 @@ def sweep(
     workers: int = 1,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Sweep:
-    """Begin a sweep or go on with one, and write sweep.csv, sweep.json, sweep.html and the figures.
+    """Start or resume a sweep, and write sweep.csv, sweep.json, sweep.html and the figures.
 
     The rows depend on seed and number of cases only, not on the number of processes nor on interruptions.
 
     Args:
-        out: new or empty directory, or that of a sweep to go on with; by default runs/sweep-<date>-<time>.
-        seed: by default that of the sweep to be continued, else 1.
-        cases: crossings that the screen has to call feasible for `CONTROLLER`; by default those of the sweep to be
-            continued, else 2000.
+        out: new or empty directory, or that of a sweep to resume; by default runs/sweep-<date>-<time>.
+        seed: by default that of the resumed sweep, else 1.
+        cases: crossings that the screen has to call feasible for `CONTROLLER`; by default those of the resumed
+            sweep, else 2000.
         workers: processes to use; fewer than two run everything in this one.
-        progress: called with the number of feasible crossings so far and of those asked for.
+        progress: called with the number of feasible crossings so far and of those requested.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
@@ -77,45 +76,45 @@ def sweep(
 class Tally:
     """The finished batches, and how many crossings the screen has called feasible for `CONTROLLER`.
 
-    Only batches before the first missing one count, so that it does not matter in which order they come.
+    Only batches before the first missing one count, so that the order of completion does not matter.
     """
 
     def __init__(self, cases: int) -> None:
-        """Begin with nothing."""
+        """Start without batches."""
         self._cases = cases
-        self._batches: dict[int, list[Row]] = {}
+        self._batches: dict[int, list[SweepRow]] = {}
         self._counted = 0
         self.feasible = 0
 
     @property
     def enough(self) -> bool:
-        """Whether there are as many as are asked for, or too many cases were drawn for them."""
+        """Whether the requested number is reached, or the limit of drawn cases."""
         return self.feasible >= self._cases or self._counted * BATCH >= MOST_DRAWS * self._cases
 
     @property
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[SweepRow]:
         """The rows of the batches that count, in order."""
         return [row for number in range(self._counted) for row in self._batches[number]]
 
-    def add(self, rows: list[Row]) -> None:
-        """Take the rows of a batch; what comes when there are enough is left out."""
+    def add(self, rows: list[SweepRow]) -> None:
+        """Add the rows of a batch; batches beyond the requested number do not count."""
         self._batches[rows[0].case // BATCH] = rows
         while not self.enough and self._counted in self._batches:
             self.feasible += len(runs_of(self._batches[self._counted], CONTROLLER, FEASIBLE))
             self._counted += 1
 
     def missing(self, seed: int) -> Iterator[Batch]:
-        """Give the batches that are not there yet, without an end."""
+        """Yield the missing batches, endlessly."""
         there = frozenset(self._batches)
         return (Batch(seed, BATCH * n, BATCH * (n + 1)) for n in count() if n not in there)
 
 
 def _all_rows(
-    directory: SweepDirectory, settings: Settings, workers: int, progress: Callable[[int, int], None]
-) -> list[Row]:
+    directory: SweepDirectory, settings: SweepSettings, workers: int, progress: Callable[[int, int], None]
+) -> list[SweepRow]:
     found = directory.complete_rows()
     tally = Tally(settings.cases)
-    kept: list[Row] = []
+    kept: list[SweepRow] = []
     for first in sorted({number - number % BATCH for number in found}):
         if all(number in found for number in range(first, first + BATCH)):
             batch = [row for number in range(first, first + BATCH) for row in found[number]]
@@ -124,7 +123,7 @@ def _all_rows(
     progress(min(tally.feasible, settings.cases), settings.cases)
     if not tally.enough:
         directory.replace_rows(kept)
-        # the machine code of the closed loop is made once, not by every process
+        # compile the closed loop once, not in every process
         next(rows for number in count() if len(rows := run_case(settings.seed, number)) > 1)
         with closing(stream(run_batch, tally.missing(settings.seed), workers)) as coming:
             for batch in coming:
@@ -137,7 +136,7 @@ def _all_rows(
     return tally.rows
 
 
-def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row]) -> Sweep:
+def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
     explanations = [explained(row) for row in runs_of(rows, CONTROLLER, FEASIBLE) if not row.success]
     overview = overview_table(rows)
     tables = [overview, error_table(rows), equipment_table(rows)]
@@ -178,11 +177,11 @@ def _written(directory: SweepDirectory, settings: Settings, rows: Sequence[Row])
     return Sweep(directory.page, overview, content)
 
 
-def _verdict(rows: Sequence[Row]) -> tuple[bool, str]:
+def _verdict(rows: Sequence[SweepRow]) -> tuple[bool, str]:
     good, everything = rate_of(runs_of(rows, CONTROLLER, FEASIBLE))
     text = (
-        f"{CONTROLLER} made {good} of the {everything} crossings that were called feasible before the run; expected are"
-        f" {100.0 * TARGET:g} %. A success: {WORDS}."
+        f"{CONTROLLER} completed {good} of the {everything} crossings that were judged feasible before the run;"
+        f" required are {100.0 * TARGET:g} %. Success means: {SUCCESS_RULE}."
     )
     return good >= TARGET * everything, text
 
@@ -192,9 +191,9 @@ def _drawn_words() -> str:
     return (
         f"Straight segments of the robot {drawing.ROBOT} between two random rest points in different assembly modes, in"
         f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
-        f" scale; mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of what the controllers believe;"
+        f" scale; mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of the controllers' model;"
         f" encoder counts {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0"
         f" or 1 sample; torque limit {drawing.TORQUE_LIMIT:g} Nm, {drawing.RATE_HZ} samples/s; unified with weight"
-        f" {drawing.UNIFIED_WEIGHT:g}. All that the planner accepts is run, also what a controller's screen does not"
-        " call feasible."
+        f" {drawing.UNIFIED_WEIGHT:g}. Every case that the planner accepts is run, also those that a controller's"
+        " screen judges infeasible."
     )

@@ -1,11 +1,25 @@
-"""Tables of a page, as numbers and as words."""
+"""What pages show: pictures and tables."""
 
 from __future__ import annotations
 
+import base64
 from typing import Any, NamedTuple
 
 LONG = 24
 """Entries with more characters are broken into lines."""
+
+
+class Picture(NamedTuple):
+    """A figure as PNG, the stem of its file name, and what it shows."""
+
+    name: str
+    caption: str
+    png: bytes
+
+    @property
+    def base64(self) -> str:
+        """The PNG as text, as a page embeds it."""
+        return base64.b64encode(self.png).decode("ascii")
 
 
 class Cell(NamedTuple):

@@ -1,4 +1,4 @@
-"""What identification came to, beside what it started from."""
+"""The result of an identification beside the parameters that it started from."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class Parameter(NamedTuple):
         return f"{100.0 * (self.value - self.before) / abs(self.before):+.2f} %"
 
 
-class Findings(NamedTuple):
-    """The robot file that was started from, the bag, its length in samples, and what came out."""
+class IdentificationResult(NamedTuple):
+    """An identified robot: the initial robot file, the bag, its rate and length in samples, and the fit."""
 
     start: RobotFile
     bag: Path
@@ -62,7 +62,7 @@ class Findings(NamedTuple):
         ]
 
     def robot_file(self) -> RobotFile:
-        """Return the identified robot: lengths and width are those that were started from."""
+        """Return the identified robot: lengths and width are those of the initial file."""
         value = {one.name: round(one.value, one.decimals + 1) for one in self.parameters()}
         friction = {name: value[name] for name in ("f_s11", "f_s21", "f_off11", "f_off21")}
         return RobotFile(
@@ -74,7 +74,7 @@ class Findings(NamedTuple):
         )
 
     def encoder(self) -> str:
-        """Return what the readings are."""
+        """Return the resolution of the angle readings in words."""
         resolution = self.found.cutoffs.resolution
         if resolution == 0.0:
             return "no counts"
@@ -91,7 +91,7 @@ class Findings(NamedTuple):
         return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump())
 
     def as_json(self) -> dict[str, Any]:
-        """Return all figures for a file."""
+        """Return all results for a file."""
         fit, cutoffs = self.found.fit, self.found.cutoffs
         return {
             "robot": self.start.name,

@@ -1,4 +1,4 @@
-"""Figures of a run as a person reads them."""
+"""Values with their units as a person reads them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def suitable_unit(largest: float | None, unit: str) -> tuple[float, str]:
 
 
 def engineering(value: float | None, unit: str) -> str:
-    """Return a figure for a person: three significant digits with a prefix that suits, or a dash."""
+    """Return a value for a person: three significant digits with a prefix that suits, or a dash."""
     if value is None:
         return "–"
     if value == 0.0:
@@ -26,7 +26,7 @@ def engineering(value: float | None, unit: str) -> str:
 
 
 def plain(value: float | None, unit: str) -> str:
-    """Return a figure for a person like :func:`engineering`, but with no prefix for small ones."""
+    """Return a value for a person like :func:`engineering`, but with no prefix for small ones."""
     if value is None or value >= 999.5:
         return engineering(value, unit)
     return f"{value:#.3g}".rstrip(".") + f" {unit}"

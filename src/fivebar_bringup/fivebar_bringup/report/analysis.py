@@ -1,4 +1,4 @@
-"""All that figures and page are made from."""
+"""A run with everything that its figures and its page show."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 
 
-class Findings(NamedTuple):
-    """A run: what was planned, what was recorded, what it came to."""
+class RunAnalysis(NamedTuple):
+    """A run: its plan, its recorded series and its summary."""
 
     scenario: Scenario
     plan: Plan
@@ -35,7 +35,7 @@ class Findings(NamedTuple):
 
     @property
     def zone_name(self) -> str:
-        """What a figure's legend calls the time with sigma > 0."""
+        """Label of the time with sigma > 0 in a figure's legend."""
         return "blending zone, σ > 0" if self.blends else "near the locus, σ > 0"
 
     @property
@@ -44,8 +44,8 @@ class Findings(NamedTuple):
         return self.scenario.scheme().weighting == CONDITION
 
     @property
-    def limits_bite(self) -> bool:
-        """Whether the drives gave noticeably less than what was asked of them."""
+    def torque_was_limited(self) -> bool:
+        """Whether the applied torque stayed noticeably below the requested one."""
         applied, requested = self.series.torque_applied, self.series.torque_requested
         if not np.any(np.isfinite(applied)) or not np.any(np.isfinite(requested)):
             return False

@@ -1,4 +1,4 @@
-"""A planned transfer as a person reads it, and as a script does."""
+"""A planned transfer as text for a person and as JSON for a script."""
 
 from __future__ import annotations
 
