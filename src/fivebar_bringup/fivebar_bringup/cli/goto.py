@@ -33,7 +33,7 @@ from fivebar_bringup.studies.goto.stand import stand as rest
 from fivebar_bringup.studies.goto.start import HOME, HOME_MODE, Start, start_after
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
 from fivebar_bringup.studies.goto.transfer_report import show
-from fivebar_control.trajectory.limits import Limits
+from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.transfer import Speed
 from fivebar_description.strict_yaml import InputError
 
@@ -70,8 +70,8 @@ def goto(
     robot: Annotated[
         str | None, typer.Option(help="A shipped robot, or a parameter file [default: dextar, or that of --after]")
     ] = None,
-    torque_limit: Annotated[float, typer.Option(help="Of both motors, Nm.")] = Limits().torque,
-    speed_limit: Annotated[float, typer.Option(help="Of both motors, rad/s.")] = Limits().motor_speed,
+    torque_limit: Annotated[float, typer.Option(help="Of both motors, Nm.")] = MotionLimits().torque,
+    speed_limit: Annotated[float, typer.Option(help="Of both motors, rad/s.")] = MotionLimits().motor_speed,
     duration: Annotated[
         float | None, typer.Option(help="Of the whole motion, s [default: comfortably within the limits]")
     ] = None,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import USAGE, read_order
+from fivebar_sim.drives.commands import USAGE, read_command
 
 KILL = "kill"
 
@@ -40,7 +40,7 @@ def read_injection(text: str) -> Injection:
         injection = Injection(float(moment), order.strip())
     except ValueError:
         injection = Injection(-1.0, "")
-    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and read_order(injection.order) is None):
+    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and read_command(injection.order) is None):
         raise InputError(f"--inject {text!r}: expected seconds and one of {USAGE}, kill NODE")
     return injection
 

@@ -10,7 +10,7 @@ from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.settings import cycle_settings, first_memory, steps_of
-from fivebar_control.estimation.covariance import Row
+from fivebar_control.estimation.covariance import Vector6
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
@@ -67,7 +67,7 @@ class Estimated(NamedTuple):
 
     motors: tuple[tuple[float, float], tuple[float, float]]
     truth: Measurement
-    deviations: Row
+    deviations: Vector6
     disturbance: tuple[float, float]
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.trajectory.feasibility import screen
-from fivebar_control.trajectory.limits import Limits, limits_of
+from fivebar_control.trajectory.limits import MotionLimits, limits_of
 from fivebar_control.trajectory.pacing import NoPace, Task, pace_of, slowest_pace
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused
 
@@ -38,7 +38,7 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     return tuple(durations)
 
 
-def _limits(scenario: Scenario) -> Limits:
+def _limits(scenario: Scenario) -> MotionLimits:
     counts = scenario.plant.encoder_counts
     return limits_of(
         scenario.tuned(),
