@@ -55,7 +55,8 @@ lint: setup ## check style and types
 .PHONY: mutants
 mutants: setup ## break the core in small ways and list what no unit test notices; long, so not part of test
 	@# MODULES=laws/unified or MODULES="model laws" is a part of it; docs/mutants.md has what is known to be left
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -u tests/mutants/run.py $(MODULES)
+	[ -d .mutants ] || $(BIN)/pip install --quiet --no-deps --target .mutants -r tests/mutants/requirements.lock
+	PYTHONPATH=.mutants OPENBLAS_NUM_THREADS=1 $(BIN)/python -u tests/mutants/run.py $(MODULES)
 
 .PHONY: bench
 bench: setup ## measure speed on this machine
@@ -78,7 +79,7 @@ lock: ## resolve requirements.in again, with the newest versions, into requireme
 
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) .mutants build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py
