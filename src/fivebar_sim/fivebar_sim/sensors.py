@@ -20,6 +20,17 @@ def shaped(torque: float, quantum: float, limit: float) -> float:
     return max(-limit, min(limit, torque))
 
 
+def drive_limit(settings: PlantSettings) -> float:
+    """Return the largest torque (Nm) that the drives apply, infinite for no limit."""
+    return math.inf if settings.torque_limit is None else settings.torque_limit
+
+
+def encoder_resolution(settings: PlantSettings) -> float:
+    """Return the angle of an encoder's count (rad), 0 for exact sensors."""
+    counts = settings.encoder_counts
+    return 0.0 if counts is None or counts == 0 else 2.0 * math.pi / counts
+
+
 class Encoder:
     """One joint's encoder: position rounded down to a count, velocity as the difference of two samples."""
 
@@ -43,7 +54,7 @@ class TorqueOutput:
     def __init__(self, settings: PlantSettings) -> None:
         """Start at zero torque."""
         self._quantum = settings.torque_quantum
-        self._limit = math.inf if settings.torque_limit is None else settings.torque_limit
+        self._limit = drive_limit(settings)
         self._waiting = deque([(0.0, 0.0)] * settings.delay_samples)
 
     def apply(self, command: tuple[float, float]) -> tuple[float, float]:

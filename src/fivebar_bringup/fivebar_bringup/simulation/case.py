@@ -19,7 +19,9 @@ from fivebar_control.model.state import Leg
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.settings import as_numbers
 from fivebar_sim.plant import MAX_STEP
+from fivebar_sim.settings import PlantSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -44,22 +46,6 @@ class Sampled(NamedTuple):
     references: FloatArray
 
 
-class Equipment(NamedTuple):
-    """Drives and encoders.
-
-    Attributes:
-        torque_limit: of the drives (Nm), infinite for none.
-        torque_quantum: step of the applied torque (Nm), 0 for continuous.
-        delay_samples: periods between a command and its effect.
-        encoder_counts: per revolution, 0 for exact sensors.
-    """
-
-    torque_limit: float
-    torque_quantum: float
-    delay_samples: int
-    encoder_counts: int
-
-
 class Estimation(NamedTuple):
     """The estimator: whether there is one, whether the laws take its disturbances, its filter, limits of ambiguity."""
 
@@ -78,7 +64,8 @@ class Numbers(NamedTuple):
         actual: the robot that there is; its lengths may differ too.
         rate_hz: samples per second.
         steps, step: integration steps per sample, and their length (s).
-        equipment, estimation: see there.
+        equipment: encoders and drives, as numbers.
+        estimation: see there.
         stop_at_fault: end the run at its first fault, instead of letting the robot coast as the offline runner does.
     """
 
@@ -87,7 +74,7 @@ class Numbers(NamedTuple):
     rate_hz: int
     steps: int
     step: float
-    equipment: Equipment
+    equipment: PlantSettings
     estimation: Estimation
     stop_at_fault: bool
 
@@ -121,12 +108,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         rate_hz=scenario.rate_hz,
         steps=steps,
         step=control.period / steps,
-        equipment=Equipment(
-            torque_limit=math.inf if plant.torque_limit is None else float(plant.torque_limit),
-            torque_quantum=float(plant.torque_quantum),
-            delay_samples=plant.delay_samples,
-            encoder_counts=plant.encoder_counts or 0,
-        ),
+        equipment=as_numbers(plant),
         estimation=Estimation(
             scenario.estimated,
             scenario.makes_up,

@@ -14,7 +14,7 @@ from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_sim.sensors import shaped
+from fivebar_sim.sensors import drive_limit, encoder_resolution, shaped
 
 
 class Memory(NamedTuple):
@@ -52,7 +52,7 @@ class Estimated(NamedTuple):
 
 def begun(case: Numbers, assembly: int, q11: float, q21: float) -> Memory:
     """Return the memory after the first readings (rad) of a robot at rest in the assembly mode."""
-    model, count = case.estimation.model, count_of(case)
+    model, count = case.estimation.model, encoder_resolution(case.equipment)
     one, two = first_angle(count, q11), first_angle(count, q21)
     x, y = direct_geometry(model.robot, assembly, one.value, two.value)
     return Memory(homed_belief(model, x, y, one.variance), q11, q21, 1, 1, 0)
@@ -60,7 +60,7 @@ def begun(case: Numbers, assembly: int, q11: float, q21: float) -> Memory:
 
 def followed(case: Numbers, memory: Memory, q11: float, q21: float, tau1: float, tau2: float) -> Memory:
     """Return the memory after the next readings (rad), under the torques (Nm) applied before them."""
-    model, count = case.estimation.model, count_of(case)
+    model, count = case.estimation.model, encoder_resolution(case.equipment)
     expected = predicted(model, memory.belief, tau1, tau2)
     speed1, speed2 = motor_speeds(model, expected.estimate)
     stay1, stay2 = next_stay(memory.last1, memory.stay1, q11), next_stay(memory.last2, memory.stay2, q21)
@@ -84,11 +84,11 @@ def told(case: Numbers, memory: Memory, before: Joints, commands: FloatArray, sa
         sample: number of the sample.
     """
     model, drives = case.estimation.model, case.equipment
-    estimate = memory.belief.estimate
+    limit, estimate = drive_limit(drives), memory.belief.estimate
     for number in range(sample - drives.delay_samples, sample):
         row = number % (drives.delay_samples + 1)
-        tau1 = shaped(commands[row, 0], 0.0, drives.torque_limit)
-        tau2 = shaped(commands[row, 1], 0.0, drives.torque_limit)
+        tau1 = shaped(commands[row, 0], 0.0, limit)
+        tau2 = shaped(commands[row, 1], 0.0, limit)
         estimate = advanced(model, estimate, tau1, tau2)
     mode1, mode2 = case.control.mode1, case.control.mode2
     state = state_from_platform(model.robot, mode1, mode2, estimate.x, estimate.y, estimate.vx, estimate.vy)
@@ -115,9 +115,3 @@ def joints_of(state: State) -> Joints:
         leg2.dq1,
         leg2.dtheta - leg2.dq1,
     )
-
-
-def count_of(case: Numbers) -> float:
-    """Return the angle of an encoder's count (rad), 0 for exact sensors."""
-    counts = case.equipment.encoder_counts
-    return 2.0 * math.pi / counts if counts > 0 else 0.0

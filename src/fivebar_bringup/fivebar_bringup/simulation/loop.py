@@ -21,7 +21,7 @@ from fivebar_bringup.simulation.case import (
     X,
     Y,
 )
-from fivebar_bringup.simulation.estimation import Joints, begun, count_of, followed, told
+from fivebar_bringup.simulation.estimation import Joints, begun, followed, told
 from fivebar_bringup.simulation.outcome import PLANT_DIVERGED, Outcome, TraceRow
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at, closed
 from fivebar_control.laws.law import Step, no_step
@@ -37,7 +37,7 @@ from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import Leg, Platform, State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
-from fivebar_sim.sensors import counted, shaped
+from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
 
 nominal_step = constraint_step = no_step
 """The laws of :func:`run_bound`, to be replaced before it is compiled."""
@@ -64,9 +64,11 @@ def run_loop(
     delay = case.equipment.delay_samples
     lead = delay if estimating else 0
     plan = sampled.rows
-    told_truth = not estimating and case.equipment.encoder_counts == 0 and same_lengths(control.robot, case.actual)
+    told_truth = (
+        not estimating and encoder_resolution(case.equipment) == 0.0 and same_lengths(control.robot, case.actual)
+    )
     last = plan.shape[0] - 1 - lead
-    period, resolution, limit = 1.0 / case.rate_hz, count_of(case), case.equipment.torque_limit
+    period, resolution, limit = 1.0 / case.rate_hz, encoder_resolution(case.equipment), drive_limit(case.equipment)
     plant = posture(case.actual, control.mode1, control.mode2, plan[0, X], plan[0, Y])
     exact = joints_in(plant)
     readings = measured = exact
