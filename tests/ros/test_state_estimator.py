@@ -212,7 +212,7 @@ def test_encoders_that_contradict_the_homing_posture_end_the_node(bench: Bench, 
     ("parameters", "wanted"),
     [
         ({"assembly_mode": -1}, "homing_contradicted: at (0.0000, 0.1500) m"),
-        ({"assembly_mode": 0}, "assembly_mode: expected +1 or -1"),
+        ({"assembly_mode": 0}, "assembly_mode: 0: expected +1 or -1"),
         ({"homing": [0.0]}, "parameter homing: [0.0]: expected two numbers"),
         ({"homing": [0.0, 0.4]}, "is out of reach"),
         ({"working_mode": [1, 0]}, "working_mode: [1, 0]: expected two signs"),

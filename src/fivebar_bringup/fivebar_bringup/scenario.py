@@ -59,7 +59,7 @@ def _two_or_more(waypoints: tuple[Pair, ...]) -> str | None:
 
 
 CONTROLLER = Setting(
-    f"Who makes the motion: {', '.join(CONTROLLERS)}, or my_package.my_law:LAW for a law from elsewhere.",
+    f"Controller of the run: {', '.join(CONTROLLERS)}, or my_package.my_law:LAW for a law from elsewhere.",
     check=controller_problem,
 )
 

@@ -115,6 +115,9 @@ NO_LIMIT: dict[Any, Any] = {float: 0.0, int: 0, str: ""}
 ROS parameters know no null and no infinity, and an empty array of theirs has no type."""
 
 
+COUNT_WORDS = {2: "two", 3: "three", 4: "four"}
+
+
 class Declared(NamedTuple):
     """One declared setting.
 
@@ -179,7 +182,7 @@ class Declared(NamedTuple):
             return None
         if isinstance(value, tuple):
             if self.length is not None and len(value) != self.length:
-                return f"expected {self.length} numbers"
+                return f"expected {COUNT_WORDS.get(self.length, self.length)} numbers"
         elif isinstance(value, float | int) and self.setting.outside(value):
             return f"expected {self.setting.range_text()} {self.setting.unit}".rstrip()
         return self.setting.problem(made_of(self.kind, value))

@@ -22,7 +22,7 @@ def two_signs(modes: Sequence[int]) -> str | None:
 
 
 ROBOT = Setting("The robot's parameters: the name of a shipped file, or the path to a YAML file.")
-RATE = Setting("Sampling rate; it must divide 1e9.", "Hz", at_least=50, at_most=10_000, check=whole_period)
+RATE = Setting("Sampling rate; it must divide 1e9.", "Hz", at_least=1, at_most=10_000, check=whole_period)
 WORKING_MODE = Setting(
     "Elbow side of each leg: +1 counter-clockwise of the line from base to platform.", check=two_signs
 )
