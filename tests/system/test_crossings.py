@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fivebar_bringup.studies.reproduce.cases import FULL, JOINT, ThesisCase
+from fivebar_bringup.studies.reproduce.cases import FULL, JOINT, ReproductionCase
 from fivebar_bringup.studies.reproduce.runner import run_case
 
 CASES = [case for controller in (JOINT, "multi_cartesian") for case in FULL.grid(controller)]
@@ -20,7 +20,7 @@ def test_there_are_sixteen() -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.label for case in CASES])
-def test_the_crossing_keeps_its_bounds(case: ThesisCase) -> None:
+def test_the_crossing_keeps_its_bounds(case: ReproductionCase) -> None:
     result = run_case(case)
     assert result.completed, result.why_not
     assert result.summary is not None

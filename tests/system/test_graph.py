@@ -5,20 +5,23 @@ from __future__ import annotations
 import ast
 import os
 import signal
+import sys
 from collections.abc import Callable
 from importlib.metadata import distribution
 from pathlib import Path
-from typing import Any
 
 import pytest
 from fivebar_command import FivebarCommand, GraphRun
 from graph_probe import DEADLINE
 
-from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.runs.launching import drive_processes, run_command
+from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY, processes
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_description.interface import TOPICS
+from fivebar_description.ros.scheduling import Scheduling
 
-LAUNCH_FILE = Path(__file__).parents[2] / "src/fivebar_bringup/launch/crossing.launch.py"
+LAUNCH_FILES = Path(__file__).parents[2] / "src/fivebar_bringup/launch"
 
 OF_EVERY_NODE = {"/rosout", "/parameter_events", "/diagnostics", "/run/ready"}
 """Topics that each node publishes, whatever its part in the graph: left out of its description."""
@@ -79,32 +82,48 @@ def test_every_node_of_a_graph_is_an_installed_command(scenario: str, mode: Mode
         assert [entry.module for entry in entries] == [node.module]
 
 
-def test_the_launch_file_starts_the_same_graph() -> None:
-    """ROS' launch is not on PyPI, so the file is read here, and run only under ROS."""
-    text = LAUNCH_FILE.read_text(encoding="utf-8")
-    compile(text, str(LAUNCH_FILE), "exec")
+@pytest.mark.parametrize("name", ["crossing", "robot"])
+def test_a_launch_file_starts_what_the_command_starts(name: str) -> None:
+    """ROS' launch is not on PyPI, so the files are read here, and run only under ROS: they add nothing of their own."""
+    path = LAUNCH_FILES / f"{name}.launch.py"
+    text = path.read_text(encoding="utf-8")
+    compile(text, str(path), "exec")
     tree = ast.parse(text)
-    modules = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    modules |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    packages = {module.partition(".")[0] for module in modules}
-    assert packages == {"pathlib", "launch", "launch_ros", "fivebar_bringup"}
-    functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
-    assert "generate_launch_description" in functions
-    assert _node_arguments(tree) == {"package": "node.package", "executable": "node.executable"}
+    imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert "run_command" in imported
+    assert not imported & {"crossing_graph", "processes", "Node"}
+    assert "generate_launch_description" in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
 
 
-def _node_arguments(tree: ast.AST) -> dict[str, str]:
-    """Return what the one Node action is made from, given that it stands in a loop over crossing_graph."""
-    (loop,) = (
-        node
-        for node in ast.walk(tree)
-        if isinstance(node, ast.For) and ast.unparse(node.iter).startswith("crossing_graph(")
-    )
-    calls: list[Any] = [
-        node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "Node"
-    ]
-    assert len(calls) == 1
-    assert calls[0] in list(ast.walk(loop))
-    assert ast.unparse(loop.target) == "node"
-    arguments = {keyword.arg: ast.unparse(keyword.value) for keyword in calls[0].keywords if keyword.arg}
-    return {name: arguments[name] for name in ("package", "executable")}
+@pytest.mark.parametrize(
+    ("mode", "hardware", "words"),
+    [
+        (Mode.LOCKSTEP, Hardware.SIMULATED, ["run", "middle", "--domain", "7", "--out", "there"]),
+        (Mode.REALTIME, Hardware.SIMULATED, ["run", "middle", "--domain", "7", "--realtime", "--out", "there"]),
+        (
+            Mode.REALTIME,
+            Hardware.EMULATED,
+            ["run", "middle", "--domain", "7", "--hardware", "emulated", "--out", "there"],
+        ),
+    ],
+)
+def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, words: list[str]) -> None:
+    command = run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": "7"})
+    assert list(command[:3]) == [sys.executable, "-m", "fivebar_bringup.cli.main"]
+    assert list(command[3:]) == words
+
+
+def test_on_real_drives_a_launch_starts_the_processes_of_a_run_in_real_time(tmp_path: Path) -> None:
+    directory, started = drive_processes("middle_robot", "dextar_socketcan", str(tmp_path / "out"))
+    assert directory == tmp_path / "out"
+    scenario = load_scenario("middle_robot")
+    nodes = crossing_graph(scenario, Mode.REALTIME, directory / "bag", drives="dextar_socketcan")
+    scheduling = Scheduling(scheduling_priority=DEFAULT_PRIORITY)
+    wanted = processes(nodes, Mode.REALTIME, scenario.rate_hz, scheduling)
+    assert [one.name for one in started] == [process.name for process in wanted]
+    assert CONTROLLERS in {one.name for one in started}
+    for one, process in zip(started, wanted, strict=True):
+        parameters = directory / "parameters" / f"{process.name}.yaml"
+        assert parameters.read_text(encoding="utf-8") == process.parameter_file()
+        assert list(one.command) == [sys.executable, *process.command, "--ros-args", "--params-file", str(parameters)]
+    assert f"scheduling_priority: {DEFAULT_PRIORITY}" in (directory / "parameters" / f"{CONTROLLERS}.yaml").read_text()

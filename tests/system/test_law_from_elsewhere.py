@@ -84,7 +84,7 @@ def test_it_is_compared_with_the_laws_of_the_tree(
     assert call.finish() in (0, 1), call.stderr
     controllers = {run["controller"] for run in call.json()["runs"]}
     assert controllers == {"toy_law:LAW"}
-    assert "toy_law:LAW" in (out / "comparison.html").read_text(encoding="utf-8")
+    assert "toy_law:LAW" in (out / "compare.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ def test_another_working_mode_is_refused(queue: MotionQueue) -> None:
 
 def test_a_motion_that_nobody_ordered_or_that_begins_elsewhere_is_not_followed(queue: MotionQueue) -> None:
     elsewhere = Path.through(((0.0, 0.11), (0.03, 0.12)), (1.0,))
-    with pytest.raises(GoalRefused, match="no order"):
+    with pytest.raises(GoalRefused, match="no request that this motion"):
         queue.begin(60, elsewhere)
     queue.request(50, Goal(0.03, 0.12))
     with pytest.raises(GoalRefused, match="does not begin where"):
