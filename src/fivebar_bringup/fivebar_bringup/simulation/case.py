@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.settings import cycle_settings, with_floats
-from fivebar_control.estimation.ekf import FilterModel, filter_model
+from fivebar_control.estimation.step import EstimatorModel, estimator_model
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
@@ -47,13 +47,11 @@ class Sampled(NamedTuple):
 
 
 class Estimation(NamedTuple):
-    """The estimator: whether there is one, whether the laws take its disturbances, its filter, limits of ambiguity."""
+    """The estimator: whether there is one, whether the laws compensate its disturbances, and its constants."""
 
     on: bool
     feed_forward: bool
-    model: FilterModel
-    mirror_deviations: float
-    dwell_limit: float
+    model: EstimatorModel
 
 
 class Numbers(NamedTuple):
@@ -101,7 +99,6 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     if actual is None:
         actual = scaled(believed, plant.mass_scale, plant.inertia_scale, plant.friction_scale)
     steps = math.ceil(control.period / MAX_STEP - 1e-9)
-    settings = scenario.ekf
     numbers = Numbers(
         control=control,
         actual=with_floats(actual),
@@ -112,9 +109,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         estimation=Estimation(
             scenario.estimated,
             scenario.makes_up,
-            filter_model(believed, control.mode1, control.mode2, scenario.rate_hz, settings),
-            float(settings.mirror_deviations),
-            float(settings.dwell_limit),
+            estimator_model(believed, control.mode1, control.mode2, scenario.rate_hz, scenario.drives(), scenario.ekf),
         ),
         stop_at_fault=stop_at_fault,
     )
