@@ -17,6 +17,7 @@ from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.model.dynamics import constraint_form
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar
@@ -40,25 +41,23 @@ class InputMap(NamedTuple):
 def input_map(robot: FiveBar, state: State) -> InputMap | None:
     """Return the map from the constraint form, regular at Types 1 and 2; None where both meet in both legs.
 
-    With K = A A^T / m + B ZZ^-1 B: G = A^T K^-1 B ZZ^-1 / m and a_0 = -A^T K^-1 c / m.
+    With the form's matrix K: G = A^T K^-1 B ZZ^-1 / m and a_0 = -A^T K^-1 c / m.
     """
     leg1, leg2 = state.leg1, state.leg2
-    drive1, drive2 = leg1.b / robot.leg1.inertia, leg2.b / robot.leg2.inertia
-    k11 = 1.0 / robot.mass + leg1.b * drive1
-    k22 = 1.0 / robot.mass + leg2.b * drive2
-    k12 = (leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y) / robot.mass
+    form = constraint_form(robot, state)
+    k11, k12, k22 = form.k11, form.k12, form.k22
     determinant = k11 * k22 - k12 * k12
     if determinant <= 0.0:
         return None
-    scale = 1.0 / (robot.mass * determinant)
+    scale = form.per_mass / determinant
     # columns of A^T K^-1 / m
     e1_x, e1_y = scale * (k22 * leg1.u_x - k12 * leg2.u_x), scale * (k22 * leg1.u_y - k12 * leg2.u_y)
     e2_x, e2_y = scale * (k11 * leg2.u_x - k12 * leg1.u_x), scale * (k11 * leg2.u_y - k12 * leg1.u_y)
     return InputMap(
-        g_x1=e1_x * drive1,
-        g_x2=e2_x * drive2,
-        g_y1=e1_y * drive1,
-        g_y2=e2_y * drive2,
+        g_x1=e1_x * form.lever1,
+        g_x2=e2_x * form.lever2,
+        g_y1=e1_y * form.lever1,
+        g_y2=e2_y * form.lever2,
         a0_x=-(e1_x * leg1.c + e2_x * leg2.c),
         a0_y=-(e1_y * leg1.c + e2_y * leg2.c),
     )
