@@ -192,8 +192,8 @@ class Scenario(StrictModel):
         return self.estimator == "ekf"
 
     @property
-    def makes_up(self) -> bool:
-        """Whether the laws make up for the disturbance torques that the estimator finds."""
+    def compensates_disturbance(self) -> bool:
+        """Whether the laws compensate the disturbance torques that the estimator finds."""
         return self.estimated and self.ekf.feed_forward and not self.scheme().observes_disturbance
 
     @property

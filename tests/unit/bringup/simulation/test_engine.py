@@ -73,7 +73,7 @@ def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineR
         np.testing.assert_allclose(columns(trace, *names), wanted, rtol=0.0, atol=torque)
     used = [state_from_joints(scenario.five_bar(), *s.measured.position, *s.measured.velocity) for s in run.samples]
     np.testing.assert_allclose(
-        columns(trace, "told_x", "told_y"), [(one.x, one.y) for one in used], rtol=0.0, atol=POSITION
+        columns(trace, "estimated_x", "estimated_y"), [(one.x, one.y) for one in used], rtol=0.0, atol=POSITION
     )
     assert [fault.partition(":")[0] for fault in run.faults] == [FAULT_NAMES[outcome.fault]] * (outcome.fault != 0)
     return run, outcome
@@ -223,7 +223,7 @@ def test_any_other_robot_may_be_there() -> None:
 
 
 def test_errors_are_those_of_the_robot_that_there_is() -> None:
-    """With a distal link 0.2 mm too long, the measured platform stays on the reference, and the platform does not."""
+    """With a distal link 0.2 mm too long, the measured platform stays on the reference, and the actual one does not."""
     scenario = changed("middle", controller="unified")
     robot = scenario.five_bar()
     longer = robot._replace(leg1=robot.leg1._replace(distal=robot.leg1.distal + 2e-4))
@@ -233,7 +233,7 @@ def test_errors_are_those_of_the_robot_that_there_is() -> None:
     assert outcome.fault == NO_FAULT
     assert outcome.error_final == pytest.approx(math.dist(exact[-1], (0.0, 0.15)), abs=1e-12)
     assert outcome.error_final > 5e-5
-    assert math.dist(columns(trace, "told_x", "told_y")[-1], (0.0, 0.15)) < 2e-5
+    assert math.dist(columns(trace, "estimated_x", "estimated_y")[-1], (0.0, 0.15)) < 2e-5
 
 
 @pytest.mark.parametrize(("vx", "vy"), [(0.0, -0.3), (0.15, -0.2), (0.2, 0.02)])
