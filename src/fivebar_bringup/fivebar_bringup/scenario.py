@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal, cast
 from pydantic import Field, model_validator
 
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import Drives
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
+from fivebar_control.estimation.step import Drives
 from fivebar_control.laws.adaptive_gain import AdaptiveGain
 from fivebar_control.laws.ctc import CtcSettings
 from fivebar_control.laws.gains import Gains
@@ -192,8 +192,8 @@ class Scenario(StrictModel):
         return self.estimator == "ekf"
 
     @property
-    def makes_up(self) -> bool:
-        """Whether the laws make up for the disturbance torques that the estimator finds."""
+    def compensates_disturbance(self) -> bool:
+        """Whether the laws compensate the disturbance torques that the estimator finds."""
         return self.estimated and self.ekf.feed_forward and not self.scheme().observes_disturbance
 
     @property

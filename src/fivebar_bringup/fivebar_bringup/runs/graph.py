@@ -258,11 +258,11 @@ def _controller(scenario: Scenario, tuned: TunedLaw, motion: dict[str, Any]) -> 
 
 
 def _disturbance(scenario: Scenario) -> str:
-    return "estimated" if scenario.makes_up else "none"
+    return "estimated" if scenario.compensates_disturbance else "none"
 
 
 def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
-    return (JOINT_STATES, REFERENCE, *((ESTIMATE_DISTURBANCE,) if scenario.makes_up else ()))
+    return (JOINT_STATES, REFERENCE, *((ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()))
 
 
 def _motion_parameters(scenario: Scenario) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""One crossing as numbers: what the compiled loop is given."""
+"""One crossing as numbers, the input of the compiled loop."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.settings import cycle_settings, with_floats
-from fivebar_control.estimation.ekf import FilterModel, filter_model
+from fivebar_control.estimation.step import EstimatorModel, estimator_model
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
@@ -30,7 +30,7 @@ X, Y, VX, VY, AX, AY, DIRECTION_X, DIRECTION_Y, EPSILON, WEIGHT = range(10)
 zone width, and the weight in time of the multi-model method."""
 
 REFERENCE_FIELDS = 2 * len(Leg._fields) + 4 + len(Reference._fields) - 1
-"""Figures of a `Reference`, one after the other."""
+"""Number of values of a flattened `Reference`."""
 
 
 class Sampled(NamedTuple):
@@ -47,26 +47,24 @@ class Sampled(NamedTuple):
 
 
 class Estimation(NamedTuple):
-    """The estimator: whether there is one, whether the laws take its disturbances, its filter, limits of ambiguity."""
+    """The estimator: whether there is one, whether the laws compensate its disturbances, and its constants."""
 
     on: bool
     feed_forward: bool
-    model: FilterModel
-    mirror_deviations: float
-    dwell_limit: float
+    model: EstimatorModel
 
 
 class Numbers(NamedTuple):
-    """One crossing as the compiled loop takes it.
+    """Constants of one crossing for the compiled loop.
 
     Attributes:
-        control: settings of the control cycle, with the robot that controllers and estimator believe in.
-        actual: the robot that there is; its lengths may differ too.
+        control: settings of the control cycle, with the nominal robot of controllers and estimator.
+        actual: the simulated robot, whose parameters, lengths included, may differ from the nominal ones.
         rate_hz: samples per second.
         steps, step: integration steps per sample, and their length (s).
         equipment: encoders and drives, as numbers.
         estimation: see there.
-        stop_at_fault: end the run at its first fault, instead of letting the robot coast as the offline runner does.
+        stop_at_fault: end the run at its first fault; the offline runner lets the robot coast instead.
     """
 
     control: CycleSettings
@@ -92,16 +90,15 @@ class Case(NamedTuple):
 
 
 def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bool = False) -> Case:
-    """Return a scenario's case; `actual` takes the place of the robot that its section `plant` describes.
+    """Return a scenario's case; `actual` replaces the robot that its section `plant` describes.
 
-    The seed and the section `imu` have no part in it: no controller reads the IMU, and nothing else is random.
+    The seed and the section `imu` are not used: no controller reads the IMU, and nothing else is random.
     """
     control = cycle_settings(scenario)
-    plant, believed = scenario.plant, control.robot
+    plant, nominal = scenario.plant, control.robot
     if actual is None:
-        actual = scaled(believed, plant.mass_scale, plant.inertia_scale, plant.friction_scale)
+        actual = scaled(nominal, plant.mass_scale, plant.inertia_scale, plant.friction_scale)
     steps = math.ceil(control.period / MAX_STEP - 1e-9)
-    settings = scenario.ekf
     numbers = Numbers(
         control=control,
         actual=with_floats(actual),
@@ -111,10 +108,8 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         equipment=as_numbers(plant),
         estimation=Estimation(
             scenario.estimated,
-            scenario.makes_up,
-            filter_model(believed, control.mode1, control.mode2, scenario.rate_hz, settings),
-            float(settings.mirror_deviations),
-            float(settings.dwell_limit),
+            scenario.compensates_disturbance,
+            estimator_model(nominal, control.mode1, control.mode2, scenario.rate_hz, scenario.drives(), scenario.ekf),
         ),
         stop_at_fault=stop_at_fault,
     )
@@ -124,7 +119,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
 def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> Sampled:
     """Return the plan of a robot at the moments of its samples 0 to N and of the lead.
 
-    It serves every case that follows the plan at that rate, believes in that robot and has that lead.
+    It is valid for every case with this plan, rate, nominal robot and lead.
     """
     moments = [number / rate_hz for number in range(plan.path.samples(rate_hz) + 1 + lead_samples)]
     planned = [plan_sample(robot, plan, t) for t in moments]

@@ -23,7 +23,7 @@ def _loop(nominal: Step, constraint: Step) -> Any:
 
 
 def crossing(case: Case, plan: Sampled) -> Outcome:
-    """Return what a case comes to along a sampled plan (`case.sampled`).
+    """Return the metrics of a case along a sampled plan (`case.sampled`).
 
     The first call of a controller in an installation compiles for some seconds. The interpreter's lock is not held:
     threads run side by side, and nothing is shared between calls.

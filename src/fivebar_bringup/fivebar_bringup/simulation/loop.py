@@ -21,9 +21,9 @@ from fivebar_bringup.simulation.case import (
     X,
     Y,
 )
-from fivebar_bringup.simulation.estimation import Joints, begun, followed, told
-from fivebar_bringup.simulation.outcome import PLANT_DIVERGED, Outcome, TraceRow
+from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_LOST, PLANT_DIVERGED, Outcome, TraceRow
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at, closed
+from fivebar_control.estimation.step import first_update, next_update, prediction
 from fivebar_control.laws.law import Step, no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
@@ -31,10 +31,10 @@ from fivebar_control.laws.vhc_cartesian import line_constraint
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings, control_cycle
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.model.kinematics import det_a, state_from_joints
+from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import type1_distance
-from fivebar_control.model.state import Leg, Platform, State
+from fivebar_control.model.state import Joints, Leg, Platform, State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
@@ -55,8 +55,8 @@ def run_loop(
 
     Args:
         nominal_step, constraint_step: the laws.
-        first: what they remember before the first sample.
-        case: what is run.
+        first: memory before the first sample.
+        case: the crossing.
         sampled: its plan.
         trace: float64[N + 1, len(TraceRow._fields)] to be filled, or [0, ...] for none.
     """
@@ -64,7 +64,7 @@ def run_loop(
     delay = case.equipment.delay_samples
     lead = delay if estimating else 0
     plan = sampled.rows
-    told_truth = (
+    state_is_exact = (
         not estimating and encoder_resolution(case.equipment) == 0.0 and same_lengths(control.robot, case.actual)
     )
     last = plan.shape[0] - 1 - lead
@@ -73,14 +73,14 @@ def run_loop(
     exact = joints_in(plant)
     readings = measured = exact
     commands = np.zeros((delay + 1, 2))
-    told_places = np.zeros((lead + 1, 2))
+    estimated_places = np.zeros((lead + 1, 2))
     applied1 = applied2 = 0.0
     kept, command = first, ZERO
-    # an estimator starts in the assembly mode of the posture that it is told
+    # the estimator is initialised in the assembly mode of the declared posture
     home = inverse_geometry(control.robot, control.mode1, control.mode2, plan[0, X], plan[0, Y])
     at_home = state_from_joints(control.robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
-    assembly = 1 if det_a(at_home) > 0.0 else -1
-    memory = begun(case, assembly, home.q11, home.q21)
+    assembly, estimator = assembly_mode(at_home), case.estimation.model
+    memory = first_update(estimator, assembly, home.q11, home.q21)
 
     fault, fault_sample = NO_FAULT, -1
     samples = mode_changes = saturated = 0
@@ -94,13 +94,20 @@ def run_loop(
         measured_before, measured = measured, readings
         trip = NO_FAULT
         if estimating:
+            # the watch for frozen encoders of `StateEstimator` is left out: no encoder of this plant freezes, and the
+            # verdicts of earlier sweeps stay comparable
             if number == 0:
-                memory = begun(case, assembly, readings.q11, readings.q21)
+                memory = first_update(estimator, assembly, readings.q11, readings.q21)
             else:
-                memory = followed(case, memory, readings.q11, readings.q21, applied1, applied2)
-            estimated = told(case, memory, measured_before, commands, number)
-            memory, measured, trip = estimated.memory, estimated.joints, estimated.fault
-            deviations_least = min(deviations_least, estimated.deviations)
+                memory = next_update(estimator, memory, 1, readings.q11, readings.q21, applied1, applied2).memory
+            estimated = prediction(estimator, memory, commands, number - delay)
+            memory = estimated.memory
+            if estimated.lost:
+                trip, measured = ESTIMATE_LOST, measured_before
+            else:
+                trip = ESTIMATE_AMBIGUOUS if estimated.ambiguity.ambiguous else NO_FAULT
+                measured = estimated.joints
+            deviations_least = min(deviations_least, estimated.ambiguity.deviations)
         state = state_of(control.robot, measured)
         moment = number + lead
         planned = planned_at(case, sampled, moment)
@@ -117,8 +124,8 @@ def run_loop(
         if cycle.fault != NO_FAULT:
             fault, fault_sample = cycle.fault, number
 
-        # what the run comes to, by the actual robot
-        truth = state if told_truth else state_of(case.actual, exact)
+        # metrics of the actual robot
+        truth = state if state_is_exact else state_of(case.actual, exact)
         off_x, off_y = truth.x - plan[number, X], truth.y - plan[number, Y]
         error_x, error_y = largest(error_x, off_x), largest(error_y, off_y)
         error_final = math.sqrt(off_x * off_x + off_y * off_y)
@@ -138,11 +145,11 @@ def run_loop(
         if abs(requested.tau1) > control.limits.torque_limit or abs(requested.tau2) > control.limits.torque_limit:
             saturated += 1
         if estimating:
-            told_places[number % (lead + 1), 0], told_places[number % (lead + 1), 1] = state.x, state.y
+            estimated_places[number % (lead + 1), 0], estimated_places[number % (lead + 1), 1] = state.x, state.y
             if number >= lead:
                 then = (number - lead) % (lead + 1)
                 estimate_error = max(
-                    estimate_error, math.hypot(told_places[then, 0] - truth.x, told_places[then, 1] - truth.y)
+                    estimate_error, math.hypot(estimated_places[then, 0] - truth.x, estimated_places[then, 1] - truth.y)
                 )
         samples += 1
         if trace.shape[0] > 0:
@@ -155,10 +162,10 @@ def run_loop(
                 dq12=exact.dq12,
                 dq21=exact.dq21,
                 dq22=exact.dq22,
-                told_x=state.x,
-                told_y=state.y,
-                told_vx=state.vx,
-                told_vy=state.vy,
+                estimated_x=state.x,
+                estimated_y=state.y,
+                estimated_vx=state.vx,
+                estimated_vy=state.vy,
                 sigma=sigma,
                 kappa=kappa,
                 requested1=requested.tau1,
@@ -221,7 +228,7 @@ def largest(so_far: float, value: float) -> float:
 
 
 def same_lengths(one: FiveBar, other: FiveBar) -> bool:
-    """Return whether two robots have the same geometry, so that joints put both platforms at one place."""
+    """Return whether two robots have the same geometry, so that equal joints mean equal platform positions."""
     return (
         one.leg1.base_x == other.leg1.base_x
         and one.leg1.proximal == other.leg1.proximal

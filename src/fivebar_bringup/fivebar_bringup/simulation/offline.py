@@ -56,10 +56,10 @@ from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 
 
 class Estimated(NamedTuple):
-    """What a sample holds besides where the joint states are estimated.
+    """Additional data of a sample where the joint states are estimated.
 
     Attributes:
-        motors: motor angles (rad) and applied torques (Nm), all that the estimator is given.
+        motors: motor angles (rad) and applied torques (Nm), the inputs of the estimator.
         truth: the exact state.
         deviations: standard deviations of the estimate.
         disturbance: estimated disturbance torques of both motors (Nm).
@@ -72,13 +72,13 @@ class Estimated(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """All that one sample of the closed loop holds.
+    """Data of one sample of the closed loop.
 
     Attributes:
         number: of the sample.
-        measured: the joint states that the controllers take: the plant's or the estimator's.
-        imu, imu_error: reading, and measured minus desired magnitude (m/s^2), None where nobody compares them.
-        reference: of the moment that the joint states are about.
+        measured: the joint states that the controllers use, measured or estimated.
+        imu, imu_error: reading, and measured minus desired magnitude (m/s^2), None where they are not compared.
+        reference: at the time for which the joint states hold.
         nominal: torque of the nominal law (Nm).
         constraint: that of the constraint law, None where the controller has no such law.
         requested: torque before limits (Nm), None once a fault is latched.
@@ -140,14 +140,14 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         state = state_from_joints(robot, *measured.position, *measured.velocity)
         planned = plan_sample(robot, plan, (number + lead) / rate_hz)
         reference = planned.reference
-        if estimated is not None and scenario.makes_up:
+        if estimated is not None and scenario.compensates_disturbance:
             reference = against_disturbance(reference, *estimated.disturbance)
         latched = bool(faults)
         cycle = control_cycle(nominal_step, constraint_step, settings, memory, state, reference, planned, latched)
         memory = cycle.memory
         if cycle.fault != NO_FAULT:
             faults.append(_fault_text(number, settings, state, planned, cycle))
-        # the reference of the first moments comes too late for anybody to compare it
+        # the reference of the first `lead` moments is never published, so that there is none to compare with
         imu_error = imu_check.error(imu.acceleration, plan.path.at(number / rate_hz)) if number >= lead else None
         samples.append(
             Sample(
@@ -213,7 +213,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         after = run.samples[-1].number + 1
         data = _reference(path.at((after + scenario.lead_samples) / rate_hz), sample_stamp_ns(after, rate_hz))
         bag.write(REFERENCE, sample_stamp_ns(after, rate_hz) - NANOSECONDS // rate_hz, data)
-        # a stopping blender's last word is zero torque
+        # a blender that is stopped commands zero torque last
         stamp = sample_stamp_ns(run.samples[-1].number, rate_hz)
         bag.write(TORQUE_COMMAND, stamp, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=ZERO))
         for fault in run.faults:

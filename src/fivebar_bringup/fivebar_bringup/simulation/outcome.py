@@ -1,4 +1,4 @@
-"""What a compiled run leaves: a few numbers, or a row of them for every sample."""
+"""Results of a compiled run: its metrics, and a trace with a row for every sample."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FAULT_NAMES = {
 
 
 class Outcome(NamedTuple):
-    """The figures of a run; errors are those of the actual robot, whatever its sensors say.
+    """Metrics of a run; errors are those of the actual robot, independent of its sensors.
 
     Attributes:
         samples: samples made.
@@ -38,15 +38,15 @@ class Outcome(NamedTuple):
         error_x, error_y, error_peak: largest tracking error along x, along y, and distance (m).
         error_final: distance (m) from the reference at the last sample.
         constraint_error: largest distance (m) from the current path segment while sigma > 0, 0 where that never was.
-        requested1, requested2: largest torque asked of each motor, before all limits (Nm).
+        requested1, requested2: largest torque requested of each motor, before all limits (Nm).
         applied1, applied2: largest torque applied (Nm).
-        saturated: samples that asked for more than the torque limit.
-        work: sum over motors and periods of |torque times angle turned| (J): with drives that recover nothing, the
-            mechanical energy that driving and braking take.
+        saturated: samples whose requested torque exceeded the torque limit.
+        work: sum over motors and periods of |torque times angle turned| (J): the mechanical energy that driving and
+            braking take with drives that recover none.
         sigma_max: largest blending weight.
         type1_distance: least distance (m) of the platform from a leg's Type 1 boundary.
-        estimate_error: largest distance (m) of the platform that the controllers were told of from where it was at
-            the moment that it was told for; 0 without an estimator.
+        estimate_error: largest distance (m) between the estimated platform and the actual one at the time for which
+            it was estimated; 0 without an estimator.
         mirror_deviations: fewest standard deviations between the estimate and the other assembly mode, else infinite.
         loop_gap: largest gap (m) that a step opened, before it was closed.
     """
@@ -74,13 +74,14 @@ class Outcome(NamedTuple):
 
 
 class TraceRow(NamedTuple):
-    """What a trace holds of each sample.
+    """Columns of a trace, which has a row for each sample.
 
     Attributes:
         q11, q12, q21, q22, dq11, dq12, dq21, dq22: exact joints (rad, rad/s).
-        told_x, told_y, told_vx, told_vy: the platform that the controllers were told of (m, m/s).
+        estimated_x, estimated_y, estimated_vx, estimated_vy: platform motion that the controllers use, measured or
+            estimated (m, m/s).
         sigma, kappa: the supervisor's state.
-        requested1, requested2: torques asked for in answer to the sample (Nm), NaN once a fault is latched.
+        requested1, requested2: torques requested for the sample (Nm), NaN once a fault is latched.
         command1, command2: torques commanded (Nm).
         applied1, applied2: torques applied over the period before the sample (Nm).
     """
@@ -93,10 +94,10 @@ class TraceRow(NamedTuple):
     dq12: float
     dq21: float
     dq22: float
-    told_x: float
-    told_y: float
-    told_vx: float
-    told_vy: float
+    estimated_x: float
+    estimated_y: float
+    estimated_vx: float
+    estimated_vy: float
     sigma: float
     kappa: float
     requested1: float

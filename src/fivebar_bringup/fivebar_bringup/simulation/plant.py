@@ -1,8 +1,8 @@
-"""The robot between two samples: the steps of `fivebar_sim.plant` with the analytic dynamics, in scalars.
+"""The plant between two samples: the integration of `fivebar_sim.plant` with the analytic dynamics, in scalars.
 
 Same coordinates (the four joint angles), same Runge-Kutta steps, same halving, same projection onto the closed loop, so
-that the two plants differ by rounding only. The unit vectors of the links are carried along and turned by the small
-angles of a step instead of being taken anew from every angle: sines and cosines are most of the cost otherwise.
+that the two plants differ by rounding only. The unit vectors of the links are updated by the small rotations
+of a step instead of being computed from the angles, since sines and cosines would dominate the cost.
 """
 
 from __future__ import annotations
@@ -196,12 +196,12 @@ def stepped(robot: FiveBar, state: PlantState, h: float, tau1: float, tau2: floa
 def advanced_plant(robot: FiveBar, state: PlantState, steps: int, h: float, tau1: float, tau2: float) -> Closed:
     """Return the state after so many steps of h (s) with the largest gap (m) on the way.
 
-    A step that opens the loop by more than the plant's tolerance is taken again in halves. The gap is infinite where
-    even the shortest ones do: the motion is too fast to be simulated.
+    A step that opens the loop by more than the plant's tolerance is repeated in halves. The gap is infinite where even
+    the shortest steps exceed it: the motion is too fast to be simulated.
     """
     widest = 0.0
     one, two = state
-    # directions that were turned step by step are taken from their angles again, so that rounding does not add up
+    # recompute the incrementally rotated directions from the angles, so that rounding does not accumulate
     state = PlantState(chain_at(one.q1, one.q2, one.dq1, one.dq2), chain_at(two.q1, two.q2, two.dq1, two.dq2))
     for _ in range(steps):
         done, part = 0, WHOLE_STEP

@@ -1,4 +1,4 @@
-"""A finished offline run in the place of its bag: the same numbers, without writing and reading a file."""
+"""A finished offline run as a recording in memory, with the contents of its bag but without a file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NAMES = {
 
 
 class RunInMemory(Recording):
-    """Answers as the bag of a run would, for the topics that a report is made from."""
+    """Recording of a run for the topics that a report is made from."""
 
     def __init__(self, run: OfflineRun, scenario: Scenario) -> None:
         """Hold a run of a scenario."""

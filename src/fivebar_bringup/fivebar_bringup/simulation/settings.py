@@ -1,4 +1,4 @@
-"""A scenario as the control cycle takes it: steps of the laws, settings as numbers, first memory."""
+"""Inputs of the control cycle from a scenario: steps of the laws, settings as numbers, initial memory."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def steps_of(controller: Controller) -> tuple[Step, Step]:
 
 
 def first_memory(controller: Controller) -> CycleMemory:
-    """Return what a controller remembers before the first sample."""
+    """Return the memory of a controller before the first sample."""
     constraint = controller.constraint
     return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO)
 
 
 def cycle_settings(scenario: Scenario) -> CycleSettings:
-    """Return what does not change from sample to sample."""
+    """Return the constants of the control cycle."""
     tuned = scenario.tuned()
     mode1, mode2 = scenario.working_mode
     return CycleSettings(

@@ -262,31 +262,3 @@ def _ahead(reading: float, r_x: float, r_y: float) -> float:
     """Return by how much a reading (rad) is ahead of the direction r, in (-pi, pi]; NaN for no direction."""
     ahead = reading - math.atan2(r_y, r_x)
     return wrap(ahead) if math.isfinite(ahead) else math.nan
-
-
-class EncoderFilter:
-    """The filter's steps for one robot in one working mode; it keeps no state of its own."""
-
-    def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings) -> None:
-        """Bind the filter to a robot, its working mode and the sampling rate."""
-        self._model = filter_model(robot, mode1, mode2, rate_hz, settings)
-
-    def begin(self, x: float, y: float, variance: float) -> Belief:
-        """Return :func:`homed_belief`."""
-        return homed_belief(self._model, x, y, variance)
-
-    def predict(self, belief: Belief, tau1: float, tau2: float) -> Belief:
-        """Return :func:`predicted`."""
-        return predicted(self._model, belief, tau1, tau2)
-
-    def advance(self, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
-        """Return :func:`advanced`."""
-        return advanced(self._model, estimate, tau1, tau2)
-
-    def motor_speeds(self, estimate: Estimate) -> tuple[float, float]:
-        """Return :func:`motor_speeds`."""
-        return motor_speeds(self._model, estimate)
-
-    def correct(self, belief: Belief, q11: Angle, q21: Angle) -> Belief:
-        """Return :func:`corrected`."""
-        return corrected(self._model, belief, q11, q21)

@@ -17,7 +17,7 @@ EXACT_ANGLE = 1e-6
 LEAST_TRAVEL = 0.2
 """Least travel since the edge that is assumed, in counts: the speed from which it follows is an estimate."""
 
-LONGEST_STAY = 20
+MOST_REPETITIONS = 20
 """Repetitions of a reading beyond which its variance does not grow further."""
 
 
@@ -28,31 +28,36 @@ class Angle(NamedTuple):
     variance: float
 
 
+def count_angle(counts: int) -> float:
+    """Return the angle of a count (rad) for so many counts per revolution; 0 for exact encoders, which have none."""
+    return 2.0 * math.pi / counts if counts > 0 else 0.0
+
+
 def first_angle(count: float, reading: float) -> Angle:
     """Return the angle for the first reading (rad): uniformly distributed over the count (rad) above it."""
     return _uniform(count, reading, 1)
 
 
-def next_stay(last: float, stay: int, reading: float) -> int:
-    """Return for how many samples a reading (rad) has been the same; `last` and `stay` are of the sample before."""
-    return min(stay + 1, LONGEST_STAY) if reading == last else 1
+def repetitions(last: float, repeated: int, reading: float) -> int:
+    """Return for how many samples a reading (rad) has been the same; `last` and `repeated` are of the sample before."""
+    return min(repeated + 1, MOST_REPETITIONS) if reading == last else 1
 
 
-def next_angle(count: float, rate_hz: int, last: float, stay: int, reading: float, speed: float) -> Angle:
+def next_angle(count: float, rate_hz: int, last: float, repeated: int, reading: float, speed: float) -> Angle:
     """Return the angle for a reading (rad) after another.
 
     Args:
         count: angle of a count (rad), 0 for an exact encoder.
         rate_hz: samples per second.
         last: the reading before (rad).
-        stay: :func:`next_stay` of this reading.
+        repeated: :func:`repetitions` of this reading.
         reading: the reading (rad).
         speed: expected speed (rad/s).
     """
     if count == 0.0:
         return Angle(reading, EXACT_ANGLE * EXACT_ANGLE)
     if reading == last:
-        return _uniform(count, reading, stay)
+        return _uniform(count, reading, repeated)
     travel = min(1.0, max(LEAST_TRAVEL, abs(speed) / (rate_hz * count)))
     width = travel * count
     if reading > last:
@@ -63,26 +68,3 @@ def next_angle(count: float, rate_hz: int, last: float, stay: int, reading: floa
 def _uniform(count: float, reading: float, samples: int) -> Angle:
     variance = max(count * count / 12.0, EXACT_ANGLE * EXACT_ANGLE)
     return Angle(reading + 0.5 * count, variance * samples)
-
-
-class CountedAngle:
-    """One motor's encoder over a run."""
-
-    def __init__(self, counts: int | None, rate_hz: int) -> None:
-        """Make it for so many counts per revolution, None for exact angles."""
-        self.count = 0.0 if counts is None else 2.0 * math.pi / counts
-        """Angle of a count (rad)."""
-        self._rate_hz = rate_hz
-        self._last: float | None = None
-        self._stay = 1
-
-    def first(self, reading: float) -> Angle:
-        """Return the angle for the first reading (rad)."""
-        self._last, self._stay = reading, 1
-        return first_angle(self.count, reading)
-
-    def next(self, reading: float, speed: float) -> Angle:
-        """Return the angle for the next reading (rad), at an expected speed (rad/s)."""
-        last = reading if self._last is None else self._last
-        self._last, self._stay = reading, next_stay(last, self._stay, reading)
-        return next_angle(self.count, self._rate_hz, last, self._stay, reading, speed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
+from fivebar_control.model.geometry import inverse_geometry, wrap
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.parameters import FiveBar
@@ -57,8 +57,8 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
         )
 
 
-def homed_platform(robot: FiveBar, homing: Homing, tolerance: float, q11: float, q21: float) -> tuple[float, float]:
-    """Return the platform's place (m) for the first angles (rad) of both motors.
+def check_encoders(robot: FiveBar, homing: Homing, tolerance: float, q11: float, q21: float) -> None:
+    """Refuse first angles (rad) of both motors that contradict the declared posture.
 
     Raises:
         HomingContradicted: an angle is further than the tolerance (rad) from that of the declared posture.
@@ -71,4 +71,3 @@ def homed_platform(robot: FiveBar, homing: Homing, tolerance: float, q11: float,
                 f"homing_contradicted: {name} reads {angle:.4f} rad, {difference:+.4f} rad from the declared posture,"
                 f" allowed are {tolerance:g} rad"
             )
-    return direct_geometry(robot, homing.assembly, q11, q21)

@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.estimation.covariance import Covariance
-from fivebar_control.estimation.ekf import Belief, EkfSettings, FilterModel, filter_model
+from fivebar_control.estimation.ekf import Belief, FilterModel
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition_of
 from fivebar_description.parameters import FiveBar
@@ -71,53 +71,52 @@ def deviations(mirror: Mirror, covariance: Covariance) -> float:
     return math.sqrt(max(0.0, (vv * s * s - 2.0 * pv * s * ds + pp * ds * ds) / determinant))
 
 
+class AmbiguityLimits(NamedTuple):
+    """Limits of the ambiguity test: least standard deviations to the mirror image, longest dwell near the locus (s)."""
+
+    mirror_deviations: float
+    dwell_limit: float
+
+
 class AmbiguityCheck(NamedTuple):
     """Result of the ambiguity test of one sample.
 
     Attributes:
         near: consecutive samples near the locus so far.
         deviations: standard deviations between the estimate and its mirror image; infinite where none was tested.
+        ambiguous: whether the assembly mode is no longer known.
     """
 
     near: int
     deviations: float
+    ambiguous: bool
 
 
-def look_at(model: FilterModel, dwell_limit: float, near: int, belief: Belief) -> AmbiguityCheck:
+def check_ambiguity(model: FilterModel, limits: AmbiguityLimits, near: int, belief: Belief) -> AmbiguityCheck:
     """Return the ambiguity test of a belief after `near` samples near the locus.
 
-    Past the dwell limit (s) nothing is tested.
+    Past the dwell limit the mirror image is not tested.
     """
     x, y, vx, vy, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
     kappa = inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)
     near = near + 1 if kappa < NEAR_LOCUS else 0
-    if near * model.period > dwell_limit or not kappa < TEST_KAPPA:
-        return AmbiguityCheck(near, math.inf)
+    if near * model.period > limits.dwell_limit:
+        return AmbiguityCheck(near, math.inf, True)
+    if not kappa < TEST_KAPPA:
+        return AmbiguityCheck(near, math.inf, False)
     mirror = mirrored(model.robot, leg1, leg2, belief)
-    return AmbiguityCheck(near, 0.0 if mirror is None else deviations(mirror, belief.covariance))
+    distance = 0.0 if mirror is None else deviations(mirror, belief.covariance)
+    return AmbiguityCheck(near, distance, not distance >= limits.mirror_deviations)
 
 
-class MirrorWatch:
-    """Checks every sample whether the assembly mode is still known."""
-
-    def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings) -> None:
-        """Bind the test to a robot, its working mode, the sampling rate and the limits."""
-        self._model = filter_model(robot, mode1, mode2, rate_hz, settings)
-        self._settings = settings
-        self._near = 0
-
-    def check(self, belief: Belief) -> str | None:
-        """Return why the estimate of this sample is ambiguous, None where it is not; call it once per sample."""
-        found = look_at(self._model, self._settings.dwell_limit, self._near, belief)
-        self._near = found.near
-        dwelt = found.near * self._model.period
-        if dwelt > self._settings.dwell_limit:
-            return f"1/cond(A) below {NEAR_LOCUS} for {dwelt:.3f} s, limit {self._settings.dwell_limit:g} s"
-        if found.deviations >= self._settings.mirror_deviations:
-            return None
-        return (
-            f"the other assembly mode is {found.deviations:.1f} standard deviations away,"
-            f" limit {self._settings.mirror_deviations:g}"
-        )
+def ambiguity_reason(model: FilterModel, limits: AmbiguityLimits, check: AmbiguityCheck) -> str:
+    """Return in words why an estimate is ambiguous."""
+    dwelt = check.near * model.period
+    if dwelt > limits.dwell_limit:
+        return f"1/cond(A) below {NEAR_LOCUS} for {dwelt:.3f} s, limit {limits.dwell_limit:g} s"
+    return (
+        f"the other assembly mode is {check.deviations:.1f} standard deviations away,"
+        f" limit {limits.mirror_deviations:g}"
+    )

@@ -39,11 +39,11 @@ NO_MEMORY = GainMemory(math.nan, math.nan)
 
 
 def gain_memory(before: GainMemory, in_zone: bool, error_x: float, error_y: float) -> GainMemory:
-    """Return what is remembered after a sample; call it once for every sample.
+    """Return the memory after a sample; call it once for every sample.
 
     Args:
         before: after the sample before.
-        in_zone: whether the constraint law has a say, sigma > 0.
+        in_zone: whether the constraint law contributes, sigma > 0.
         error_x, error_y: the platform's distance from the reference (m).
     """
     if not in_zone or math.isnan(before.error_x):
@@ -54,7 +54,7 @@ def gain_memory(before: GainMemory, in_zone: bool, error_x: float, error_y: floa
 def gain_factors(
     before: GainMemory, error_x: float, error_y: float, alpha: float, error_limit: float, keep_damping: bool
 ) -> tuple[float, float]:
-    """Return the factors on (Kp, Kd) for an error (m), by its jump from the one that is remembered."""
+    """Return the factors on (Kp, Kd) for an error (m), by its change from the stored one."""
     if abs(error_x - before.error_x) <= error_limit and abs(error_y - before.error_y) <= error_limit:
         return 1.0, 1.0
     return (alpha * alpha if keep_damping else alpha), alpha

@@ -1,4 +1,4 @@
-"""Computed torque control u1 in joint space (1.23, 1.24): the law away from the locus."""
+"""Computed torque control u1 in joint space (1.23, 1.24): the nominal law outside the blending zones."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""What a control law is: its settings, its memory and a pure step, under a name.
+"""Definition of a control law: a name, settings, memory and a pure step function.
 
 A law is one module with a settings class, the memory before the first sample, a function `step` and an entry `LAW`.
 `registry` lists the laws of this package; a law from elsewhere is named in a scenario by its module,
 `controller: my_package.my_law:LAW`. Nodes, the offline runner, the compiled engine and the planner's screen all run the
-same step, so it has to be a plain module-level function of numbers that numba can compile.
+same step, so it must be a plain module-level function of numbers that numba can compile.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 
 MIN_AUTHORITY = 0.3
-"""Least |n . v1| at a crossing for a law that holds the path by its normal n: below it the direction across the path is
+"""Least |n . v1| at a crossing for a law that controls the direction n normal to the path: below it this direction is
 nearly the uncontrollable t_s."""
 
 
 class Instant(NamedTuple):
-    """What a law answers.
+    """Input of a law at one sample.
 
     Attributes:
         state: measured or estimated state.
@@ -54,7 +54,7 @@ A law without memory takes and returns None.
 
 
 def unchanged(memory: Any) -> Any:
-    """Return a memory as it is: over a gap in the samples nothing is forgotten."""
+    """Return the memory unchanged: a gap in the samples does not affect it."""
     return memory
 
 
@@ -63,11 +63,11 @@ class Law(NamedTuple):
 
     Attributes:
         name: a word in lower case; its candidate torque is published on `NAME/torque`.
-        title: what figures and pages call it.
+        title: its name in figures and pages.
         settings: class of its settings (see `fivebar_description.settings`); every field has a default.
         step: the law itself.
         memory: before the first sample.
-        after_gap: what becomes of the memory where samples are missing.
+        after_gap: returns the memory to continue with where samples are missing.
         topic_name: of the candidate torque where it is not `NAME/torque`.
         executable: the node that publishes the candidate.
         regular_on_locus: whether it is defined on the Type 2 locus, so that it can cross on its own.

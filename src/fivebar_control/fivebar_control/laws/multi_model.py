@@ -1,6 +1,6 @@
-"""Multi-model computed torque control (1.27 to 1.29, figure 1.10): the method that the virtual constraints improve on.
+"""Multi-model computed torque control (1.27 to 1.29, figure 1.10): the baseline of the virtual constraints.
 
-Away from the locus it is the computed torque law with the full model; on the locus it uses a model without the
+Off the locus it is the computed torque law with the full model; on the locus it uses a model without the
 platform, lambda = 0, which does not degenerate but is right only for a trajectory that meets the dynamic criterion
 there. The transition is a sigmoid in time around each planned crossing (`fivebar_control.loop.supervisor`).
 """

@@ -1,4 +1,4 @@
-"""The reference as the controllers need it: the platform's motion and both legs'."""
+"""The reference of the controllers: the motion of the platform and of both legs."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def reference_from_platform(robot: FiveBar, mode1: int, mode2: int, platform: Pl
 def against_disturbance(reference: Reference, d1: float, d2: float) -> Reference:
     """Return a desired instant whose friction compensates disturbance torques d (Nm) that act on the motors too.
 
-    Every law adds the friction f to what it asks of the model; against tau + d it is f - d that has to be added.
+    Every law adds the friction f to the torque of its model; with tau + d acting on the motors it must add f - d.
     """
     return Reference(
         state=reference.state,
@@ -71,7 +71,7 @@ def reference_from_motors(robot: FiveBar, state: State, ax: float, ay: float, dd
     Regular at Type 1, where the platform's motion does not tell the motors'; NaN on the Type 2 locus.
 
     Args:
-        robot: the robot that the controllers believe in.
+        robot: nominal robot of the controllers.
         state: desired state.
         ax, ay: desired platform acceleration (m/s^2).
         ddq11, ddq21: desired motor accelerations (rad/s^2).
@@ -90,7 +90,7 @@ def reference_from_motors(robot: FiveBar, state: State, ax: float, ay: float, dd
 
 
 def reference_at_rest(robot: FiveBar, state: State) -> Reference:
-    """Return the desired instant of a robot that is to stand still, whatever the speeds of the state's legs are."""
+    """Return the desired instant of a robot at rest, regardless of the speeds of the state's legs."""
     return Reference(
         state=state,
         ax=0.0,

@@ -1,4 +1,4 @@
-"""The controllers that a run can choose, by name: every place that offers, runs or draws one reads this table."""
+"""Registry of controllers by name, which nodes, runners, studies and the command all read."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from fivebar_control.laws.law import Law, TunedLaw, check_law
 from fivebar_description.strict_yaml import InputError
 
 CONDITION, SIGMOID = "condition", "sigmoid"
-"""What weighs two laws: 1/cond(A) (4.1.2), or a sigmoid in time around each planned crossing (figure 1.10)."""
+"""Blending by 1/cond(A) (4.1.2), or by a sigmoid in time around each planned crossing (figure 1.10)."""
 
 
 class Controller(NamedTuple):
-    """How a controller is put together from laws.
+    """A controller, composed of one or two laws.
 
     Attributes:
-        name: what scenarios call it.
+        name: its name in scenarios.
         nominal: its law off the locus, or the only one.
         constraint: its law on the locus, None for no blending.
-        weighting: what weighs the two, `CONDITION` or `SIGMOID`.
+        weighting: blending variable, `CONDITION` or `SIGMOID`.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Controller(NamedTuple):
 
     @property
     def blended(self) -> bool:
-        """Whether a second law takes over on the locus."""
+        """Whether it blends in a constraint law near the locus."""
         return self.constraint is not None
 
     @property
@@ -48,7 +48,7 @@ class Controller(NamedTuple):
 
     @property
     def needs_no_zones(self) -> bool:
-        """Whether one regular law does everything, so that motions can be planned while it runs."""
+        """Whether a single regular law needs no blending zones, so that motions can be planned during a run."""
         return not self.blended and self.nominal.regular_on_locus
 
     @property
@@ -99,11 +99,11 @@ CONSTRAINT_LAWS = tuple(one.constraint.name for one in CONTROLLERS.values() if o
 """Names of the laws on the locus."""
 
 PLUGIN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)")
-"""How a law from elsewhere is named: its module, and the entry in it."""
+"""Syntax of the name of a law outside this package: its module and the entry in it."""
 
 
 def find_controller(name: str) -> Controller:
-    """Return a controller by its name, or the one that a law from elsewhere makes on its own.
+    """Return a controller by its name, or one that consists of a single law outside this package.
 
     Raises:
         InputError: there is none of that name, or the law cannot be loaded.
@@ -120,7 +120,7 @@ def controller_problem(name: str) -> str | None:
 
 
 def find_law(name: str) -> Law:
-    """Return a law by its name, or one from elsewhere by `MODULE:NAME`.
+    """Return a law by its name, or one outside this package by `MODULE:NAME`.
 
     Raises:
         InputError: there is none of that name, or it cannot be loaded.
@@ -156,10 +156,10 @@ def default_tuning(controller: Controller) -> TunedController:
 
 @cache
 def _plugin(name: str) -> Law:
-    """Return a law from elsewhere.
+    """Return a law outside this package.
 
     Raises:
-        InputError: says why it cannot be loaded; the name is the caller's to say.
+        InputError: it cannot be loaded; the caller adds the name to the message.
     """
     module, _, entry = name.partition(":")
     try:

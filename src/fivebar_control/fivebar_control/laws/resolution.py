@@ -1,8 +1,8 @@
-"""Torques that enforce a virtual constraint on the locus: one equation, two motors, three ways to share it.
+"""Torques that enforce a virtual constraint on the locus: one equation for two motors, in three resolutions.
 
 On the locus only the component of the dynamics along v1 can be influenced. With w = B^-1 U_1, taking the dynamics along
 U_1 leaves w^T tau = w^T (ZZ qddot + f) + m alpha / s1 for the platform acceleration alpha v1. Every resolution below
-meets this equation; they differ in the part of tau that it leaves free.
+satisfies this equation; they differ in the null-space component of tau.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def resolved(
 
     Args:
         resolution: `MIN_NORM`, `FULL_FRICTION` or `FULL_INVERSE`.
-        robot: the robot that the law believes in.
+        robot: nominal robot of the law.
         state: measured state.
         svd: decomposition of A there.
         alpha: platform acceleration along v1 (m/s^2).
@@ -57,7 +57,7 @@ def min_norm(
     f1: float,
     f2: float,
 ) -> Torque:
-    """Return the smallest torque that meets the equation: the pseudo-inverse of 3.35, its signs mended.
+    """Return the smallest torque that meets the equation: the pseudo-inverse of 3.35 with its signs corrected.
 
     Friction along the uncontrollable direction stays uncompensated.
     """

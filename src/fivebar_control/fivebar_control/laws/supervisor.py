@@ -1,4 +1,4 @@
-"""The performance-based supervisor (4.1.2): how much of the virtual constraint law to use, from cond(A)."""
+"""The performance-based supervisor (4.1.2): the weight of the virtual constraint law, from cond(A)."""
 
 from __future__ import annotations
 

@@ -1,11 +1,12 @@
-"""One law on the locus and away from it: the torque that comes nearest to the wanted acceleration within its limits.
+"""One law for the whole workspace: the torque within its limits that best achieves the desired acceleration.
 
 In platform coordinates the robot is regular through Type 2 and only its input matrix loses rank: xddot = G u + a_0 with
 u = tau - f + d, d the estimated disturbance. Instead of inverting G, this law minimises
-|G u + a_0 - a|^2 + w |u - u_0|^2 over the torques that the drives can give, a = xddot_d + Kd e' + Kp e. Away from the
-locus w hardly matters and the law is a computed torque law in Cartesian space; on the locus it lets go of the direction
-t_s, in which nothing can be asked, and keeps the other. u_0 is 0, except for motions that were planned in the motors'
-angles: at Type 1 the platform does not feel the stretched leg's motor, and u_0 holds that to its plan.
+|G u + a_0 - a|^2 + w |u - u_0|^2 over the torques that the drives can give, a = xddot_d + Kd e' + Kp e. Far from the
+Type 2 locus w has little effect and the law is a computed torque law in Cartesian space; on the locus w regularises the
+uncontrollable direction t_s, and the other direction stays controlled. u_0 is 0, except for motions that were planned
+in the motors' angles: at Type 1 the motor of the stretched leg does not act on the platform, and u_0 keeps it on its
+planned motion.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.model.dynamics import constraint_form
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar
@@ -40,25 +42,23 @@ class InputMap(NamedTuple):
 def input_map(robot: FiveBar, state: State) -> InputMap | None:
     """Return the map from the constraint form, regular at Types 1 and 2; None where both meet in both legs.
 
-    With K = A A^T / m + B ZZ^-1 B: G = A^T K^-1 B ZZ^-1 / m and a_0 = -A^T K^-1 c / m.
+    With the form's matrix K: G = A^T K^-1 B ZZ^-1 / m and a_0 = -A^T K^-1 c / m.
     """
     leg1, leg2 = state.leg1, state.leg2
-    drive1, drive2 = leg1.b / robot.leg1.inertia, leg2.b / robot.leg2.inertia
-    k11 = 1.0 / robot.mass + leg1.b * drive1
-    k22 = 1.0 / robot.mass + leg2.b * drive2
-    k12 = (leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y) / robot.mass
+    form = constraint_form(robot, state)
+    k11, k12, k22 = form.k11, form.k12, form.k22
     determinant = k11 * k22 - k12 * k12
     if determinant <= 0.0:
         return None
-    scale = 1.0 / (robot.mass * determinant)
+    scale = form.per_mass / determinant
     # columns of A^T K^-1 / m
     e1_x, e1_y = scale * (k22 * leg1.u_x - k12 * leg2.u_x), scale * (k22 * leg1.u_y - k12 * leg2.u_y)
     e2_x, e2_y = scale * (k11 * leg2.u_x - k12 * leg1.u_x), scale * (k11 * leg2.u_y - k12 * leg1.u_y)
     return InputMap(
-        g_x1=e1_x * drive1,
-        g_x2=e2_x * drive2,
-        g_y1=e1_y * drive1,
-        g_y2=e2_y * drive2,
+        g_x1=e1_x * form.lever1,
+        g_x2=e2_x * form.lever2,
+        g_y1=e1_y * form.lever1,
+        g_y2=e2_y * form.lever2,
         a0_x=-(e1_x * leg1.c + e2_x * leg2.c),
         a0_y=-(e1_y * leg1.c + e2_y * leg2.c),
     )
@@ -100,7 +100,7 @@ def box_least_squares(
 
 
 class UnifiedSettings(NamedTuple):
-    """What the law without switching is set to."""
+    """Settings of the unified law."""
 
     kp: Annotated[float, KP] = 6400.0
     kd: Annotated[float, KD] = 160.0
@@ -135,39 +135,39 @@ class UnifiedSettings(NamedTuple):
 
 
 class UnifiedMemory(NamedTuple):
-    """What the law keeps from one sample to the next.
+    """State of the law from one sample to the next.
 
     Attributes:
-        d1, d2: estimated disturbance torque on each motor (Nm): what acts besides the model.
-        fresh: whether the rest is not yet known.
-        push1, push2: torque beyond friction given last (Nm).
-        vx, vy: platform velocity then (m/s).
-        ax, ay: platform acceleration that the model expected then (m/s^2).
+        d1, d2: estimated disturbance torque on each motor (Nm).
+        unset: whether the remaining fields are not known yet.
+        net1, net2: last torque beyond friction, without the disturbance (Nm).
+        vx, vy: platform velocity at that sample (m/s).
+        ax, ay: platform acceleration that the model predicted at that sample (m/s^2).
     """
 
     d1: float
     d2: float
-    fresh: bool
-    push1: float
-    push2: float
+    unset: bool
+    net1: float
+    net2: float
     vx: float
     vy: float
     ax: float
     ay: float
 
 
-NOTHING_KNOWN = UnifiedMemory(0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+INITIAL_MEMORY = UnifiedMemory(0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """The memory before the first sample."""
 
 
 def restarted(memory: UnifiedMemory) -> UnifiedMemory:
-    """Return the memory after a gap: what happened over it is not known, the disturbance stays."""
+    """Return the memory after a gap in the samples: only the estimated disturbance is kept."""
     return UnifiedMemory(
         d1=memory.d1,
         d2=memory.d2,
-        fresh=True,
-        push1=memory.push1,
-        push2=memory.push2,
+        unset=True,
+        net1=memory.net1,
+        net2=memory.net2,
         vx=memory.vx,
         vy=memory.vy,
         ax=memory.ax,
@@ -182,8 +182,8 @@ def observed_disturbance(
 
     With r the mean acceleration over the last period minus the expected one,
     d+ = d + gamma (G^T G + w)^-1 G^T r. Its error obeys delta+ = (I - gamma S) delta, S = (G^T G + w)^-1 G^T G with
-    eigenvalues s^2 / (s^2 + w) from 0 to 1: it never grows, not at a singularity either, where S lets go of the same
-    direction as the law. The limit keeps it bounded under whatever else the model lacks.
+    eigenvalues s^2 / (s^2 + w) from 0 to 1: it never grows, not even at a singularity, where S vanishes in the
+    direction that the law regularises. The limit keeps it bounded under other model errors.
 
     Args:
         mapped: input map of the present state.
@@ -192,11 +192,11 @@ def observed_disturbance(
         settings: of the law.
         period: since the sample before (s).
     """
-    if memory.fresh or settings.observer_rate == 0.0:
+    if memory.unset or settings.observer_rate == 0.0:
         return memory.d1, memory.d2
-    push1, push2 = memory.push1 + memory.d1, memory.push2 + memory.d2
-    expected_x = 0.5 * (memory.ax + mapped.g_x1 * push1 + mapped.g_x2 * push2 + mapped.a0_x)
-    expected_y = 0.5 * (memory.ay + mapped.g_y1 * push1 + mapped.g_y2 * push2 + mapped.a0_y)
+    net1, net2 = memory.net1 + memory.d1, memory.net2 + memory.d2
+    expected_x = 0.5 * (memory.ax + mapped.g_x1 * net1 + mapped.g_x2 * net2 + mapped.a0_x)
+    expected_y = 0.5 * (memory.ay + mapped.g_y1 * net1 + mapped.g_y2 * net2 + mapped.a0_y)
     r_x = (state.vx - memory.vx) / period - expected_x
     r_y = (state.vy - memory.vy) / period - expected_y
     h11, h12, h22 = _normal_matrix(mapped, settings.weight)
@@ -221,7 +221,7 @@ def unified_step(
     """Return the torque (Nm) of the unified law and its memory for the next sample.
 
     Args:
-        robot: the robot that the law believes in.
+        robot: nominal robot of the law.
         state: measured state.
         reference: desired instant; friction is compensated at its speeds.
         memory: of the sample before.
@@ -235,29 +235,29 @@ def unified_step(
     kp, kd, weight = settings.kp, settings.kd, settings.weight
     limit = math.inf if settings.torque_limit is None else settings.torque_limit
     desired = reference.state
-    wanted_x = reference.ax + kd * (desired.vx - state.vx) + kp * (desired.x - state.x) - mapped.a0_x
-    wanted_y = reference.ay + kd * (desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
+    target_x = reference.ax + kd * (desired.vx - state.vx) + kp * (desired.x - state.x) - mapped.a0_x
+    target_y = reference.ay + kd * (desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
     held1, held2 = 0.0, 0.0
     if reference.by_motors:
         held1 = reference.u1 + robot.leg1.inertia * _motor_feedback(desired.leg1, state.leg1, kp, kd)
         held2 = reference.u2 + robot.leg2.inertia * _motor_feedback(desired.leg2, state.leg2, kp, kd)
-    # what the motors give beyond friction and disturbance
+    # tau = u + off: friction and disturbance are compensated besides
     off1, off2 = reference.f1 - d1, reference.f2 - d2
     h11, h12, h22 = _normal_matrix(mapped, weight)
     u1, u2 = box_least_squares(
         h11,
         h12,
         h22,
-        mapped.g_x1 * wanted_x + mapped.g_y1 * wanted_y + weight * held1,
-        mapped.g_x2 * wanted_x + mapped.g_y2 * wanted_y + weight * held2,
+        mapped.g_x1 * target_x + mapped.g_y1 * target_y + weight * held1,
+        mapped.g_x2 * target_x + mapped.g_y2 * target_y + weight * held2,
         Box(-limit - off1, limit - off1, -limit - off2, limit - off2),
     )
     kept = UnifiedMemory(
         d1=d1,
         d2=d2,
-        fresh=False,
-        push1=u1 - d1,
-        push2=u2 - d2,
+        unset=False,
+        net1=u1 - d1,
+        net2=u2 - d2,
         vx=state.vx,
         vy=state.vy,
         ax=mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x,
@@ -276,7 +276,7 @@ def _normal_matrix(mapped: InputMap, weight: float) -> tuple[float, float, float
 
 
 def _motor_feedback(desired: Leg, measured: Leg, kp: float, kd: float) -> float:
-    """Return the acceleration (rad/s^2) that brings a motor back to its plan, the short way round."""
+    """Return the feedback acceleration (rad/s^2) of a motor towards its planned motion, the angle error wrapped."""
     return kd * (desired.dq1 - measured.dq1) + kp * wrap(desired.q1 - measured.q1)
 
 
@@ -292,7 +292,7 @@ LAW = Law(
     title="unified law",
     settings=UnifiedSettings,
     step=unified_law_step,
-    memory=NOTHING_KNOWN,
+    memory=INITIAL_MEMORY,
     after_gap=restarted,
     executable="unified_controller",
     meets_type_1=True,

@@ -1,1 +1,1 @@
-"""What happens between a measured state and its torque, written once: nodes, offline runner and engine call it."""
+"""The control cycle from measured state to torque command, shared by nodes, offline runner and engine."""

@@ -1,6 +1,6 @@
-"""One control cycle: from the state that the controllers see to the torque command.
+"""One control cycle: from the measured or estimated state to the torque command.
 
-Supervise, let the laws answer, blend, guard. The offline runner calls it as it stands and the engine compiles it; the
+Supervisor, laws, blending, guard. The offline runner calls it as it stands and the engine compiles it; the
 nodes of the graph call the same parts, each its own: the supervisor `blending_weight`, the controllers the laws' steps
 (`law_runner`), the blender `fivebar_control.safety.guard`.
 """
@@ -23,10 +23,10 @@ from fivebar_description.parameters import FiveBar
 
 
 class CycleSettings(NamedTuple):
-    """What does not change from sample to sample.
+    """Constants of the control cycle.
 
     Attributes:
-        robot: the robot that the controllers believe in.
+        robot: nominal robot of the controllers.
         mode1, mode2: working mode of the motion.
         period: between two samples (s).
         nominal, constraint: settings of the laws as numbers (`as_numbers`); None for no constraint law.
@@ -47,7 +47,7 @@ class CycleSettings(NamedTuple):
 
 
 class CycleMemory(NamedTuple):
-    """What is kept from sample to sample: the memories of both laws, and the command before (Nm)."""
+    """State of the control cycle: the memories of both laws, and the last command (Nm)."""
 
     nominal: Any
     constraint: Any
@@ -55,14 +55,14 @@ class CycleMemory(NamedTuple):
 
 
 class Cycle(NamedTuple):
-    """What a sample comes to.
+    """Result of a control cycle.
 
     Attributes:
         sigma, kappa: the supervisor's state.
         nominal, constraint: candidate torques (Nm), NaN where undefined.
         requested: their blend, before limits (Nm).
         command: torque command (Nm).
-        fault: number of the fault that this sample shows, `NO_FAULT` for none.
+        fault: number of the fault detected at this sample, `NO_FAULT` for none.
         memory: for the next sample.
     """
 
@@ -86,11 +86,11 @@ def control_cycle(
     plan: PlanSample,
     latched: bool,
 ) -> Cycle:
-    """Return what a sample comes to.
+    """Return the result of one control cycle.
 
     Args:
         nominal_step, constraint_step: the laws; `no_step` where there is no constraint law.
-        settings: see there.
+        settings: constants.
         memory: of the sample before.
         state: measured or estimated state.
         reference: desired instant, that of the plan or with a disturbance compensated.

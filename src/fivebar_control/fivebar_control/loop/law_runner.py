@@ -1,4 +1,4 @@
-"""A law over the samples of a run: bound to its robot, plan and settings, with its memory."""
+"""Runs a law over the samples of a run, bound to its robot, plan and settings, with its memory."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from fivebar_description.settings import as_numbers
 
 
 class LawRunner:
-    """Answers sample after sample with a law's torque."""
+    """Computes a law's torque sample by sample."""
 
     def __init__(self, law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int) -> None:
-        """Bind a law to the robot that it believes in, a plan and a sampling rate (Hz)."""
+        """Bind a law to its nominal robot, a plan and a sampling rate (Hz)."""
         self._law = law.law
         self._settings = as_numbers(law.settings)
         self._robot = robot
@@ -30,8 +30,8 @@ class LawRunner:
     def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
         """Return the torque (Nm) for a sample, NaN where the law is undefined; call it once for every sample.
 
-        The constraint's line runs through the reference: on the plan that is the path segment itself, and after a
-        fault, where the reference rests at the robot, nothing pulls the robot back to the path.
+        The constraint's line runs through the reference: during the motion that is the path segment itself, and after a
+        fault, where the reference stays at the robot, no feedback acts towards the path.
         """
         if self._last is not None and sample != self._last + 1:
             self._memory = self._law.after_gap(self._memory)

@@ -1,4 +1,4 @@
-"""A plan at the moment of a sample: what the laws are asked to follow there."""
+"""The plan evaluated at a sample: reference, path line and blending parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The supervisor with the zones of a plan: how much of the constraint law to use at each sample."""
+"""The supervisor with the blending zones of a plan: the weight of the constraint law at each sample."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from fivebar_control.model.geometry import direct_geometry, elbow_position, inverse_geometry, wrap
-from fivebar_control.model.state import Leg, State
+from fivebar_control.model.state import Joints, Leg, State
 from fivebar_description.parameters import FiveBar, LegParameters
 
 NAN = math.nan
@@ -142,6 +142,21 @@ def _distal_rate(parameters: LegParameters, leg: Leg, dq1: float, vx: float, vy:
     l_1 = parameters.proximal
     relative_x, relative_y = vx + l_1 * dq1 * leg.r_y, vy - l_1 * dq1 * leg.r_x
     return (leg.u_x * relative_y - leg.u_y * relative_x) / parameters.distal
+
+
+def joints_of(state: State) -> Joints:
+    """Return the joint angles and rates of a state."""
+    leg1, leg2 = state.leg1, state.leg2
+    return Joints(
+        q11=leg1.q1,
+        q12=leg1.q2,
+        q21=leg2.q1,
+        q22=leg2.q2,
+        dq11=leg1.dq1,
+        dq12=leg1.dtheta - leg1.dq1,
+        dq21=leg2.dq1,
+        dq22=leg2.dtheta - leg2.dq1,
+    )
 
 
 def det_a(state: State) -> float:

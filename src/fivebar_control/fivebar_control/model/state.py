@@ -54,6 +54,19 @@ class JointAngles(NamedTuple):
     q22: float
 
 
+class Joints(NamedTuple):
+    """Angles (rad) and rates (rad/s) of all joints, each in the order of `JointAngles`."""
+
+    q11: float
+    q12: float
+    q21: float
+    q22: float
+    dq11: float
+    dq12: float
+    dq21: float
+    dq22: float
+
+
 class MotorMotion(NamedTuple):
     """Angles (rad), rates (rad/s) and accelerations (rad/s^2) of both motors."""
 

@@ -16,10 +16,10 @@ from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.node_settings import BLENDED, NOT_OF_THE_GUARD, BlenderSettings, torque_of
-from fivebar_control.safety.awake_clock import AwakeClock
 from fivebar_control.safety.guard import Guard
+from fivebar_control.safety.pause_compensated_clock import PauseCompensatedClock
 from fivebar_control.safety.stages import SafetySettings
-from fivebar_control.safety.watchdog import Freshness
+from fivebar_control.safety.watchdog import Watchdog
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -45,11 +45,11 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 
-DEADLINE_LOOKS = 4
-"""How often within a deadline the blender looks whether it has passed."""
+CHECKS_PER_DEADLINE = 4
+"""How often within a deadline the watchdog is checked."""
 
-LOOKS_AWAKE = 2
-"""So many looks at least make up a deadline: one that comes later has been held up, and with it what it looks for."""
+MIN_CHECKS_PER_DEADLINE = 2
+"""Least checks within a deadline: a longer interval between two checks is a pause of the process."""
 
 
 class Blender(SamplingNode):
@@ -69,8 +69,8 @@ class Blender(SamplingNode):
         self._guard = Guard(self._robot, (mode1, mode2), settings.rate_hz, safety)
         deadlines = [settings.candidate_deadline_ms / 1e3, settings.state_deadline_ms / 1e3]
         shortest = min(deadline for deadline in deadlines if deadline)
-        self._awake = AwakeClock(time.monotonic, shortest / LOOKS_AWAKE)
-        self._freshness = Freshness(deadlines[0], deadlines[1] or math.inf, settings.last_sample or None)
+        self._deadline_clock = PauseCompensatedClock(time.monotonic, shortest / MIN_CHECKS_PER_DEADLINE)
+        self._watchdog = Watchdog(deadlines[0], deadlines[1] or math.inf, settings.last_sample or None)
         self._drives_state = ALL_WELL
         self._first = 0
         self._reply: JointState | None = None
@@ -89,16 +89,16 @@ class Blender(SamplingNode):
         if settings.candidates == BLENDED:
             inputs += [Input(VHC_TORQUE, torque), Input(SUPERVISOR_STATE, fields_of(SUPERVISOR_NAMES, "position"))]
         self.join(settings.rate_hz, inputs)
-        # volatile on this side: faults of the past are the business of whoever reset them
+        # volatile on this side: faults published before this node started do not concern it
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
-        # not awaited: drives that say nothing of themselves hold no fault
+        # not awaited: drives that publish no state hold no fault
         self.create_subscription(String, DRIVES_STATE.name, self._on_drives_state, qos_profile(DRIVES_STATE.qos))
-        self.every(shortest / DEADLINE_LOOKS, self._look_at_clock)
+        self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)
         self._publish_state()
 
     def stop(self) -> None:
-        """Command zero torque as the last word."""
-        self._reply_with(self._freshness.newest, ZERO)
+        """Command zero torque before the node ends."""
+        self._reply_with(self._watchdog.newest, ZERO)
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""
@@ -112,25 +112,25 @@ class Blender(SamplingNode):
 
     def restart(self) -> None:
         """Wait for the candidates of a new run; a latched fault stays."""
-        self._freshness.begin_run()
+        self._watchdog.begin_run()
         self._guard.begin_run()
         self._first = 0
 
     def admit(self, sample: int, driving: bool) -> bool:
         """Start the deadline of a sample; while a fault is latched, answer it at once with zero torque."""
         if driving:
-            late = self._freshness.joined_late(sample)
-            self._freshness.heard(sample, self._awake.read())
+            late = self._watchdog.joined_late(sample)
+            self._watchdog.received(sample, self._deadline_clock.read())
             if late is not None and self._guard.fault is None:
                 self._stop_robot(late)
             elif self._guard.fault is not None:
                 self._reply_with(sample, ZERO)
-            self._look_at_clock()
+            self._check_deadlines()
         return True
 
     def answer(self, sample: int, *values: Any) -> None:
-        """Publish the torque of a sample; while a fault is latched, only look at its inputs."""
-        self._freshness.completed(sample, self._awake.read())
+        """Publish the torque of a sample; while a fault is latched, only check its inputs."""
+        self._watchdog.completed(sample, self._deadline_clock.read())
         if sample < self._first:
             return
         (position, velocity), (reference,), (alone,), *rest = values
@@ -157,35 +157,35 @@ class Blender(SamplingNode):
             self._command.publish(self._reply)
 
     def _on_fault(self, message: String) -> None:
-        """Stop the robot when another node reports a fault; one's own comes back too and changes nothing."""
+        """Stop the robot when another node reports a fault; the node's own faults are received too, without effect."""
         known = self._guard.fault
         self._guard.trip(Fault.from_text(message.data))
         if known is None:
-            # also a sample that still waits for its candidates gets its answer now
-            self._reply_with(self._freshness.newest, ZERO)
+            # a sample that still waits for its candidates is answered as well
+            self._reply_with(self._watchdog.newest, ZERO)
             self._publish_state()
 
     def _on_drives_state(self, message: String) -> None:
         self._drives_state = message.data
-        # drives that were off have sent nothing; their next sample is waited for from now on
-        self._freshness.pardon(self._awake.read())
+        # drives that were off have sent nothing: the deadline of their next sample starts now
+        self._watchdog.rearm(self._deadline_clock.read())
 
-    def _look_at_clock(self) -> None:
-        """Give up where candidates or the next joint states are overdue."""
+    def _check_deadlines(self) -> None:
+        """Stop the robot where candidates or the next joint states are overdue."""
         if self._guard.fault is not None:
             return
-        now = self._awake.read()
-        overdue = self._freshness.overdue(now)
+        now = self._deadline_clock.read()
+        overdue = self._watchdog.overdue(now)
         # drives that are off send no samples, and that is no fault
-        stale = self._freshness.stale(now) if self._drives_state == ALL_WELL else None
+        stale = self._watchdog.stale(now) if self._drives_state == ALL_WELL else None
         if overdue is not None:
-            self._stop_robot(self._freshness.missing(overdue, self.missing_inputs(overdue)))
+            self._stop_robot(self._watchdog.missing(overdue, self.missing_inputs(overdue)))
         elif stale is not None:
             self._stop_robot(stale)
 
     def _stop_robot(self, fault: Fault) -> None:
         self._guard.trip(fault)
-        self._reply_with(self._freshness.newest, ZERO)
+        self._reply_with(self._watchdog.newest, ZERO)
         self._announce_fault()
 
     def _reply_with(self, sample: int, torque: Torque) -> None:
@@ -221,9 +221,9 @@ class Blender(SamplingNode):
             response.message = f"not cleared, {obstacle}; latched is {fault}"
         else:
             response.message = f"cleared {fault}"
-            # the present sample has had its answer
-            self._first = self._freshness.newest + 1
-            self._freshness.answered(self._freshness.newest)
+            # the present sample has been answered already
+            self._first = self._watchdog.newest + 1
+            self._watchdog.answered(self._watchdog.newest)
             self._publish_state()
         self.get_logger().info(response.message)
         return response
@@ -232,7 +232,7 @@ class Blender(SamplingNode):
         """Clear the fault, or return what is in the way."""
         if self._drives_state != ALL_WELL:
             return f"the drives are stopped by {self._drives_state}"
-        return self._freshness.obstacle(self._awake.read()) or self._guard.reset()
+        return self._watchdog.obstacle(self._deadline_clock.read()) or self._guard.reset()
 
 
 def main() -> None:

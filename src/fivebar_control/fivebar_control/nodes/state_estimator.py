@@ -9,8 +9,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import Drives, StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
+from fivebar_control.estimation.step import Drives
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,

@@ -1,1 +1,1 @@
-"""The last decision before the drives: staged limits, watchdog, and the guard that latches faults."""
+"""Safety functions before the drives: staged limits, watchdog, and the guard that latches faults."""

@@ -1,4 +1,4 @@
-"""The last decision before the drives: which torque to command, and zero torque once something is wrong."""
+"""The guard before the drives: limits the commanded torque, and commands zero torque once a fault is latched."""
 
 from __future__ import annotations
 
@@ -30,8 +30,7 @@ FINAL_FAULTS = (
     "node_died",
     "command_timeout",
 )
-"""Faults of other nodes that nothing clears but a new run, since where the robot stands is not known any more or a
-part of the graph is gone."""
+"""Faults of other nodes that only a new run clears, since the robot's posture is no longer known or a node is lost."""
 
 
 class Decision(NamedTuple):
@@ -42,7 +41,7 @@ class Decision(NamedTuple):
 
 
 class Guard:
-    """Blends candidate torques, lets them through the stages of `safety`, and latches the first fault."""
+    """Blends the candidate torques, applies the stages of `safety` to them, and latches the first fault."""
 
     def __init__(
         self, robot: FiveBar, working_mode: tuple[int, int], rate_hz: int, settings: SafetySettings | None = None
@@ -52,7 +51,7 @@ class Guard:
         self._mode1, self._mode2 = working_mode
         self._settings = settings if settings is not None else SafetySettings()
         self._limits = limits_of(self._settings, rate_hz)
-        self._before = ZERO
+        self._last_command = ZERO
         self._limited_samples = 0
         self._final: Fault | None = None
         self._obstacle: str | None = "no sample has been complete since"
@@ -61,7 +60,7 @@ class Guard:
 
     @property
     def limited_samples(self) -> int:
-        """Samples whose torque the torque limit or the rate limit has cut."""
+        """Samples whose torque was reduced by the torque limit or the rate limit."""
         return self._limited_samples
 
     def trip(self, fault: Fault) -> None:
@@ -70,16 +69,16 @@ class Guard:
             self._final = fault
         if self.fault is None:
             self.fault = fault
-            self._before = ZERO
+            self._last_command = ZERO
             self._obstacle = "no sample has been complete since"
 
     def begin_run(self) -> None:
-        """Begin a new run: what only a new run clears may be reset from now on; a latched fault stays."""
+        """Begin a new run: faults that only a new run clears may be reset from now on; a latched fault stays."""
         self._final = None
-        self._before = ZERO
+        self._last_command = ZERO
 
     def reset(self) -> str | None:
-        """Clear the latched fault where its cause is gone; else return what is in the way and keep it."""
+        """Clear the latched fault if its cause is gone; else keep it and return the reason."""
         if self.fault is None:
             return None
         if self._final is not None:
@@ -92,7 +91,7 @@ class Guard:
     def command(
         self, sample: int, state: State, desired: tuple[float, float], sigma: float, nominal: Torque, constraint: Torque
     ) -> Decision:
-        """Return the torques of a sample: the blend and what is left of it, or zero once a fault is latched.
+        """Return the torques of a sample: the blend before and after the limits, or zero once a fault is latched.
 
         Args:
             sample: number of the sample, for the fault's text.
@@ -109,17 +108,17 @@ class Guard:
         if number != NO_FAULT:
             found = fault_of(number, limits, robot, mode1, mode2, state, *desired, requested, sigma)
         if self.fault is not None:
-            self._obstacle = str(found) if found is not None else self._unrest(state)
+            self._obstacle = str(found) if found is not None else self._motion_left(state)
             return Decision(None, ZERO)
         if found is not None:
             self.trip(Fault(found.name, f"at sample {sample}: {found.detail}"))
             return Decision(requested, ZERO)
-        torque = limited_torque(limits, requested, self._before)
-        self._before = torque
+        torque = limited_torque(limits, requested, self._last_command)
+        self._last_command = torque
         self._limited_samples += torque != requested
         return Decision(requested, torque)
 
-    def _unrest(self, state: State) -> str | None:
+    def _motion_left(self, state: State) -> str | None:
         speed, limit = fastest_motor(state), self._settings.rest_speed
         return (
             None if speed <= limit else f"the motors still turn at {speed:.2f} rad/s, at rest is below {limit:g} rad/s"

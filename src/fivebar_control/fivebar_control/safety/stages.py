@@ -1,9 +1,9 @@
-"""The stages through which a torque goes before it becomes a command, each a pure function.
+"""The safety stages between requested torque and command, each a pure function.
 
-The last node goes through them in this order: finite, fresh (see `watchdog`), torque limit, torque rate limit, joint
-speed, workspace, Type 1 margin, tracking. The two limits cut the torque; every other stage finds the fault that stops
-the robot. `first_fault` goes through them without words, so that it can be compiled, and `fault_of` says what it found.
-An undefined value, NaN, passes none of them.
+The last node applies them in this order: finite, up to date (see `watchdog`), torque limit, torque rate limit, joint
+speed, workspace, Type 1 margin, tracking. The two limits saturate the torque; every other stage detects a fault that
+stops the robot. `first_fault` returns it as a number, so that it can be compiled, and `fault_of` describes it. An
+undefined value, NaN, passes none of them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
 
 REACH_TOLERANCE = 1e-3
-"""How far (m) the platform may seem to be beyond a leg's reach: more cannot be, so the joints are misread."""
+"""Tolerance (m) of the reach of a leg: a platform farther outside means that the joint readings are inconsistent."""
 
 
 class Area(NamedTuple):
@@ -33,13 +33,13 @@ class Area(NamedTuple):
 
 NO_FAULT = 0
 TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 2, 3, 4, 5
-"""Faults that a stage finds, as numbers, in the order of the stages."""
+"""Faults that the stages detect, as numbers, in the order of the stages."""
 
 EVERYWHERE = Area(-math.inf, math.inf, -math.inf, math.inf)
 
 
 class Limits(NamedTuple):
-    """What the stages allow, as numbers; infinite for none.
+    """Limits of the stages, as numbers; infinite for none.
 
     Attributes:
         torque_limit: largest commanded torque (Nm).
@@ -63,7 +63,7 @@ def _has_an_inside(area: Area) -> str | None:
 
 
 class SafetySettings(NamedTuple):
-    """What the last node before the drives allows. An infinite limit is no limit."""
+    """Limits of the last node before the drives. An infinite limit is no limit."""
 
     torque_limit: Annotated[
         float,
@@ -135,7 +135,7 @@ class SafetySettings(NamedTuple):
 
 
 def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
-    """Return what the stages allow at a sampling rate (Hz)."""
+    """Return the limits of the stages at a sampling rate (Hz)."""
     return Limits(
         torque_limit=float(settings.torque_limit),
         torque_step=float(settings.torque_rate_limit) / rate_hz,
@@ -152,8 +152,8 @@ def first_fault(
     """Return the number of the first fault that a sample shows, `NO_FAULT` for none.
 
     Args:
-        limits: what the stages allow.
-        robot: the robot that the controllers believe in.
+        limits: of the stages.
+        robot: nominal robot of the controllers.
         mode1, mode2: its working mode.
         state: measured or estimated state.
         x, y: where the platform should be (m).
@@ -173,7 +173,7 @@ def first_fault(
 
 
 def limited_torque(limits: Limits, requested: Torque, before: Torque) -> Torque:
-    """Return what the torque limit and the rate limit leave of a torque (Nm), `before` being the last command."""
+    """Return a torque (Nm) saturated by the torque limit and the rate limit, `before` being the last command."""
     return rate_limited(limited(requested, limits.torque_limit), before, limits.torque_step)
 
 
@@ -205,7 +205,7 @@ def type1_clearance(leg: Leg, mode: int) -> float:
 def is_clear_of_type_1(state: State, mode1: int, mode2: int, margin: float) -> bool:
     """Return whether both legs keep the margin on the side of the working mode; 0 is for motions through Type 1.
 
-    The sign is looked at because near Type 1 a leg passes fast: from one sample to the next it may be through.
+    The sign is tested because near Type 1 a leg moves fast: it may pass the boundary between two samples.
     """
     return margin <= 0.0 or (
         type1_clearance(state.leg1, mode1) >= margin and type1_clearance(state.leg2, mode2) >= margin
@@ -244,7 +244,7 @@ def fault_of(
     requested: Torque,
     sigma: float,
 ) -> Fault:
-    """Return the fault that :func:`first_fault` found, in words; arguments as there, and the blending weight sigma."""
+    """Return the fault that :func:`first_fault` detected, in words; arguments as there, sigma the blending weight."""
     if number == TORQUE_UNDEFINED:
         detail = f"candidate torque ({requested.tau1}, {requested.tau2}) Nm, sigma = {sigma:.3f}"
         return Fault("torque_undefined", detail)

@@ -25,7 +25,7 @@ from fivebar_control.estimation.encoder import Angle
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.resolution import RESOLUTIONS
-from fivebar_control.laws.unified import NOTHING_KNOWN, UnifiedSettings, unified_step
+from fivebar_control.laws.unified import INITIAL_MEMORY, UnifiedSettings, unified_step
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.laws.vhc_joint import vhc_joint_torque
 from fivebar_control.model.dynamics import direct_dynamics
@@ -58,7 +58,7 @@ def test_model_and_laws_are_the_plain_ones_to_the_last_bit(at: Any, v: Any, tau:
     same(reference_from_platform, ROBOT, *MODES, platform)
     same(direct_dynamics, ROBOT, state, *tau, 0.1, -0.2)
     same(ctc_torque, ROBOT, state, reference, 2500.0, 100.0)
-    same(unified_step, ROBOT, state, reference, NOTHING_KNOWN, as_numbers(UnifiedSettings(observer_rate=3.0)), 0.002)
+    same(unified_step, ROBOT, state, reference, INITIAL_MEMORY, as_numbers(UnifiedSettings(observer_rate=3.0)), 0.002)
     for resolution in RESOLUTIONS.values():
         same(vhc_cartesian_torque, ROBOT, state, reference, LINE, 2500.0, 100.0, resolution)
         same(vhc_joint_torque, ROBOT, *MODES, state, reference, LINE, 2500.0, 100.0, resolution)

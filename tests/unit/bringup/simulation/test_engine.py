@@ -20,7 +20,6 @@ from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome, TraceRow
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
-from fivebar_control.laws.gains import Gains
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
@@ -72,9 +71,9 @@ def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineR
         (("applied1", "applied2"), [(one.effort[0], one.effort[2]) for one in exact]),
     ):
         np.testing.assert_allclose(columns(trace, *names), wanted, rtol=0.0, atol=torque)
-    told = [state_from_joints(scenario.five_bar(), *s.measured.position, *s.measured.velocity) for s in run.samples]
+    used = [state_from_joints(scenario.five_bar(), *s.measured.position, *s.measured.velocity) for s in run.samples]
     np.testing.assert_allclose(
-        columns(trace, "told_x", "told_y"), [(one.x, one.y) for one in told], rtol=0.0, atol=POSITION
+        columns(trace, "estimated_x", "estimated_y"), [(one.x, one.y) for one in used], rtol=0.0, atol=POSITION
     )
     assert [fault.partition(":")[0] for fault in run.faults] == [FAULT_NAMES[outcome.fault]] * (outcome.fault != 0)
     return run, outcome
@@ -145,17 +144,18 @@ def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
     ],
 )
 def test_faults_come_at_the_same_sample(fault: str, fields: dict[str, Any]) -> None:
-    expect_the_same_fault(changed("middle", **fields), fault)
+    expect_fault(changed("middle", **fields), fault)
 
 
-def test_an_undefined_torque_comes_at_the_same_sample() -> None:
-    """Gains that no scenario may have overflow as soon as the encoders show an error."""
+def test_an_undefined_torque_is_found_at_the_same_sample() -> None:
+    """By gains that overflow, which a scenario's file refuses."""
     scenario = changed("middle", {"encoder_counts": 4096})
-    gains = Gains(kp=1e308, kd=1e308, kp_vhc=1e308, kd_vhc=1e308)
-    expect_the_same_fault(scenario.model_copy(update={"gains": gains}), "torque_undefined")
+    overflowing = scenario.gains._replace(kp=1e308, kd=1e308)
+    expect_fault(scenario.model_copy(update={"gains": overflowing}), "torque_undefined")
 
 
-def expect_the_same_fault(scenario: Scenario, fault: str) -> None:
+def expect_fault(scenario: Scenario, fault: str) -> None:
+    """Compare runs in which a fault is latched, and the engine's run that ends at it."""
     run, outcome = expect_agreement(scenario)
     assert FAULT_NAMES[outcome.fault] == fault
     first = next(sample.number for sample in run.samples[1:] if sample.requested is None) - 1
@@ -223,7 +223,7 @@ def test_any_other_robot_may_be_there() -> None:
 
 
 def test_errors_are_those_of_the_robot_that_there_is() -> None:
-    """With a distal link 0.2 mm too long, what the laws are told stays on the reference, and the platform does not."""
+    """With a distal link 0.2 mm too long, the measured platform stays on the reference, and the actual one does not."""
     scenario = changed("middle", controller="unified")
     robot = scenario.five_bar()
     longer = robot._replace(leg1=robot.leg1._replace(distal=robot.leg1.distal + 2e-4))
@@ -233,7 +233,7 @@ def test_errors_are_those_of_the_robot_that_there_is() -> None:
     assert outcome.fault == NO_FAULT
     assert outcome.error_final == pytest.approx(math.dist(exact[-1], (0.0, 0.15)), abs=1e-12)
     assert outcome.error_final > 5e-5
-    assert math.dist(columns(trace, "told_x", "told_y")[-1], (0.0, 0.15)) < 2e-5
+    assert math.dist(columns(trace, "estimated_x", "estimated_y")[-1], (0.0, 0.15)) < 2e-5
 
 
 @pytest.mark.parametrize(("vx", "vy"), [(0.0, -0.3), (0.15, -0.2), (0.2, 0.02)])

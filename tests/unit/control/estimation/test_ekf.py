@@ -10,9 +10,21 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.ekf import Belief, EkfSettings, EncoderFilter, Estimate, filter_model, transition
-from fivebar_control.estimation.encoder import CountedAngle
+from fivebar_control.estimation.ekf import (
+    Belief,
+    EkfSettings,
+    Estimate,
+    FilterModel,
+    advanced,
+    corrected,
+    filter_model,
+    homed_belief,
+    predicted,
+    transition,
+)
+from fivebar_control.estimation.encoder import count_angle, first_angle
 from fivebar_control.estimation.platform_motion import leg_motion, platform_acceleration
+from fivebar_control.estimation.step import Drives, EstimatorMemory, estimator_model, next_update
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.geometry import inverse_geometry
@@ -27,8 +39,8 @@ MODES = (1, -1)
 WAY = Path.through([(0.02, 0.14), (-0.03, 0.11)], [0.3])
 
 
-def filter_of(robot: FiveBar, settings: EkfSettings | None = None) -> EncoderFilter:
-    return EncoderFilter(robot, *MODES, RATE_HZ, settings if settings is not None else EkfSettings())
+def model_of(robot: FiveBar, settings: EkfSettings | None = None) -> FilterModel:
+    return filter_model(robot, *MODES, RATE_HZ, settings if settings is not None else EkfSettings())
 
 
 def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float, steps: int = 200) -> Estimate:
@@ -56,7 +68,7 @@ def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float
 def test_a_period_is_integrated_accurately(
     dextar: FiveBar, start: Estimate, torque: tuple[float, float], tolerance: float
 ) -> None:
-    found, exact = filter_of(dextar).advance(start, *torque), finely_advanced(dextar, start, *torque)
+    found, exact = advanced(model_of(dextar), start, *torque), finely_advanced(dextar, start, *torque)
     # tolerance in m/s, and that over a period in m
     assert (found.x, found.y) == pytest.approx((exact.x, exact.y), abs=tolerance * PERIOD)
     assert (found.vx, found.vy) == pytest.approx((exact.vx, exact.vy), abs=tolerance)
@@ -91,12 +103,11 @@ def test_transition_is_the_derivative_of_a_period(dextar: FiveBar, place: tuple[
 
 def test_transition_stays_bounded_where_friction_is_steepest(dextar: FiveBar) -> None:
     for rate_hz in (100, 250, 500, 1000):
-        step = EncoderFilter(dextar, *MODES, rate_hz, EkfSettings())
         still = Estimate(0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
         model = filter_model(dextar, *MODES, rate_hz, EkfSettings())
         velocities = np.array(transition(model, still, 0.0, 0.0))[2:, 2:4]
         assert np.abs(np.linalg.eigvals(velocities)).max() < 1.0
-        assert math.hypot(*step.advance(still._replace(vx=1e-3), 0.0, 0.0)[2:4]) < 2e-3
+        assert math.hypot(*advanced(model, still._replace(vx=1e-3), 0.0, 0.0)[2:4]) < 2e-3
 
 
 class Robot:
@@ -105,7 +116,7 @@ class Robot:
     def __init__(self, robot: FiveBar, settings: EkfSettings, seed: int) -> None:
         self._robot, self._settings = robot, settings
         self._random = np.random.default_rng(seed)
-        self._step = filter_of(robot, settings)
+        self._model = model_of(robot, settings)
         self._encoders = [Encoder(COUNTS, PERIOD) for _ in range(2)]
         d1, d2 = (settings.disturbance_initial * self._random.normal(size=2)).tolist()
         x, y = (np.array([0.02, 0.14]) + self._random.uniform(-1e-3, 1e-3, 2)).tolist()
@@ -122,7 +133,7 @@ class Robot:
         return ctc_torque(self._robot, now, desired, 900.0, 60.0)
 
     def move(self, tau1: float, tau2: float) -> None:
-        x, y, vx, vy, d1, d2 = self._step.advance(self.state, tau1, tau2)
+        x, y, vx, vy, d1, d2 = advanced(self._model, self.state, tau1, tau2)
         density = self._settings.acceleration_noise
         kick, drift = density * math.sqrt(PERIOD), density * math.sqrt(PERIOD**3 / 12.0)
         (ux, uy), (wx, wy) = self._random.normal(size=(2, 2)).tolist()
@@ -148,25 +159,22 @@ def normalised_error(belief: Belief, truth: Estimate, states: slice = slice(0, 6
 def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar) -> None:
     """Monte Carlo: the mean NEES over runs is within the chi-square bounds of 6 degrees of freedom."""
     settings, runs, looks = EkfSettings(), 40, (30, 60, 90, 120)
-    step = filter_of(dextar, settings)
+    drives = Drives(encoder_counts=COUNTS)
+    model = estimator_model(dextar, *MODES, RATE_HZ, drives, settings)
     errors: dict[int, list[float]] = {look: [] for look in looks}
     for seed in range(runs):
         truth = Robot(dextar, settings, seed)
-        one, two = CountedAngle(COUNTS, RATE_HZ), CountedAngle(COUNTS, RATE_HZ)
         reading = truth.read()
-        first = one.first(reading[0])
-        two.first(reading[1])
         # from the exact place with the covariance of the reading: the error of the first angles is not Gaussian
-        belief = step.begin(truth.state.x, truth.state.y, first.variance)
+        variance = first_angle(model.resolution, reading[0]).variance
+        exact = homed_belief(model.filter, truth.state.x, truth.state.y, variance)
+        memory = EstimatorMemory(exact, *reading, repeated1=1, repeated2=1, near=0)
         for sample in range(1, max(looks) + 1):
             torque = truth.following_torque(sample)
             truth.move(*torque)
-            belief = step.predict(belief, *torque)
-            speeds = step.motor_speeds(belief.estimate)
-            reading = truth.read()
-            belief = step.correct(belief, one.next(reading[0], speeds[0]), two.next(reading[1], speeds[1]))
+            memory = next_update(model, memory, 1, *truth.read(), *torque).memory
             if sample in errors:
-                errors[sample].append(normalised_error(belief, truth.state))
+                errors[sample].append(normalised_error(memory.belief, truth.state))
     low, high = (float(chi2.ppf(level, 6 * runs * len(looks))) / (runs * len(looks)) for level in (1e-3, 1.0 - 1e-3))
     mean = float(np.mean([value for values in errors.values() for value in values]))
     assert low < mean < high
@@ -219,7 +227,7 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
         )
         rows.append([(ahead.q11 - behind.q11) / (2.0 * step), (ahead.q21 - behind.q21) / (2.0 * step)])
     n = np.array(rows).T
-    belief = filter_of(dextar, settings).begin(*place, 1e-6)
+    belief = homed_belief(model_of(dextar, settings), *place, 1e-6)
     assert belief.estimate == (*place, 0.0, 0.0, 0.0, 0.0)
     covariance = np.array(belief.covariance)
     np.testing.assert_allclose(covariance[:2, :2], 1e-6 * np.linalg.inv(n.T @ n), rtol=1e-5, atol=1e-14)
@@ -234,21 +242,21 @@ def held_by_wrong_torque(robot: FiveBar, disturbed: bool) -> tuple[Belief, Estim
     """Return belief and truth after a slow swing with 0.15 and -0.1 Nm that the filter is not told of."""
     base = EkfSettings(acceleration_noise=1e-3)
     settings = base if disturbed else base._replace(disturbance_rate=0.0, disturbance_initial=1e-9)
-    step = filter_of(robot, settings)
+    model, count = model_of(robot, settings), count_angle(COUNTS)
+    noise = count**2 / 12.0
     truth = Estimate(0.02, 0.14, 0.0, 0.0, 0.15, -0.1)
-    belief = step.begin(truth.x, truth.y, 1e-8)
+    belief = homed_belief(model, truth.x, truth.y, 1e-8)
     for sample in range(250):
         swing = math.sin(2.0 * math.pi * sample * PERIOD)
         torque = (0.9 * swing, 0.9 * swing)
-        truth = step.advance(truth, *torque)
-        belief = step.predict(belief, *torque)
+        truth = advanced(model, truth, *torque)
+        belief = predicted(model, belief, *torque)
         q = inverse_geometry(robot, *MODES, truth.x, truth.y)
-        one, two = (CountedAngle(COUNTS, RATE_HZ) for _ in range(2))
-        noise = one.count**2 / 12.0
-        belief = step.correct(
+        belief = corrected(
+            model,
             belief,
-            one.first(q.q11 - 0.5 * one.count)._replace(variance=noise),
-            two.first(q.q21 - 0.5 * two.count)._replace(variance=noise),
+            first_angle(count, q.q11 - 0.5 * count)._replace(variance=noise),
+            first_angle(count, q.q21 - 0.5 * count)._replace(variance=noise),
         )
     return belief, truth
 

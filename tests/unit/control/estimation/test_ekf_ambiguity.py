@@ -11,7 +11,14 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.covariance import diagonal
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, filter_model
-from fivebar_control.estimation.mirror import Mirror, MirrorWatch, deviations, look_at, mirrored
+from fivebar_control.estimation.mirror import (
+    AmbiguityLimits,
+    Mirror,
+    ambiguity_reason,
+    check_ambiguity,
+    deviations,
+    mirrored,
+)
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -21,6 +28,18 @@ MODES = (1, -1)
 SURE = diagonal((1e-8, 1e-8, 1e-6, 1e-6, 1e-4, 1e-4))
 DOWN = [[0.0, 0.15], [0.0, 0.02]]
 ASIDE = [[-0.025, 0.025], [-0.025, 0.125]]
+
+
+def reasons(robot: FiveBar, beliefs: list[Belief], mirror_deviations: float = 5.0) -> list[str | None]:
+    """Return for each of consecutive samples why its belief is ambiguous, None where it is not."""
+    model, limits = filter_model(robot, *MODES, 500, EkfSettings()), AmbiguityLimits(mirror_deviations, 0.2)
+    found: list[str | None] = []
+    near = 0
+    for belief in beliefs:
+        check = check_ambiguity(model, limits, near, belief)
+        near = check.near
+        found.append(ambiguity_reason(model, limits, check) if check.ambiguous else None)
+    return found
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.01, 0.12), (-0.02, 0.09), (0.0, 0.08), (0.01, 0.05)])
@@ -61,43 +80,42 @@ def test_deviations_are_the_distance_in_units_of_the_covariance() -> None:
 
 
 def test_at_rest_on_the_locus_both_modes_are_one_and_far_from_it_nothing_is_ambiguous(dextar: FiveBar) -> None:
-    settings = EkfSettings()
     on_locus = Estimate(0.0, math.sqrt(0.0081 - 0.000961 - 1e-12), 0.0, 0.0, 0.0, 0.0)
-    watch = MirrorWatch(dextar, *MODES, 500, settings)
-    assert "the other assembly mode is 0.0 standard deviations away" in (watch.check(Belief(on_locus, SURE)) or "")
+    (reason,) = reasons(dextar, [Belief(on_locus, SURE)])
+    assert "the other assembly mode is 0.0 standard deviations away" in (reason or "")
     # with 0.25 m/s, and a velocity known to 1 mm/s, the two are 500 standard deviations apart
-    assert MirrorWatch(dextar, *MODES, 500, settings).check(Belief(on_locus._replace(vy=-0.25), SURE)) is None
+    assert reasons(dextar, [Belief(on_locus._replace(vy=-0.25), SURE)]) == [None]
     away = on_locus._replace(y=0.12)
-    patient = MirrorWatch(dextar, *MODES, 500, settings)
-    assert all(patient.check(Belief(away, SURE)) is None for _ in range(500))
+    assert reasons(dextar, [Belief(away, SURE)] * 500) == [None] * 500
+
+
+def test_the_default_limits_are_those_of_these_tests() -> None:
+    settings = EkfSettings()
+    assert (settings.mirror_deviations, settings.dwell_limit) == (5.0, 0.2)
 
 
 def test_whoever_stays_near_the_locus_is_ambiguous_however_sure(dextar: FiveBar) -> None:
-    watch = MirrorWatch(dextar, *MODES, 500, EkfSettings(mirror_deviations=0.0))
     near = Belief(Estimate(0.0, 0.086, 0.0, 0.0, 0.0, 0.0), SURE)
-    reasons = [watch.check(near) for _ in range(102)]
-    assert reasons[:100] == [None] * 100
-    assert reasons[101] is not None
-    assert "1/cond(A) below 0.05 for 0.204 s, limit 0.2 s" in reasons[101]
+    found = reasons(dextar, [near] * 102, mirror_deviations=0.0)
+    assert found[:100] == [None] * 100
+    assert found[101] is not None
+    assert "1/cond(A) below 0.05 for 0.204 s, limit 0.2 s" in found[101]
 
 
 def test_whoever_leaves_the_locus_in_between_does_not_stay_there(dextar: FiveBar) -> None:
     """The time counts from the last arrival: twice 0.19 s with a sample away between them are no stay of 0.2 s."""
-    watch = MirrorWatch(dextar, *MODES, 500, EkfSettings(mirror_deviations=0.0))
     near = Belief(Estimate(0.0, 0.086, 0.0, 0.0, 0.0, 0.0), SURE)
     away = Belief(Estimate(0.0, 0.1, 0.0, 0.0, 0.0, 0.0), SURE)
-    for _ in range(3):
-        assert [watch.check(near) for _ in range(95)] == [None] * 95
-        assert watch.check(away) is None
+    assert reasons(dextar, 3 * [*[near] * 95, away], mirror_deviations=0.0) == [None] * 288
 
 
 def test_an_estimate_at_the_limit_of_deviations_is_not_ambiguous(dextar: FiveBar) -> None:
     belief = Belief(Estimate(0.0, 0.0846, 0.0, -0.01, 0.0, 0.0), SURE)
-    away = look_at(filter_model(dextar, *MODES, 500, EkfSettings()), 0.2, 0, belief).deviations
-    assert 1.0 < away < 100.0
-    for limit, ambiguous in ((away, False), (math.nextafter(away, math.inf), True)):
-        settings = EkfSettings(mirror_deviations=limit)
-        assert (MirrorWatch(dextar, *MODES, 500, settings).check(belief) is not None) == ambiguous
+    model = filter_model(dextar, *MODES, 500, EkfSettings())
+    distance = check_ambiguity(model, AmbiguityLimits(5.0, 0.2), 0, belief).deviations
+    assert 1.0 < distance < 100.0
+    for limit, ambiguous in ((distance, False), (math.nextafter(distance, math.inf), True)):
+        assert check_ambiguity(model, AmbiguityLimits(limit, 0.2), 0, belief).ambiguous == ambiguous
 
 
 @pytest.mark.parametrize("plant", [{}, OFF_MODEL], ids=["as believed", "off"])

@@ -15,8 +15,8 @@ from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import Reference, reference_from_motors, reference_from_platform
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import (
+    INITIAL_MEMORY,
     LAW,
-    NOTHING_KNOWN,
     Box,
     InputMap,
     UnifiedMemory,
@@ -44,7 +44,7 @@ figures = st.floats(-20.0, 20.0)
 def torque_of(robot: FiveBar, state: State, reference: Reference, limit: float = math.inf) -> Torque:
     """Return the first torque of the law with its default gains."""
     settings = UnifiedSettings(torque_limit=limit)
-    return unified_step(robot, state, reference, NOTHING_KNOWN, settings, PERIOD)[0]
+    return unified_step(robot, state, reference, INITIAL_MEMORY, settings, PERIOD)[0]
 
 
 def unified_law(settings: UnifiedSettings) -> LawRunner:
@@ -267,7 +267,7 @@ def test_a_moving_platform_gets_the_wanted_acceleration_under_a_known_disturbanc
 ) -> None:
     """Where torque costs next to nothing: xddot_d + Kd e' + Kp e, in both directions, whatever the velocity is."""
     settings = UnifiedSettings(weight=1e-9)
-    memory = NOTHING_KNOWN._replace(d1=disturbance[0], d2=disturbance[1])
+    memory = INITIAL_MEMORY._replace(d1=disturbance[0], d2=disturbance[1])
     for state in regular_states(20, 90):
         reference = reference_near(robot, state)
         torque = unified_step(robot, state, reference, memory, settings, PERIOD)[0]
@@ -287,7 +287,7 @@ def test_the_torque_limit_counts_what_is_given_against_the_disturbance(
 ) -> None:
     """The limit is the drives': friction and disturbance are made up for within it. What is left is used in full."""
     limit = 0.5
-    memory = NOTHING_KNOWN._replace(d1=disturbance[0], d2=disturbance[1])
+    memory = INITIAL_MEMORY._replace(d1=disturbance[0], d2=disturbance[1])
     for state in regular_states(20, 91):
         reference = reference_near(robot, state)
         free, cut = (
@@ -327,7 +327,7 @@ def one_period_on(
 def test_what_the_model_expected_teaches_nothing(robot: FiveBar, regular_states: States) -> None:
     """The velocity changes by the mean of the accelerations at both ends of the period: the estimate was right."""
     disturbance = (0.2, -0.3)
-    memory = NOTHING_KNOWN._replace(d1=disturbance[0], d2=disturbance[1])
+    memory = INITIAL_MEMORY._replace(d1=disturbance[0], d2=disturbance[1])
     settings = UnifiedSettings(observer_rate=400.0)
     for state in regular_states(20, 92):
         reference = reference_near(robot, state)
@@ -340,7 +340,7 @@ def test_what_the_model_expected_teaches_nothing(robot: FiveBar, regular_states:
 @pytest.mark.parametrize("disturbance", [(0.3, 0.1), (-0.2, 0.4)])
 def test_a_constant_disturbance_is_found_on_the_way(disturbance: tuple[float, float], dextar: FiveBar) -> None:
     """The platform goes at 0.25 m/s, so both samples of a pair have input maps and drifts of their own."""
-    law_memory, settings = NOTHING_KNOWN, UnifiedSettings(weight=0.01, observer_rate=200.0)
+    law_memory, settings = INITIAL_MEMORY, UnifiedSettings(weight=0.01, observer_rate=200.0)
     state = state_from_platform(dextar, 1, -1, -0.02, 0.14, 0.15, -0.2)
     errors = []
     for sample in range(1, 76):
@@ -389,7 +389,7 @@ def test_without_an_observer_no_sample_depends_on_the_one_before(dextar: FiveBar
     settings = UnifiedSettings(observer_rate=0.0)
     state = state_from_platform(dextar, 1, -1, 0.01, 0.12, 0.1, -0.2)
     reference = reference_near(dextar, state)
-    first, memory = unified_step(dextar, state, reference, NOTHING_KNOWN, settings, math.inf)
+    first, memory = unified_step(dextar, state, reference, INITIAL_MEMORY, settings, math.inf)
     assert all(math.isfinite(value) for value in first)
     again = state_from_platform(dextar, 1, -1, 0.02, 0.13, -0.3, 0.1)
     memory = unified_step(dextar, again, reference, memory, settings, math.inf)[1]
@@ -412,12 +412,12 @@ def test_after_an_undefined_torque_nothing_is_learned_but_what_was_known_stays(d
     singular = state_from_joints(robot, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     regular = state_from_platform(robot, 1, -1, 0.02, 0.06, 0.2, 0.1)
     reference = reference_from_platform(robot, 1, -1, Platform(0.02, 0.06, 0.0, 0.0, 0.0, 0.0))
-    known = NOTHING_KNOWN._replace(d1=0.2, d2=-0.1, fresh=False)
+    known = INITIAL_MEMORY._replace(d1=0.2, d2=-0.1, unset=False)
     torque, kept = unified_step(robot, singular, reference, known, settings, PERIOD)
     assert all(math.isnan(value) for value in torque)
-    without, fresh = unified_step(robot, regular, reference, known._replace(fresh=True), settings, PERIOD)
-    assert unified_step(robot, regular, reference, kept, settings, PERIOD) == (without, fresh)
-    assert (fresh.d1, fresh.d2, fresh.fresh) == (0.2, -0.1, False)
+    without, after = unified_step(robot, regular, reference, known._replace(unset=True), settings, PERIOD)
+    assert unified_step(robot, regular, reference, kept, settings, PERIOD) == (without, after)
+    assert (after.d1, after.d2, after.unset) == (0.2, -0.1, False)
     # with the memory of another sample it would have learned
     assert unified_step(robot, regular, reference, known, settings, PERIOD)[0] != without
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_control.safety.awake_clock import AwakeClock
+from fivebar_control.safety.pause_compensated_clock import PauseCompensatedClock
 
 
 class Steady:
@@ -21,7 +21,7 @@ class Steady:
 
 def test_a_pause_counts_for_the_longest_step() -> None:
     steady = Steady()
-    clock = AwakeClock(steady, 0.003)
+    clock = PauseCompensatedClock(steady, 0.003)
     steady.now += 0.002
     assert clock.read() == pytest.approx(100.002)
     steady.now += 0.050
@@ -31,9 +31,9 @@ def test_a_pause_counts_for_the_longest_step() -> None:
 
 
 @given(steps=st.lists(st.floats(0.0, 1.0), max_size=40), longest=st.floats(1e-4, 1.0))
-def test_time_passes_by_what_was_awake(steps: list[float], longest: float) -> None:
+def test_each_interval_counts_for_the_longest_step_at_most(steps: list[float], longest: float) -> None:
     steady = Steady()
-    clock = AwakeClock(steady, longest)
+    clock = PauseCompensatedClock(steady, longest)
     for step in steps:
         steady.now += step
         clock.read()
