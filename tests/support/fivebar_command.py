@@ -37,6 +37,9 @@ class FivebarCommand(ChildProcess):
     """One call of the command, in a folder of its own."""
 
     def __init__(self, folder: Path, *arguments: str, domain: int = 0) -> None:
+        if arguments[:1] in (("run",), ("simulate",)) and "--page" not in arguments:
+            # drawing takes longer than a short run, and few tests look at the pictures
+            arguments = (*arguments, "--no-page")
         self.folder = folder
         self.domain = domain
         self._mark = f"{MARK}={uuid.uuid4()}"
@@ -90,6 +93,9 @@ class ForkedCommand(ForkedNode):
     """One call of the command that starts no processes, forked from one that has loaded it, in a folder of its own."""
 
     def __init__(self, folder: Path, *arguments: str) -> None:
+        if arguments[:1] in (("run",), ("simulate",)) and "--page" not in arguments:
+            # drawing takes longer than a short run, and few tests look at the pictures
+            arguments = (*arguments, "--no-page")
         self.folder = folder
         environment = clean_environment(0, folder)
         super().__init__(fork_context(PRELOADED), COMMAND, arguments, folder, environment, FIVEBAR.name)

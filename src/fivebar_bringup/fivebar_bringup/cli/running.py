@@ -34,6 +34,10 @@ from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.drives.commands import USAGE
 
+PageOption = Annotated[
+    bool, typer.Option("--page/--no-page", help="Draw the figures and the page, or write summary and bag only.")
+]
+
 
 @app.command()
 def run(
@@ -72,6 +76,7 @@ def run(
         ),
     ] = None,
     out: OutOption = None,
+    page: PageOption = True,
     as_json: JsonOption = False,
 ) -> None:
     """Run SCENARIO with all ROS nodes as processes, record a bag, and write the report.
@@ -89,13 +94,15 @@ def run(
         injections = [read_injection(text) for text in inject or ()] if emulated else None
         with progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
-                loaded, mode, out, domain, progress, Scheduling(priority, processors), not separate, injections
+                loaded, mode, out, domain, progress, Scheduling(priority, processors), not separate, injections, page
             )
     _finish(directory, summary, as_json)
 
 
 @app.command()
-def simulate(scenario: ScenarioArgument, out: OutOption = None, as_json: JsonOption = False) -> None:
+def simulate(
+    scenario: ScenarioArgument, out: OutOption = None, page: PageOption = True, as_json: JsonOption = False
+) -> None:
     """Run SCENARIO in this process, without ROS: the same controllers and plant, the same bag and report.
 
     Example: `fivebar simulate middle --json`
@@ -103,7 +110,7 @@ def simulate(scenario: ScenarioArgument, out: OutOption = None, as_json: JsonOpt
     with input_errors(), ending_on_sigterm():
         loaded = load_scenario(scenario)
         with progress_bar(loaded.name, as_json) as progress:
-            directory, summary = run_offline(loaded, out, progress)
+            directory, summary = run_offline(loaded, out, progress, page)
     _finish(directory, summary, as_json)
 
 

@@ -18,12 +18,18 @@ class RunMonitor(DomainMember):
         """Join a DDS domain."""
         super().__init__("run_monitor", domain)
         self.status: dict[str, Any] = {}
+        self.faults: list[str] = []
+        """What the nodes, and this one, have published."""
         self.listen(RUN_STATUS, self._on_status)
+        self.listen(FAULTS, self._on_fault)
         self._faults = self.advertise(FAULTS)
 
     def publish_fault(self, fault: str) -> None:
         """Publish a fault; thread-safe."""
         self._faults.publish(String(data=fault))
+
+    def _on_fault(self, message: String) -> None:
+        self.faults.append(message.data)
 
     def _on_status(self, message: String) -> None:
         self.status = json.loads(message.data)

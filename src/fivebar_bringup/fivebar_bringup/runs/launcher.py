@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from fivebar_bringup.nodes.run_monitor import RunMonitor
-from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, LOCKSTEP_DEADLINE_MS, PLANT, RECORDER, Mode
+from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, RECORDER, Mode
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
@@ -23,8 +23,9 @@ POLL_PERIOD = 0.1
 STOP_TIMEOUT = 10.0
 RECORDER_STOP_TIMEOUT = 20.0
 
-FAULT_TIMEOUT = 2.0 * LOCKSTEP_DEADLINE_MS / 1e3
-"""Time (s) after the death of a node for which the run goes on without torque: nodes that wait for it say so by then."""
+FAULT_TIMEOUT = 8.0
+"""Longest time (s) that a run goes on after the death of a node, until another one reports what it misses; longer than
+the plant waits for a torque."""
 
 PR_SET_PDEATHSIG = 1
 
@@ -189,7 +190,7 @@ def _watch(
             faults.append(f"node_died: {name} ended with status {process.status}: {process.last_line()}")
         if died and last_moment == math.inf:
             last_moment = time.monotonic() + (0.0 if RECORDER in died or sample == 0 else FAULT_TIMEOUT)
-        if time.monotonic() >= last_moment:
+        if time.monotonic() >= last_moment or (died and monitor.faults):
             return
         if pace == EMULATED_ROBOT and monitor.status.get("state", "running") != "running":
             # keep the drives running until the bridge has disabled them

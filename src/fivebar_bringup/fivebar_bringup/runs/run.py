@@ -37,6 +37,7 @@ def run_with_ros(
     scheduling: Scheduling | None = None,
     composed: bool = True,
     rehearse: Sequence[Injection] | None = None,
+    with_page: bool = True,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
@@ -68,12 +69,14 @@ def run_with_ros(
         },
     )
     try:
-        return run, write_report(run)
+        return run, write_report(run, with_page)
     except BagError as error:
         raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
 
 
-def run_offline(scenario: Scenario, out: Path | None, progress: Progress) -> tuple[RunDirectory, Summary]:
+def run_offline(
+    scenario: Scenario, out: Path | None, progress: Progress, with_page: bool = True
+) -> tuple[RunDirectory, Summary]:
     """Run a scenario in this process, without ROS.
 
     Raises:
@@ -86,7 +89,7 @@ def run_offline(scenario: Scenario, out: Path | None, progress: Progress) -> tup
     wall_s = time.monotonic() - began
     write_bag(result, scenario, run.bag)
     _write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": []})
-    return run, write_report(run)
+    return run, write_report(run, with_page)
 
 
 def _write_timing(run: RunDirectory, timing: dict[str, Any]) -> None:
