@@ -78,7 +78,7 @@ class Numbers(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One crossing: the controller, and everything else as numbers."""
+    """One crossing: the controller and its constants."""
 
     controller: Controller
     numbers: Numbers

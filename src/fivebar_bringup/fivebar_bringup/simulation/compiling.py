@@ -1,4 +1,4 @@
-"""Compiles plain scalar functions as they stand, together with everything that they call."""
+"""Compiles plain scalar functions without changing them, together with all functions that they call."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 def _callee(function: FunctionType) -> Any:
-    """Return a function compiled for compiled callers alone: what Python needs to call it takes half of the time."""
+    """Return a function compiled for compiled callers only; wrappers for Python would double the compilation time."""
     if function not in _callees:
         _callees[function] = _machine_code(_rebound(function), no_cpython_wrapper=True, no_cfunc_wrapper=True)
     return _callees[function]

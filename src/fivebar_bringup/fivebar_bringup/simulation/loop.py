@@ -280,7 +280,7 @@ def joints_in(plant: PlantState) -> Joints:
 
 
 def read(exact: Joints, before: Joints, resolution: float, period: float, first: bool) -> Joints:
-    """Return what the encoders read: counts of `resolution` (rad) and their differences, as `sensors.Encoder` does."""
+    """Return the encoder readings: counts of `resolution` (rad) and their differences, as `sensors.Encoder` does."""
     q11, q12 = counted(exact.q11, resolution), counted(exact.q12, resolution)
     q21, q22 = counted(exact.q21, resolution), counted(exact.q22, resolution)
     if first:

@@ -54,10 +54,10 @@ class Belief(NamedTuple):
 
 
 class EkfSettings(NamedTuple):
-    """What the filter assumes, and what its estimates are used for.
+    """Noise assumptions of the filter, limits of its validity, and the use of its estimates.
 
-    The acceleration noise is what the uncertainty along t_s grows by on the locus, where nothing else acts on the
-    platform (1.19).
+    On the locus the uncertainty along t_s grows with the acceleration noise, since no motor torque acts on the platform
+    in that direction (1.19).
     """
 
     acceleration_noise: Annotated[
@@ -111,7 +111,7 @@ class FilterModel(NamedTuple):
         robot, mode1, mode2: the nominal robot and its working mode.
         period: sampling period (s).
         step, steps: of the integration, over half a period (s).
-        noise: what one period adds to the covariance.
+        noise: process noise of one period.
         disturbance_initial: standard deviation of each disturbance at the start (Nm).
     """
 

@@ -73,7 +73,7 @@ class StateEstimator:
 
     @property
     def belief(self) -> Belief | None:
-        """At the moment of the sample taken last, before it is predicted over the delay; None before the first."""
+        """Belief at the measurement of the last sample, not yet predicted over the delay; None before the first."""
         return None if self._memory is None else self._memory.belief
 
     def commanded(self, sample: int, tau1: float, tau2: float) -> None:

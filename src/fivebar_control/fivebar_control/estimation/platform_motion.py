@@ -29,7 +29,7 @@ class LegMotion(NamedTuple):
         w_x, w_y: d theta_i / d (x, y) = -r_i / (l_i2 sin q_i2) (rad/m).
         dq1: motor speed (rad/s).
         dtheta: rate of the distal link (rad/s).
-        drift: c_i / b (rad/s^2), the motor acceleration that goes with xddot = 0.
+        drift: c_i / b (rad/s^2), the motor acceleration for xddot = 0.
     """
 
     r_x: float
@@ -78,7 +78,7 @@ def leg_motion(leg: LegParameters, mode: int, x: float, y: float, vx: float, vy:
 def platform_acceleration(
     robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float, tau1: float, tau2: float
 ) -> tuple[float, float]:
-    """Return xddot (m/s^2) under motor torques (Nm), friction taken off by the model at the motors' own speeds."""
+    """Return xddot (m/s^2) under motor torques (Nm), including modelled friction at the motor speeds."""
     one, two = robot.leg1, robot.leg2
     leg1 = leg_motion(one, mode1, x, y, vx, vy)
     leg2 = leg_motion(two, mode2, x, y, vx, vy)

@@ -37,7 +37,7 @@ from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, 
 
 
 class Drives(NamedTuple):
-    """What the estimator knows of the motors' encoders and drives."""
+    """The estimator's model of the motors' encoders and drives."""
 
     encoder_counts: EncoderCounts = None
     delay_samples: DelaySamples = 0
@@ -65,7 +65,7 @@ class EstimatorModel(NamedTuple):
 
 
 class EstimatorMemory(NamedTuple):
-    """What the estimator keeps from sample to sample.
+    """State of the estimator from sample to sample.
 
     Attributes:
         belief: at the moment of the last readings.
@@ -90,7 +90,7 @@ class Update(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """What is published for a sample.
+    """Result of the estimator for a sample.
 
     Attributes:
         memory: for the next sample.
@@ -162,7 +162,7 @@ def prediction(
     commands: Sequence[tuple[float, float]] | NDArray[np.float64],
     first: int,
 ) -> Prediction:
-    """Return what is published for a sample.
+    """Return the result of the estimator for a sample.
 
     Args:
         model: constants.

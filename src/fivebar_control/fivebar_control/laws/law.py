@@ -73,7 +73,7 @@ class Law(NamedTuple):
         regular_on_locus: whether it is defined on the Type 2 locus, so that it can cross on its own.
         meets_type_1: whether it is defined where a leg is stretched or folded.
         observes_disturbance: whether it estimates disturbance torques itself; for all others an estimator may.
-        min_authority: least |n . v1| of a crossing that it can take.
+        min_authority: least |n . v1| at which it can cross.
     """
 
     name: str

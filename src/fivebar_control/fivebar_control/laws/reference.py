@@ -20,7 +20,7 @@ class Reference(NamedTuple):
         f1, f2: friction (Nm) at the desired motor speeds. Compensating friction with the reference's speed instead of
             the measured one keeps noise and the change of sign at rest out of the loop.
         by_motors: whether the motion was planned in the motors' angles.
-        u1, u2: torques beyond friction (Nm) that such a motion takes, 0 for any other.
+        u1, u2: torques beyond friction (Nm) of such a motion, 0 for any other.
     """
 
     state: State

@@ -63,7 +63,7 @@ class Controller(NamedTuple):
 
     @property
     def min_authority(self) -> float:
-        """Least |n . v1| of a crossing that all its laws can take."""
+        """Least |n . v1| at which all its laws can cross."""
         return max(law.min_authority for law in self.laws)
 
 

@@ -34,7 +34,7 @@ FINAL_FAULTS = (
 
 
 class Decision(NamedTuple):
-    """The torques (Nm) of a sample: what the laws request, None while a fault is latched, and what is commanded."""
+    """The torques (Nm) of a sample: requested by the laws, None while a fault is latched, and commanded."""
 
     requested: Torque | None
     applied: Torque
