@@ -9,7 +9,7 @@ DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
 setup(
     name=NAME,
     version="0.1.0",
-    description="What people run: launch files, scenarios, the fivebar command, the bag recorder and the reports.",
+    description="Launch files, scenarios, the fivebar command, the bag recorder and the reports of the five-bar robot.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
     maintainer_email="maintainers@example.com",

@@ -9,7 +9,7 @@ DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
 setup(
     name=NAME,
     version="0.1.0",
-    description="What decides: model, controllers, trajectories, estimation and drive bridge of the five-bar robot.",
+    description="Model, control laws, trajectories, estimation and drive bridge of the five-bar robot.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
     maintainer_email="maintainers@example.com",

@@ -9,7 +9,7 @@ DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
 setup(
     name=NAME,
     version="0.1.0",
-    description="What the five-bar robot is: parameters, URDF, Pinocchio model and its ROS interface.",
+    description="Description of the five-bar robot: parameters, URDF, Pinocchio model and ROS interface.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
     maintainer_email="maintainers@example.com",

@@ -1,1 +1,1 @@
-"""What people run: the scenarios, the `fivebar` command, the bag recorder and the reports."""
+"""Launch files, scenarios, the fivebar command, the bag recorder and the reports of the five-bar robot."""

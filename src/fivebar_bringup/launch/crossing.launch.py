@@ -1,8 +1,8 @@
-"""Makes the run of a scenario under `ros2 launch`, as `fivebar run` does, and ends with it.
+"""Runs a scenario under `ros2 launch` as `fivebar run` does, and shuts down when the run ends.
 
 ros2 launch fivebar_bringup crossing.launch.py scenario:=middle mode:=lockstep out:=runs/from_launch
 
-Bag, report and summary are in the directory that the last lines name. The launch fails where the run did not complete.
+The last lines of output name the directory of bag, report and summary. The launch fails if the run did not complete.
 """
 
 from launch import LaunchDescription
@@ -15,11 +15,11 @@ from fivebar_bringup.runs.graph import Hardware, Mode
 from fivebar_bringup.runs.launching import run_command
 
 STOP_TIMEOUT = "30"
-"""Time (s) that the run has after Ctrl-C to stop its nodes in order, the recorder last."""
+"""Time (s) for the run to stop its nodes in order after Ctrl-C, the recorder last."""
 
 
 def start_run(context):
-    """Return the process of the run, and what ends the launch with it."""
+    """Return the process of the run, and the handler that shuts the launch down with it."""
     scenario, mode, out = (LaunchConfiguration(name).perform(context) for name in ("scenario", "mode", "out"))
     command = run_command(scenario, Mode(mode), out, Hardware.SIMULATED)
     run = ExecuteProcess(
@@ -29,7 +29,7 @@ def start_run(context):
 
 
 def end_with_run(event, context):
-    """End the launch; fail where the run failed."""
+    """Shut the launch down; fail if the run failed."""
     if event.returncode != 0:
         raise RuntimeError(f"the run did not complete: exit status {event.returncode}")
     return [EmitEvent(event=Shutdown(reason="the run has ended"))]

@@ -1,10 +1,10 @@
-"""Starts an experiment under `ros2 launch`: estimator, controllers, bridge and recorder, on real or emulated drives.
+"""Runs an experiment under `ros2 launch`: estimator, controllers, bridge and recorder, with real or emulated drives.
 
 ros2 launch fivebar_bringup robot.launch.py scenario:=middle_robot hardware:=emulated out:=runs/rehearsed
 ros2 launch fivebar_bringup robot.launch.py scenario:=mine.yaml hardware:=socketcan drives:=/path/to/drives.yaml
 
-On emulated drives it is the rehearsal that `fivebar run SCENARIO --hardware emulated` makes, and ends with it. On real
-drives the nodes stay until one of them ends or you stop them; `fivebar report DIRECTORY` then makes the report.
+With emulated drives this is the rehearsal of `fivebar run SCENARIO --hardware emulated`, and shuts down when it ends.
+With real drives the nodes run until one of them ends or you stop them; `fivebar report DIRECTORY` makes the report.
 """
 
 from launch import LaunchDescription
@@ -24,23 +24,23 @@ from fivebar_bringup.runs.graph import Hardware, Mode
 from fivebar_bringup.runs.launching import drive_processes, run_command
 
 STOP_TIMEOUT = "30"
-"""Time (s) that a process has after Ctrl-C to stop in order."""
+"""Time (s) for a process to stop in order after Ctrl-C."""
 
 
 def start_experiment(context):
-    """Return the processes of the experiment, and what ends the launch."""
+    """Return the processes of the experiment, with the handlers that shut the launch down."""
     names = ("scenario", "hardware", "drives", "out")
     scenario, hardware, drives, out = (LaunchConfiguration(name).perform(context) for name in names)
     if hardware == "emulated":
         command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED)
         return [*process("fivebar_run", command)]
     directory, started = drive_processes(scenario, drives, out)
-    said = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
-    return [said, *(action for one in started for action in process(one.name, one.command))]
+    message = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
+    return [message, *(action for one in started for action in process(one.name, one.command))]
 
 
 def process(name, command):
-    """Return a process with which the launch ends, and fails where it fails."""
+    """Return a process whose end shuts the launch down, and whose failure fails it."""
     action = ExecuteProcess(
         cmd=list(command), name=name, output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
     )
@@ -62,7 +62,7 @@ def generate_launch_description():
             ),
             DeclareLaunchArgument("hardware", default_value="emulated", choices=["emulated", "socketcan"]),
             DeclareLaunchArgument(
-                "drives", default_value="dextar_socketcan", description="With socketcan: configuration of the drives."
+                "drives", default_value="dextar_socketcan", description="With socketcan: drive configuration."
             ),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
             OpaqueFunction(function=start_experiment),

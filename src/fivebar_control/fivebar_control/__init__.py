@@ -1,1 +1,1 @@
-"""What decides: the analytic model, the controllers, the trajectories, the estimators and the drive bridge."""
+"""Model, control laws, trajectories, estimation and drive bridge of the five-bar robot."""

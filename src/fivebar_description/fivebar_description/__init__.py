@@ -1,1 +1,1 @@
-"""What the robot is: its parameters, its URDF, its Pinocchio model and its ROS interface."""
+"""Description of the five-bar robot: parameters, URDF, Pinocchio model and ROS interface."""

@@ -1,1 +1,1 @@
-"""What pretends to be the robot: the Pinocchio plant, its sensors and emulated drives."""
+"""Simulation of the five-bar robot: the Pinocchio plant, its sensors and emulated drives."""

@@ -55,7 +55,7 @@ def status(
     with input_errors():
         number = _domain(domain)
     with DiagnosticsListener(number) as listener:
-        if listener.heard(DISCOVERY_TIME):
+        if listener.wait_for_report(DISCOVERY_TIME):
             listener.take_for(LISTENING_TIME)
         if watch:
             _watch(listener)

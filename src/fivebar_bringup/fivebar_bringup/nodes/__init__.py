@@ -1,1 +1,1 @@
-"""The ROS node that records a run."""
+"""ROS nodes around a run: recorder, process of composed nodes, run monitor, status and goal clients, benchmark."""

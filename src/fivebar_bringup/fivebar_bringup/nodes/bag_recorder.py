@@ -18,14 +18,14 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
 
 CHECKPOINT_PERIOD = 0.5
-"""Time (s) between two checkpoints: what a killed recorder loses at most, and a margin under one second."""
+"""Time (s) between two checkpoints: a killed recorder loses less than one second, with margin."""
 
 QUEUE_DEPTH = 20_000
-"""Messages per topic that may wait for the recorder: many seconds, so that a slow disk costs no message."""
+"""Messages that each subscription can queue: many seconds, so that a slow disk loses no message."""
 
 
 class BagRecorder(GraphNode):
-    """Writes every message of an explicit list of topics; a message that is lost on the way is counted."""
+    """Writes every message of an explicit list of topics and counts messages lost in transport."""
 
     def __init__(self) -> None:
         """Make the node and the bag."""
@@ -48,7 +48,7 @@ class BagRecorder(GraphNode):
         self.every(CHECKPOINT_PERIOD, self._checkpoint)
 
     def stop(self) -> None:
-        """Close the bag with all that has arrived and the count of what was lost."""
+        """Record queued messages and close the bag, with the number of lost messages."""
         self.drain()
         lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
         try:
@@ -82,7 +82,7 @@ class BagRecorder(GraphNode):
             self._fail(error)
 
     def _fail(self, error: OSError) -> None:
-        """Stop the robot: a run that cannot be recorded is not worth its risk. The bag keeps its last checkpoint."""
+        """Stop the robot: a run that cannot be recorded must not go on. The bag keeps its last checkpoint."""
         if not self._failed:
             self._failed = True
             text = f"recording_failed: {error.strerror}; the bag ends at its last checkpoint"

@@ -1,4 +1,4 @@
-"""The yardstick of the benchmark: a ring of nodes that only pass a message on, over the same topics' type and QoS."""
+"""Baseline of the benchmark: a ring of nodes that only forward a message of the graph's type and QoS."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ VALUES = (0.1, 0.2, 0.3, 0.4)
 
 
 class BareChainSettings(NamedTuple):
-    """Where a node is in the ring, and how long the ring is timed."""
+    """Position of a node in the ring, and length of the measurement."""
 
     position: Annotated[
-        int, Setting("Place in the ring; 0 sends the messages and takes the time.", at_least=0, at_most=100)
+        int, Setting("Position in the ring; 0 sends the messages and measures.", at_least=0, at_most=100)
     ] = 0
     hops: Annotated[int, Setting("Number of nodes in the ring.", at_least=2, at_most=100)] = 3
-    rounds: Annotated[int, Setting("Rounds that are timed.", at_least=1, at_most=10_000_000)] = 2000
+    rounds: Annotated[int, Setting("Number of measured rounds.", at_least=1, at_most=10_000_000)] = 2000
 
 
 class BareChain(GraphNode):
-    """One node of the ring. The first prints its times and ends the ring with its own end."""
+    """One node of the ring. The first prints the round-trip times and then exits."""
 
     def __init__(self) -> None:
         """Make the node."""
@@ -58,7 +58,7 @@ class BareChain(GraphNode):
             return
         now = time.perf_counter()
         if self._sent == 0:
-            # until the ring is closed the first message is repeated, so its time says nothing
+            # the first message is repeated until all nodes are connected, so its time is not representative
             self._start.cancel()
         else:
             self._times.append((now - self._began) * 1e3)

@@ -1,4 +1,4 @@
-"""An ear for /diagnostics: what every node of a running graph says of itself."""
+"""Collects the diagnostics of every node of a running graph from /diagnostics."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DEPTH = 100
 
 
 class NodeReport(NamedTuple):
-    """What a node said last: its name, level (ok, warning, error, stale), message and figures by name."""
+    """Latest diagnostics of a node: its name, level (ok, warning, error, stale), message and values by name."""
 
     node: str
     level: str
@@ -29,7 +29,7 @@ class NodeReport(NamedTuple):
 
 
 class DiagnosticsListener(DomainMember):
-    """Listens to /diagnostics."""
+    """Subscribes to /diagnostics."""
 
     def __init__(self, domain: int) -> None:
         """Join a DDS domain."""
@@ -37,16 +37,16 @@ class DiagnosticsListener(DomainMember):
         self._reports: dict[str, tuple[float, NodeReport]] = {}
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, DEPTH)
 
-    def heard(self, seconds: float) -> bool:
-        """Listen until a node has been heard, for some time (s) at most; return whether one has."""
+    def wait_for_report(self, seconds: float) -> bool:
+        """Wait for the first report, for at most some time (s); return whether one has arrived."""
         return self.wait_for(lambda: self._reports, seconds)
 
     def reports(self, oldest: float) -> list[NodeReport]:
-        """Return the last report of every node by name; one older than `oldest` (s) is called stale."""
+        """Return the latest report of every node, sorted by name; one older than `oldest` (s) becomes stale."""
         now = time.monotonic()
         return [
-            report if now - came <= oldest else report._replace(level="stale", message=f"silent for {now - came:.0f} s")
-            for _, (came, report) in sorted(self._reports.items())
+            report if now - at <= oldest else report._replace(level="stale", message=f"silent for {now - at:.0f} s")
+            for _, (at, report) in sorted(self._reports.items())
         ]
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:

@@ -1,4 +1,4 @@
-"""Asks a running graph for a motion and hears what becomes of it."""
+"""Requests a motion from a running graph and follows its status."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from std_msgs.msg import String
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.ros.domain_member import DomainMember
 
-FOUND_TIME = 5.0
-"""Longest time (s) until somebody who takes requests is found."""
+DISCOVERY_TIMEOUT = 5.0
+"""Timeout (s) for finding a goal server."""
 
 SETTLING_TIME = 0.5
-"""Time (s) in which statuses of earlier requests come."""
+"""Time (s) within which the latched status of an earlier request arrives."""
 
 
 class GoalClient(DomainMember):
-    """Publishes on `goal` and listens to `goal/status`."""
+    """Publishes on `goal` and subscribes to `goal/status`."""
 
     def __init__(self, domain: int) -> None:
         """Join a DDS domain."""
@@ -30,8 +30,8 @@ class GoalClient(DomainMember):
         self._goal = self.advertise(GOAL)
 
     def find(self) -> bool:
-        """Wait until somebody takes requests; return whether there is anybody."""
-        if not self.wait_for(self._found, FOUND_TIME):
+        """Wait for a goal server; return whether there is one."""
+        if not self.wait_for(self._found, DISCOVERY_TIMEOUT):
             return False
         self.take_for(SETTLING_TIME)
         self._statuses.clear()
@@ -41,11 +41,11 @@ class GoalClient(DomainMember):
         return bool(self._goal.get_subscription_count() and self.node.count_publishers(GOAL_STATUS.name))
 
     def request(self, fields: Mapping[str, float]) -> None:
-        """Publish a request, by the names of its fields."""
+        """Publish a request with these fields by name."""
         self._goal.publish(JointState(name=list(fields), position=list(fields.values())))
 
     def next_status(self, seconds: float) -> dict[str, Any] | None:
-        """Return the next status; None if none comes in time (s)."""
+        """Return the next status; None if none arrives within some time (s)."""
         return self._statuses.pop(0) if self.wait_for(lambda: self._statuses, seconds) else None
 
     def _on_status(self, message: String) -> None:

@@ -1,4 +1,4 @@
-"""Several nodes of the graph in one process, each under its own name with its own parameters.
+"""Runs several nodes of the graph in one process, each under its own name with its own parameters.
 
 node_group fivebar_control.nodes.ctc_controller fivebar_control.nodes.blender --ros-args --params-file nodes.yaml
 """
@@ -14,10 +14,10 @@ from fivebar_description.strict_yaml import InputError
 
 
 def node_class(module: str) -> type[GraphNode]:
-    """Return the node that a module defines.
+    """Return the node class that a module defines.
 
     Raises:
-        InputError: there is no such module, or it does not define one node.
+        InputError: there is no such module, or it does not define exactly one node.
     """
     try:
         found = vars(import_module(module)).values()
@@ -30,7 +30,7 @@ def node_class(module: str) -> type[GraphNode]:
 
 
 def main() -> None:
-    """Run the nodes whose modules are named before `--ros-args`."""
+    """Run the nodes whose modules are listed before `--ros-args`."""
     words = sys.argv[1:]
     modules = words[: words.index("--ros-args")] if "--ros-args" in words else words
     try:

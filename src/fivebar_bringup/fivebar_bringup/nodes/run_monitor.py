@@ -1,4 +1,4 @@
-"""The launcher's ear in the graph: how far the run is, and whether the plant has ended it; and its voice for faults."""
+"""The launcher's node: receives the progress of the run and publishes faults that the launcher detects."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fivebar_description.ros.domain_member import DomainMember
 
 
 class RunMonitor(DomainMember):
-    """Listens to run/status and may publish a fault."""
+    """Subscribes to run/status and publishes faults."""
 
     def __init__(self, domain: int) -> None:
         """Join a DDS domain."""
@@ -21,8 +21,8 @@ class RunMonitor(DomainMember):
         self.listen(RUN_STATUS, self._on_status)
         self._faults = self.advertise(FAULTS)
 
-    def announce(self, fault: str) -> None:
-        """Publish a fault; from any thread."""
+    def publish_fault(self, fault: str) -> None:
+        """Publish a fault; thread-safe."""
         self._faults.publish(String(data=fault))
 
     def _on_status(self, message: String) -> None:

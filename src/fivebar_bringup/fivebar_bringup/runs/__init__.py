@@ -1,1 +1,1 @@
-"""One run of the node graph: its nodes and processes, the launcher, the rehearsal, its directory and its bag."""
+"""A run of the node graph: nodes and processes, launcher, rehearsal on emulated drives, directory and bag."""

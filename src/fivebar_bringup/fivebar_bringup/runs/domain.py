@@ -1,4 +1,4 @@
-"""A DDS domain of its own for each run, so that runs and tests at the same time do not hear each other."""
+"""A private DDS domain for each run, so that concurrent runs and tests do not receive each other's messages."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from typing import IO
 from fivebar_description.strict_yaml import InputError
 
 PRIVATE_DOMAINS = range(20, 100)
-"""Domains to choose from: above the ones that people pick by hand, below those whose ports Linux gives away."""
+"""Candidate domains: above those usually chosen by hand, below those whose ports are in Linux's ephemeral range."""
 
 
 @contextmanager
 def private_domain() -> Iterator[int]:
-    """Hold a domain that no other run of this user holds; a lock file keeps it, also against killed holders.
+    """Reserve a domain that no other run of this user holds, by a lock that the kernel releases if the run is killed.
 
     Raises:
-        InputError: all domains are held.
+        InputError: all domains are in use.
     """
     folder = _folder()
     folder.mkdir(mode=0o700, exist_ok=True)
     for domain in PRIVATE_DOMAINS:
         with (folder / str(domain)).open("w") as lock:
-            if _take(lock):
+            if _try_lock(lock):
                 yield domain
                 return
     raise InputError(f"no free DDS domain between {PRIVATE_DOMAINS.start} and {PRIVATE_DOMAINS.stop - 1}")
 
 
 def held_domains() -> list[int]:
-    """Return the domains that runs of this user hold at the moment."""
+    """Return the domains that runs of this user currently hold."""
     held = []
     for path in _folder().glob("*"):
         with path.open("w") as lock:
-            if path.name.isdecimal() and not _take(lock):
+            if path.name.isdecimal() and not _try_lock(lock):
                 held.append(int(path.name))
     return sorted(held)
 
@@ -47,8 +47,8 @@ def _folder() -> Path:
     return Path(tempfile.gettempdir()) / f"fivebar-domains-{os.getuid()}"
 
 
-def _take(lock: IO[str]) -> bool:
-    """Return whether a lock could be taken; it is held until its file is closed."""
+def _try_lock(lock: IO[str]) -> bool:
+    """Try to take a lock, which is then held until its file is closed; return whether it was free."""
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

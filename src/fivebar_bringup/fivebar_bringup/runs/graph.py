@@ -1,6 +1,6 @@
-"""The node graph of a run: which nodes, with which parameters, joined by which topics.
+"""The node graph of a run: its nodes, their parameters, and the topics that connect them.
 
-The `fivebar` command, the launch file and the page of nodes all start from this one description.
+The `fivebar` command, the launch files and `fivebar nodes` all use this one description.
 """
 
 from __future__ import annotations
@@ -66,14 +66,14 @@ from fivebar_sim.ros.node_settings import ALL_JOINTS, MOTORS, EmulatedRobotSetti
 
 
 class Mode(StrEnum):
-    """How time passes: with the commands, or with the clock."""
+    """How time advances: with each torque command (lockstep), or with the clock (real time)."""
 
     LOCKSTEP = "lockstep"
     REALTIME = "realtime"
 
 
 class Hardware(StrEnum):
-    """What moves: the simulated robot, or drives on a bus."""
+    """What is controlled: the simulated robot, or drives on a bus."""
 
     SIMULATED = "simulated"
     EMULATED = "emulated"
@@ -83,10 +83,10 @@ class NodeSpec(NamedTuple):
     """One node of the graph; its name is that of its executable.
 
     Attributes:
-        package, executable: what is started.
+        package, executable: package and executable that run it.
         parameters: values of its parameters.
         subscribes, publishes: its topics.
-        in_chain: whether it stands between a measurement and its torque.
+        in_chain: whether it belongs to the control chain, between a measurement and its torque.
     """
 
     package: str
@@ -112,16 +112,16 @@ EMULATED_ROBOT = "emulated_robot"
 RECORDER = "bag_recorder"
 
 LOCKSTEP_DEADLINE_MS = 2000.0
-"""Longest wait for a candidate where time waits for it (ms)."""
+"""Timeout for a candidate torque in lockstep (ms)."""
 
 
 def crossing_graph(
     scenario: Scenario, mode: Mode, bag: Path, rehearsal: Rehearsal | None = None, drives: str | None = None
 ) -> tuple[NodeSpec, ...]:
-    """Return the nodes that run a scenario and record it into the directory `bag`, in the order of the data's flow.
+    """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
 
-    With a rehearsal the bridge and emulated drives take the plant's place, with `drives` the bridge to real ones of
-    that configuration, which then waits to be asked.
+    With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
+    configuration, which waits to be configured and activated.
 
     Raises:
         InputError: the scenario's motion is refused.
@@ -210,7 +210,7 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
 
 
 def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
-    """Return the bridge to the drives of a configuration, by name or path; it starts once the awaited are ready."""
+    """Return the bridge to drives, with a configuration by name or path; it starts once the awaited nodes are ready."""
     return NodeSpec(
         "fivebar_control",
         BRIDGE,
@@ -305,7 +305,7 @@ def _estimator(scenario: Scenario) -> NodeSpec:
             **to_parameters(drives),
             **to_parameters(scenario.ekf, without=NOT_OF_THE_FILTER),
         },
-        # what is on its way to the drives matters only where they are late
+        # commands in transit to the drives matter only if the drives have a delay
         (MOTOR_STATES, *((TORQUE_COMMAND,) if drives.delay_samples else ())),
         (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
         in_chain=True,
@@ -326,11 +326,11 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
                     robot=scenario.robot,
                     rate_hz=scenario.rate_hz,
                     working_mode=scenario.working_mode,
-                    candidates=BLENDED if scheme.blended else _law_word(scenario),
-                    # one cycle less than the drives' side allows, so that the node which knows what is missing says so
+                    candidates=BLENDED if scheme.blended else _law_name(scenario),
+                    # one cycle less than the drives allow, so that the blender, which knows what is missing, reports it
                     candidate_deadline_ms=LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else (cycles - 1) * period_ms,
                     state_deadline_ms=0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
-                    # a plant ends with the motion, drives go on
+                    # the plant ends with the motion, drives do not
                     last_sample=0 if endless else scenario.plan().path.samples(scenario.rate_hz),
                 )
             ),
@@ -342,8 +342,8 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
     )
 
 
-def _law_word(scenario: Scenario) -> str:
-    """Return what the nodes are told of the only law: its name, or where it comes from."""
+def _law_name(scenario: Scenario) -> str:
+    """Return the name of the only law: its registered name, or MODULE:NAME."""
     name = scenario.scheme().nominal.name
     return name if name in LAWS else scenario.controller
 

@@ -1,4 +1,4 @@
-"""Faults that are injected into a rehearsal: when, and what breaks."""
+"""Fault injection into a rehearsal: when, and which fault."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ KILL = "kill"
 
 
 class Injection(NamedTuple):
-    """What happens at a moment (s since sample 0): an order to the emulated drives, or "kill NODE"."""
+    """A fault at a time (s since sample 0): a command to the emulated drives, or "kill NODE"."""
 
     seconds: float
     order: str
 
     @property
     def victim(self) -> str | None:
-        """The node to be killed, None for an order to the drives."""
+        """The node to be killed, None for a command to the drives."""
         word, _, node = self.order.partition(" ")
         return node.strip() if word == KILL else None
 
@@ -30,10 +30,10 @@ class Injection(NamedTuple):
 
 
 def read_injection(text: str) -> Injection:
-    """Return what a text such as "1.2 fault 1" or "0.5 kill blender" says.
+    """Parse a text such as "1.2 fault 1" or "0.5 kill blender".
 
     Raises:
-        InputError: it is not a number of seconds and something that can break.
+        InputError: it is not a number of seconds followed by a known fault.
     """
     moment, _, order = text.strip().partition(" ")
     try:
@@ -49,16 +49,16 @@ def kills(injections: Sequence[Injection], processes: Sequence[ProcessSpec], rat
     """Return the processes to be killed, in order of time.
 
     Raises:
-        InputError: no process has a node of that name.
+        InputError: no process runs a node of that name.
     """
-    homes = {node.executable: process.name for process in processes for node in process.nodes}
+    hosts = {node.executable: process.name for process in processes for node in process.nodes}
     found = []
     for injection in sorted(injections):
         if injection.victim is None:
             continue
-        if injection.victim not in homes:
+        if injection.victim not in hosts:
             raise InputError(
-                f"--inject {str(injection)!r}: node {injection.victim}: expected one of {', '.join(homes)}"
+                f"--inject {str(injection)!r}: node {injection.victim}: expected one of {', '.join(hosts)}"
             )
-        found.append(Kill(round(injection.seconds * rate_hz), homes[injection.victim]))
+        found.append(Kill(round(injection.seconds * rate_hz), hosts[injection.victim]))
     return found

@@ -1,4 +1,4 @@
-"""Runs the node graph as processes: starts them, watches them, and stops them in order, the recorder last."""
+"""Runs the node graph as processes: starts, watches and stops them in order, the recorder last."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.nodes.run_monitor import RunMonitor
 from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, RECORDER, Mode
-from fivebar_bringup.runs.process_watch import deaths_announced
+from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
 
@@ -27,7 +27,7 @@ PR_SET_PDEATHSIG = 1
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 Progress = Callable[[int, int], None]
-"""Called with the sample reached and the last one's number."""
+"""Called with the current sample and the last sample of the run."""
 
 
 class GraphOutcome(NamedTuple):
@@ -35,9 +35,9 @@ class GraphOutcome(NamedTuple):
 
     Attributes:
         wall_s: wall time (s).
-        overruns: samples whose torque came after the next sample was due, as the plant counted them.
+        overruns: samples whose torque arrived after the next sample was due, as counted by the plant.
         latency_ms: median, 99th percentile and maximum of the time from a sample to its torque at the plant (ms).
-        faults: what the launcher saw.
+        faults: faults that the launcher detected.
     """
 
     wall_s: float
@@ -47,17 +47,17 @@ class GraphOutcome(NamedTuple):
 
 
 class Kill(NamedTuple):
-    """A process to be killed on purpose, once the run has got to a sample."""
+    """A process to be killed on purpose, once the run has reached a sample."""
 
     sample: int
     process: str
 
 
 class NodeProcess:
-    """A process in a session of its own, so that a Ctrl-C of the terminal reaches only the launcher."""
+    """A process in its own session, so that Ctrl-C in the terminal reaches only the launcher."""
 
     def __init__(self, process: ProcessSpec, run: RunDirectory, domain: int) -> None:
-        """Start the process with its parameter file; what it prints goes into a log file."""
+        """Start the process with its parameter file; its output goes to a log file."""
         self.name = process.name
         parameters = run.parameters / f"{process.name}.yaml"
         parameters.write_text(process.parameter_file(), encoding="utf-8")
@@ -75,7 +75,7 @@ class NodeProcess:
 
     @property
     def pid(self) -> int:
-        """Process number."""
+        """Process id."""
         return self._process.pid
 
     @property
@@ -103,15 +103,15 @@ class NodeProcess:
 
 
 def _prepare_node() -> None:
-    """Ask the kernel for SIGTERM when the launcher dies, so that even a killed launcher leaves no node behind."""
+    """Ask the kernel for SIGTERM when the launcher dies, so that even a killed launcher leaves no orphaned node."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    # a process inherits what its parent holds back
+    # a process inherits its parent's signal mask
     signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
 
 
 @contextmanager
-def _signals_held_back() -> Iterator[None]:
-    """Let an interrupt wait: in the middle of the start of a process it would leave one that nobody knows of."""
+def _signals_blocked() -> Iterator[None]:
+    """Block interrupts while a process is being started, which would otherwise be left running, unknown to us."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
     try:
         yield
@@ -130,9 +130,9 @@ def run_graph(
 ) -> GraphOutcome:
     """Run the graph until its plant has ended, or until KeyboardInterrupt, and stop every node.
 
-    `started` is called once with the number of each process. In real time the death of a process is a fault on the
-    graph at once; in lockstep time stands still until the nodes that wait for it give up. `kills` are processes to end
-    on the way, in order of time.
+    `started` is called once with the id of each process. In real time the end of a process is published as a fault
+    immediately; in lockstep time does not advance until the waiting nodes time out. `kills` are processes to kill
+    during the run, in order of time.
     """
     run.parameters.mkdir(exist_ok=True)
     run.logs.mkdir(exist_ok=True)
@@ -141,19 +141,19 @@ def run_graph(
     processes: dict[str, NodeProcess] = {}
     status: dict[str, Any] = {}
     try:
-        # before the monitor: its DDS threads must not be there yet when processes are forked
+        # before the monitor: its DDS threads must not exist yet when processes are forked
         for spec in specs:
-            with _signals_held_back():
+            with _signals_blocked():
                 processes[spec.name] = NodeProcess(spec, run, domain)
         started({name: process.pid for name, process in processes.items()})
         with RunMonitor(domain) as monitor:
-            # the pace's own end is no fault, and its death is seen by who waits for the next sample
-            announced = {
+            # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out
+            watched = {
                 name: process.pid
                 for name, process in processes.items()
                 if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT)
             }
-            with deaths_announced(announced, monitor.announce):
+            with watch_processes(watched, monitor.publish_fault):
                 _watch(processes, monitor, faults, progress, list(kills))
                 status = monitor.status
     except KeyboardInterrupt:
@@ -167,7 +167,7 @@ def run_graph(
 def _watch(
     processes: dict[str, NodeProcess], monitor: RunMonitor, faults: list[str], progress: Progress, kills: list[Kill]
 ) -> None:
-    """Follow the run until the plant has ended, or until a node has died without which there is nothing to wait for."""
+    """Follow the run until the plant has ended, or until a node has died without which the run cannot go on."""
     died: set[str] = set()
     pace = EMULATED_ROBOT if EMULATED_ROBOT in processes else PLANT
     while processes[pace].status is None:
@@ -185,17 +185,18 @@ def _watch(
         if died and (RECORDER in died or sample == 0):
             return
         if pace == EMULATED_ROBOT and monitor.status.get("state", "running") != "running":
-            # the drives stay for the bridge, which is to switch them off
+            # keep the drives running until the bridge has disabled them
             return
-    # the last word of the plant may still be on its way
+    # the plant's last status may still be in transit
     monitor.take_one(POLL_PERIOD)
     if processes[pace].status not in (0, 1):
         faults.append(f"node_died: {pace} ended with status {processes[pace].status}: {processes[pace].last_line()}")
 
 
 STOP_ORDER = ((PLANT, BRIDGE), (), (EMULATED_ROBOT,), (RECORDER,))
-"""Who is stopped after whom; the empty place is that of all others. First what sets the pace, so that nobody takes the
-end of the others for a fault; the drives after their bridge; the recorder last, so that it hears all last words."""
+"""Groups of nodes in the order in which they are stopped; () stands for all others. First the node that produces the
+samples, so that stopping the others causes no fault; the drives after their bridge; the recorder last, so that it
+records all final messages."""
 
 
 def stop_all(processes: dict[str, NodeProcess]) -> list[str]:

@@ -1,4 +1,4 @@
-"""What the launch files start: the same run as `fivebar run`, or the same processes where real drives are moved."""
+"""What the launch files start: the same run as `fivebar run`, or for real drives the same processes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
-from fivebar_bringup.runs.rehearsal import refuse_unfit
+from fivebar_bringup.runs.rehearsal import check_drivable
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import load_scenario
 from fivebar_description.ros.scheduling import Scheduling
@@ -19,7 +19,7 @@ COMMAND = (sys.executable, "-m", "fivebar_bringup.cli.main")
 
 
 class LaunchedProcess(NamedTuple):
-    """One process that a launch file starts: its name, and the words of its command."""
+    """A process that a launch file starts: its name and command line."""
 
     name: str
     command: tuple[str, ...]
@@ -28,9 +28,9 @@ class LaunchedProcess(NamedTuple):
 def run_command(
     scenario: str, mode: Mode, out: str, hardware: Hardware, environment: Mapping[str, str] = os.environ
 ) -> tuple[str, ...]:
-    """Return the command that makes a run in the DDS domain of a shell, so that its tools see the nodes.
+    """Return the command of a run in the DDS domain of the shell, so that ROS tools in that shell see the nodes.
 
-    It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 where the run
+    It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 if the run
     completed.
     """
     words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID", "0")]
@@ -44,15 +44,16 @@ def run_command(
 
 
 def drive_processes(scenario: str, drives: str, out: str) -> tuple[Path, tuple[LaunchedProcess, ...]]:
-    """Return the directory of a run on real drives, and the processes that `fivebar run` would start for it.
+    """Make the directory of a run on real drives; return it and the processes to start.
 
-    The control chain shares one process under real-time priority. The bridge waits to be activated.
+    Processes are composed and prioritised as by `fivebar run`: the control chain shares one process with real-time
+    priority. The bridge waits to be activated.
 
     Raises:
         InputError: the scenario cannot be run on drives, or the directory cannot be used.
     """
     loaded = load_scenario(scenario)
-    refuse_unfit(loaded)
+    check_drivable(loaded)
     run = new_run_directory(Path(out) if out else None, loaded)
     run.parameters.mkdir()
     nodes = crossing_graph(loaded, Mode.REALTIME, run.bag, drives=drives)

@@ -1,4 +1,4 @@
-"""Announces the death of a process within milliseconds, so that the robot does not wait for anybody to look."""
+"""Process watch: reports a process that has ended within milliseconds, by waiting on pidfds instead of polling."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def deaths_announced(processes: Mapping[str, int], announce: Callable[[str], None]) -> Iterator[None]:
-    """While in the context, call `announce` in a thread with the fault's text for every process that ends.
+def watch_processes(processes: Mapping[str, int], report: Callable[[str], None]) -> Iterator[None]:
+    """Within the context, call `report` from a thread with the text of a fault for every process that ends.
 
-    `processes` are process numbers by name; one that has ended already is announced, too.
+    `processes` are process ids by name; a process that has already ended is reported as well.
     """
     wake_read, wake_write = os.pipe()
     names = {os.pidfd_open(number): name for name, number in processes.items()}
@@ -27,9 +27,9 @@ def deaths_announced(processes: Mapping[str, int], announce: Callable[[str], Non
                 if descriptor == wake_read:
                     return
                 poller.unregister(descriptor)
-                announce(f"node_died: {names[descriptor]} has ended")
+                report(f"node_died: {names[descriptor]} has ended")
 
-    thread = threading.Thread(target=watch, name="deaths", daemon=True)
+    thread = threading.Thread(target=watch, name="process_watch", daemon=True)
     thread.start()
     try:
         yield

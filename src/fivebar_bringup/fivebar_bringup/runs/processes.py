@@ -1,4 +1,4 @@
-"""The processes of a run: which nodes share one, and what the system is asked for them."""
+"""The processes of a run: which nodes share one, and their scheduling and diagnostic thresholds."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.settings import to_parameters
 
 CONTROLLERS = "controllers"
-"""Name of the process that holds all nodes between a measurement and its torque, where they share one."""
+"""Name of the process of the control chain (all nodes between a measurement and its torque), if it is composed."""
 
-DRIVING = (PLANT, BRIDGE, EMULATED_ROBOT)
-"""Nodes that set the pace."""
+PACING = (PLANT, BRIDGE, EMULATED_ROBOT)
+"""Nodes that produce the samples at the sampling rate."""
 
 NODE_GROUP = "fivebar_bringup.nodes.node_group"
 
 LATE_PERIODS = 1.5
-"""In real time an answer is late when it comes more than so many periods after the one before."""
+"""In real time, an answer is late if it comes more than this number of periods after the previous one."""
 
 SLOW = 0.98
-"""In real time a node is slow below this part of the rate."""
+"""In real time, a node is slow below this fraction of the sampling rate."""
 
 
 DEFAULT_PRIORITY = 50
-"""Priority of the control chain in real time, where nothing else is said: that of interrupts."""
+"""Default SCHED_FIFO priority of the control chain in real time, that of threaded interrupt handlers."""
 
 
 class ProcessSpec(NamedTuple):
-    """One process of a run, and the nodes that live in it."""
+    """One process of a run, and the nodes in it."""
 
     name: str
     nodes: tuple[NodeSpec, ...]
 
     @property
     def command(self) -> tuple[str, ...]:
-        """The words after the interpreter that start it."""
+        """The interpreter's arguments that start it."""
         modules = tuple(node.module for node in self.nodes)
         return ("-m", *modules) if len(modules) == 1 else ("-m", NODE_GROUP, *modules)
 
@@ -49,17 +49,17 @@ class ProcessSpec(NamedTuple):
         if len(self.nodes) == 1:
             return self.nodes[0].parameter_file()
         by_name = {f"/**/{node.executable}": {"ros__parameters": node.parameters} for node in self.nodes}
-        # through JSON, because nodes may share a value and ROS does not take YAML's aliases
+        # copied by way of JSON: nodes may share a value object, and ROS does not accept YAML aliases
         return yaml.safe_dump(json.loads(json.dumps(by_name)), sort_keys=False)
 
 
 def processes(
     nodes: Sequence[NodeSpec], mode: Mode, rate_hz: int, scheduling: Scheduling | None = None, composed: bool = True
 ) -> tuple[ProcessSpec, ...]:
-    """Return the processes of a graph: one for each node, but in real time, if composed, one for the control chain.
+    """Return the processes of a graph: one per node, but in real time, if composed, one for the control chain.
 
-    In one process the chain takes less than half the processor time, because its messages pass from node to node
-    without a way through DDS. That is what real time at 500 Hz on two cores stands on.
+    In one process the chain takes less than half the processor time, because its messages pass between nodes
+    without DDS. Real time at 500 Hz on two cores depends on that.
     """
     if mode is Mode.LOCKSTEP:
         return tuple(ProcessSpec(node.executable, (node,)) for node in nodes)
@@ -70,8 +70,8 @@ def processes(
 
 
 def _timed(node: NodeSpec, rate_hz: int, scheduling: Scheduling) -> NodeSpec:
-    """Return a node that warns when it does not keep the rate, and asks for what its place in the graph needs."""
-    if not node.in_chain and node.executable not in DRIVING:
+    """Return a time-critical node with diagnostic thresholds and scheduling parameters, any other node unchanged."""
+    if not node.in_chain and node.executable not in PACING:
         return node
     thresholds = DiagnosticThresholds(warn_below_hz=SLOW * rate_hz, late_after_ms=LATE_PERIODS * 1e3 / rate_hz)
     return node._replace(parameters={**node.parameters, **to_parameters(thresholds), **to_parameters(scheduling)})

@@ -1,7 +1,7 @@
-"""The rehearsal of an experiment: the files of bus and drives that make emulated drives of a scenario's plant.
+"""Rehearsal of an experiment: configuration files of bus and drives that emulate a scenario's plant.
 
-Both sides get their own file, as on a real robot. They are the shipped ones with the scenario's rate, encoders and
-limits, on a bus of the run's own.
+Bridge and drives have separate files, as on a real robot. These are the shipped ones with the scenario's rate,
+encoders and limits, on a bus of this run only.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from fivebar_sim.drives.configuration import EmulationFile
 
 SHIPPED = "dextar_emulated.yaml"
 TORQUE_STEPS = 1000
-"""Steps of rated torque that 0x6071 has."""
+"""Resolution of 0x6071: steps per rated torque."""
 
 TURN = 2.0 * math.pi
 
-GATHER_PART = 0.75
-"""Part of a period for which the drives' answers are waited for."""
+GATHER_FRACTION = 0.75
+"""Fraction of a period after which the bridge stops waiting for the drives' PDOs."""
 
 LOWEST_PORT, PORTS = 20_000, 12_000
-"""Ports below those that Linux gives away."""
+"""Ports below Linux's ephemeral range."""
 
 
 class DriveFiles(NamedTuple):
-    """The files of a run: what the drives are like, and what the bridge is told of them."""
+    """Configuration files of a run: of the emulated drives, and of the bridge."""
 
     emulation: Path
     drives: Path
 
 
 class Rehearsal(NamedTuple):
-    """A run on emulated drives: their files, and the faults to inject ("1.2 fault 1")."""
+    """A run on emulated drives: configuration files, and faults to inject ("1.2 fault 1")."""
 
     files: DriveFiles
     inject: tuple[str, ...] = ()
@@ -51,12 +51,12 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     Raises:
         InputError: the scenario cannot be rehearsed on emulated drives; the text says what to change.
     """
-    refuse_unfit(scenario)
+    check_drivable(scenario)
     emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
     plant, cycles = scenario.plant, scenario.safety.stop_cycles
     period_us = MICROSECONDS // scenario.rate_hz
     period_ms = max(1, -(-period_us // 1000))
-    # due in every cycle, also in one that comes a little early
+    # half a period, so that every cycle sends one even if it starts slightly early
     beat_ms = max(1, period_ms // 2)
     address = f"239.{77 + secrets.randbelow(50)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
     bus = {"interface": "udp_multicast", "channel": address, "port": LOWEST_PORT + secrets.randbelow(PORTS)}
@@ -75,21 +75,21 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     }
     drives |= common | {
         "name": scenario.name,
-        "gather_deadline_us": int(GATHER_PART * period_us),
-        # one less than the blender bears, so that the bridge is the one who tells what is missing
+        "gather_deadline_us": int(GATHER_FRACTION * period_us),
+        # one less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
         "missing_limit": cycles - 2,
         "master": {"node_id": 127, "heartbeat_ms": beat_ms, "timeout_ms": cycles * period_ms},
     }
     for joint in ("q11", "q21"):
         emulation["drives"][joint] |= motor
-        watched = motor | {
+        monitored = motor | {
             "torque_limit_nm": scenario.torque_limit,
             "heartbeat_ms": beat_ms,
             "heartbeat_timeout_ms": (cycles + 2) * period_ms,
         }
-        drives["drives"][joint] |= watched
+        drives["drives"][joint] |= monitored
         if drives["drives"][joint]["sign"] < 0:
-            # counts are rounded down in the motor's sense, which is up in the joint's
+            # counts are rounded down in the motor's direction, which is up in the joint's
             drives["drives"][joint]["home_offset_rad"] = -TURN / counts
     files = DriveFiles(folder / "emulation.yaml", folder / "drives.yaml")
     for path, content, model in ((files.emulation, emulation, EmulationFile), (files.drives, drives, DriveFile)):
@@ -98,8 +98,8 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     return files
 
 
-def refuse_unfit(scenario: Scenario) -> None:
-    """Refuse a scenario that drives cannot carry out.
+def check_drivable(scenario: Scenario) -> None:
+    """Refuse a scenario that cannot be run on drives.
 
     Raises:
         InputError: the text says what to change.

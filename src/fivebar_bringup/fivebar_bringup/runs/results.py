@@ -1,4 +1,4 @@
-"""Directories of results, and how files get into them: whole, or with an error of one line."""
+"""Result directories, and atomic writing of their files, with one-line errors."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from fivebar_bringup.runs.bag.tail import replace_file
 from fivebar_description.strict_yaml import InputError
 
 FIGURES = "figures"
-"""Folder of the PNG figures in every directory of results."""
+"""Folder of the PNG figures in every result directory."""
 
 
 def new_directory(out: Path | None, name: str) -> Path:
-    """Make a new directory for results, by default runs/NAME-DATE-TIME, with a dash for what no file name should have.
+    """Make a new result directory, by default runs/NAME-DATE-TIME, with unsuitable characters replaced by a dash.
 
     Raises:
-        InputError: the directory holds something already or cannot be made.
+        InputError: the directory is not empty or cannot be made.
     """
     stem = re.sub(r"[^\w.-]+", "-", name)
     path = out if out is not None else Path("runs") / f"{stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"
@@ -36,15 +36,15 @@ def new_directory(out: Path | None, name: str) -> Path:
 def write_results(
     directory: Path, files: Mapping[str, str | bytes], figures: Mapping[str, bytes] | None = None
 ) -> None:
-    """Write files into a directory, each in one step, so that a reader finds the old or the new content.
+    """Write files into a directory, each atomically, so that a reader finds either the old or the new content.
 
     Args:
-        directory: where to, an existing one.
-        files: content by name; texts become UTF-8.
-        figures: PNGs by stem, for the folder of the figures, which is then made; written before the files.
+        directory: an existing directory.
+        files: content by name; texts are encoded as UTF-8.
+        figures: PNGs by stem for the folder of figures, which is made if needed; written before the files.
 
     Raises:
-        InputError: it cannot be written to.
+        InputError: the directory cannot be written to.
     """
     with write_errors(directory):
         if figures is not None:
@@ -58,7 +58,7 @@ def write_results(
 
 @contextmanager
 def write_errors(directory: Path) -> Iterator[None]:
-    """Turn what the operating system says of writing, as on a full disk, into an error of one line.
+    """Turn an operating system error on writing, such as a full disk, into a one-line error.
 
     Raises:
         InputError: the block raised an OSError.
@@ -70,12 +70,12 @@ def write_errors(directory: Path) -> Iterator[None]:
 
 
 def json_text(content: Any) -> str:
-    """Return plain values as the text of a JSON file, with null in the place of NaN and infinities."""
+    """Return plain values as JSON text, with null for NaN and infinities."""
     return json.dumps(finite(content), indent=2, allow_nan=False) + "\n"
 
 
 def finite(content: Any) -> Any:
-    """Return plain values with None in the place of NaN and infinities, which JSON does not have."""
+    """Return plain values with None for NaN and infinities, which JSON cannot represent."""
     if isinstance(content, float):
         return content if math.isfinite(content) else None
     if isinstance(content, Mapping):

@@ -1,4 +1,4 @@
-"""One run from scenario to report, with the node graph or without ROS."""
+"""A run from scenario to report, with the node graph or without ROS."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from fivebar_description.ros.scheduling import Scheduling
 
 
 class RunFailed(Exception):
-    """A run that failed so early that there is nothing to report on; the text says why."""
+    """A run that failed before there was anything to report on; the text says why."""
 
 
 def run_with_ros(
@@ -40,7 +40,7 @@ def run_with_ros(
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
-    `rehearse` are the faults to inject where bridge and emulated drives take the plant's place, None for the plant.
+    With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
 
     Raises:
         InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
@@ -49,8 +49,8 @@ def run_with_ros(
     run = new_run_directory(out, scenario)
     rehearsal = None
     if rehearse is not None:
-        orders = tuple(str(injection) for injection in rehearse if injection.victim is None)
-        rehearsal = Rehearsal(write_drive_files(scenario, run.path), orders)
+        drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
+        rehearsal = Rehearsal(write_drive_files(scenario, run.path), drive_faults)
     nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
     specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)

@@ -1,4 +1,4 @@
-"""What a run leaves behind, and where."""
+"""The directory of a run and the files in it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fivebar_description.strict_yaml import InputError
 
 
 class RunDirectory(NamedTuple):
-    """The directory of one run; every file in it has its place here."""
+    """The directory of one run, with the path of every file in it."""
 
     path: Path
 
@@ -22,17 +22,17 @@ class RunDirectory(NamedTuple):
 
     @property
     def scenario(self) -> Path:
-        """The scenario as run, every default written out."""
+        """The scenario as run, with all defaults written out."""
         return self.path / "scenario.yaml"
 
     @property
     def timing(self) -> Path:
-        """What only the process that ran it knows: how, and for how long."""
+        """What only the process that made the run knows: mode, wall time, latencies and detected faults."""
         return self.path / "timing.json"
 
     @property
     def summary(self) -> Path:
-        """The figures of the run."""
+        """The metrics of the run."""
         return self.path / "summary.json"
 
     @property
@@ -42,7 +42,7 @@ class RunDirectory(NamedTuple):
 
     @property
     def page(self) -> Path:
-        """The page to look at."""
+        """The report page."""
         return self.path / "report.html"
 
     @property
@@ -52,7 +52,7 @@ class RunDirectory(NamedTuple):
 
     @property
     def logs(self) -> Path:
-        """The folder of what each node printed."""
+        """The folder of each process's output."""
         return self.path / "logs"
 
     def read_scenario(self) -> Scenario:
@@ -67,10 +67,10 @@ class RunDirectory(NamedTuple):
 
 
 def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
-    """Make the directory of a new run and put the scenario into it.
+    """Make the directory of a new run and write the scenario into it.
 
     Raises:
-        InputError: the directory holds something already or cannot be made or written to.
+        InputError: the directory is not empty, or cannot be made or written to.
     """
     run = RunDirectory(new_directory(out, scenario.name))
     write_results(run.path, {run.scenario.name: scenario.to_yaml()})

@@ -1,1 +1,1 @@
-"""The ROS nodes of the controller: thin adapters between messages and the plain Python beside them."""
+"""The ROS nodes of the control chain: thin adapters between messages and the plain Python of this package."""

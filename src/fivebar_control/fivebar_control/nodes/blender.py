@@ -1,4 +1,4 @@
-"""Blends the candidate torques into the command (4.1, 4.2), and commands zero torque once something is wrong."""
+"""Blends the candidate torques into the torque command (4.1, 4.2), and commands zero torque after a fault."""
 
 from __future__ import annotations
 
@@ -45,18 +45,18 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 
-DEADLINE_LOOKS = 4
-"""How often within a deadline the blender looks whether it has passed."""
+CHECKS_PER_DEADLINE = 4
+"""Number of checks of the clock within the shortest deadline."""
 
-LOOKS_AWAKE = 2
-"""So many looks at least make up a deadline: one that comes later has been held up, and with it what it looks for."""
+CHECKS_TO_EXPIRE = 2
+"""Checks that a deadline takes at least to expire: one late check means that this process stalled, not its inputs."""
 
 
 class Blender(SamplingNode):
     """The last node before the drives.
 
-    While a fault is latched every sample is answered with zero torque at once. Its inputs are joined all the same, so
-    that a reset can see whether the cause is gone.
+    While a fault is latched, every sample is answered immediately with zero torque. The inputs are still joined, so
+    that a reset can check whether the cause is gone.
     """
 
     def __init__(self) -> None:
@@ -69,7 +69,7 @@ class Blender(SamplingNode):
         self._guard = Guard(self._robot, (mode1, mode2), settings.rate_hz, safety)
         deadlines = [settings.candidate_deadline_ms / 1e3, settings.state_deadline_ms / 1e3]
         shortest = min(deadline for deadline in deadlines if deadline)
-        self._awake = AwakeClock(time.monotonic, shortest / LOOKS_AWAKE)
+        self._awake = AwakeClock(time.monotonic, shortest / CHECKS_TO_EXPIRE)
         self._freshness = Freshness(deadlines[0], deadlines[1] or math.inf, settings.last_sample or None)
         self._drives_state = ALL_WELL
         self._first = 0
@@ -89,15 +89,15 @@ class Blender(SamplingNode):
         if settings.candidates == BLENDED:
             inputs += [Input(VHC_TORQUE, torque), Input(SUPERVISOR_STATE, fields_of(SUPERVISOR_NAMES, "position"))]
         self.join(settings.rate_hz, inputs)
-        # volatile on this side: faults of the past are the business of whoever reset them
+        # volatile on this side: faults from before this node started must not be latched again
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
-        # not awaited: drives that say nothing of themselves hold no fault
+        # not required for readiness: drives that publish no state hold no fault
         self.create_subscription(String, DRIVES_STATE.name, self._on_drives_state, qos_profile(DRIVES_STATE.qos))
-        self.every(shortest / DEADLINE_LOOKS, self._look_at_clock)
+        self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)
         self._publish_state()
 
     def stop(self) -> None:
-        """Command zero torque as the last word."""
+        """Command zero torque on shutdown."""
         self._reply_with(self._freshness.newest, ZERO)
 
     def health(self) -> tuple[bytes, str]:
@@ -107,17 +107,17 @@ class Blender(SamplingNode):
         return super().health()
 
     def metrics(self) -> Mapping[str, object]:
-        """Return how often a limit has cut the torque."""
+        """Return in how many samples a limit has reduced the torque."""
         return {"limited_samples": self._guard.limited_samples}
 
     def restart(self) -> None:
-        """Wait for the candidates of a new run; a latched fault stays."""
+        """Wait for the candidates of a new run; a latched fault stays latched."""
         self._freshness.begin_run()
         self._guard.begin_run()
         self._first = 0
 
     def admit(self, sample: int, driving: bool) -> bool:
-        """Start the deadline of a sample; while a fault is latched, answer it at once with zero torque."""
+        """Start the deadline of a sample; while a fault is latched, answer it immediately with zero torque."""
         if driving:
             late = self._freshness.joined_late(sample)
             self._freshness.heard(sample, self._awake.read())
@@ -125,11 +125,11 @@ class Blender(SamplingNode):
                 self._stop_robot(late)
             elif self._guard.fault is not None:
                 self._reply_with(sample, ZERO)
-            self._look_at_clock()
+            self._check_deadlines()
         return True
 
     def answer(self, sample: int, *values: Any) -> None:
-        """Publish the torque of a sample; while a fault is latched, only look at its inputs."""
+        """Publish the torque of a sample; while a fault is latched, only evaluate its inputs for a later reset."""
         self._freshness.completed(sample, self._awake.read())
         if sample < self._first:
             return
@@ -150,33 +150,33 @@ class Blender(SamplingNode):
             self._announce_fault()
 
     def repeat(self) -> None:
-        """Publish the same command again, or zero torque where another node's fault has come since."""
+        """Publish the same command again, or zero torque if a fault has been latched since."""
         if self._guard.fault is not None:
             self._reply = self._message(self.last_sample, ZERO)
         if self._reply is not None:
             self._command.publish(self._reply)
 
     def _on_fault(self, message: String) -> None:
-        """Stop the robot when another node reports a fault; one's own comes back too and changes nothing."""
+        """Stop the robot when another node reports a fault; this node's own faults arrive here too, without effect."""
         known = self._guard.fault
         self._guard.trip(Fault.from_text(message.data))
         if known is None:
-            # also a sample that still waits for its candidates gets its answer now
+            # a sample that is still waiting for its candidates is answered now as well
             self._reply_with(self._freshness.newest, ZERO)
             self._publish_state()
 
     def _on_drives_state(self, message: String) -> None:
         self._drives_state = message.data
-        # drives that were off have sent nothing; their next sample is waited for from now on
+        # drives that were off have published no samples: the watchdog starts again now
         self._freshness.pardon(self._awake.read())
 
-    def _look_at_clock(self) -> None:
-        """Give up where candidates or the next joint states are overdue."""
+    def _check_deadlines(self) -> None:
+        """Latch a fault where candidates or the next joint states are overdue."""
         if self._guard.fault is not None:
             return
         now = self._awake.read()
         overdue = self._freshness.overdue(now)
-        # drives that are off send no samples, and that is no fault
+        # drives that are off publish no samples, which is not a fault
         stale = self._freshness.stale(now) if self._drives_state == ALL_WELL else None
         if overdue is not None:
             self._stop_robot(self._freshness.missing(overdue, self.missing_inputs(overdue)))
@@ -213,23 +213,23 @@ class Blender(SamplingNode):
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         fault = self._guard.fault
-        obstacle = self._obstacle() if fault is not None else None
-        response.success = obstacle is None
+        reason = self._clear() if fault is not None else None
+        response.success = reason is None
         if fault is None:
             response.message = "no fault was latched"
-        elif obstacle is not None:
-            response.message = f"not cleared, {obstacle}; latched is {fault}"
+        elif reason is not None:
+            response.message = f"not cleared, {reason}; latched is {fault}"
         else:
             response.message = f"cleared {fault}"
-            # the present sample has had its answer
+            # the current sample has already been answered
             self._first = self._freshness.newest + 1
             self._freshness.answered(self._freshness.newest)
             self._publish_state()
         self.get_logger().info(response.message)
         return response
 
-    def _obstacle(self) -> str | None:
-        """Clear the fault, or return what is in the way."""
+    def _clear(self) -> str | None:
+        """Clear the fault, or return the reason why it cannot be cleared."""
         if self._drives_state != ALL_WELL:
             return f"the drives are stopped by {self._drives_state}"
         return self._freshness.obstacle(self._awake.read()) or self._guard.reset()

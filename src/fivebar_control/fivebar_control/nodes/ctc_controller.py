@@ -1,4 +1,4 @@
-"""Publishes the computed torque candidate u1 (1.24)."""
+"""Publishes the candidate torque u1 of computed torque control (1.24)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The robot's two drives as a lifecycle node: publishes what the motors measure, passes torque on, stops when in doubt.
+"""Lifecycle node for the robot's two drives: publishes motor measurements, sends torque commands, stops on any fault.
 
-configure opens the bus and sets up the drives, which stay without power; activate enables both at zero torque;
-deactivate commands zero torque first, then switches them off; cleanup lets them go and closes the bus. A fault, of the
-drives or of any other node, is latched: zero torque and a quick stop, until ~/reset and ~/enable.
+configure opens the bus and sets up the drives, with their power stages off; activate enables both at zero torque;
+deactivate commands zero torque first, then disables them; cleanup releases them and closes the bus. A fault of the
+drives or of any other node is latched: zero torque and a quick stop, until ~/reset and ~/enable.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FA
 
 
 def _logged(transition: Transition) -> Transition:
-    """Log what breaks a transition: rclpy goes on to on_error without a word."""
+    """Log an exception raised in a transition: rclpy calls on_error without logging it."""
 
     @functools.wraps(transition)
     def run(self: DextarBridge, state: LifecycleState) -> TransitionCallbackReturn:
         try:
             return transition(self, state)
         except Exception:
-            self.get_logger().error(f"{transition.__name__} has failed:\n{traceback.format_exc()}")
+            self.get_logger().error(f"{transition.__name__} failed:\n{traceback.format_exc()}")
             raise
 
     return run
@@ -88,11 +88,11 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self.create_service(Trigger, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
         self.listen(TORQUE_COMMAND, self._on_command)
-        # volatile on this side: past faults concern only whoever reset them
+        # volatile on this side: faults from before this node started must not be latched again
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         if settings.autostart:
             self._awaited = set(settings.wait_for_nodes)
-            # not awaited for this node's own readiness, which others may wait for
+            # not required for this node's own readiness, for which others may wait
             self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
             self._start_timer = self.every(REPEAT_PERIOD, self._autostart)
 
@@ -107,7 +107,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             self.trigger_activate()
 
     def _LifecycleNodeMixin__change_state(self, transition_id: int) -> TransitionCallbackReturn:
-        """Refuse a transition that does not exist in the present state; rclpy would let it end the node."""
+        """Refuse a transition that is invalid in the current state; rclpy would terminate the node."""
         try:
             made: TransitionCallbackReturn = super()._LifecycleNodeMixin__change_state(transition_id)
         except rclpy_implementation.RCLError as error:
@@ -117,18 +117,18 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
 
     @_logged
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Open the bus and set up both drives; they stay without power."""
+        """Open the bus and set up both drives; their power stages stay off."""
         if not self._session.open():
             return FAILURE
         self._publish_state()
         for note in self._session.bus.notes:
-            self.get_logger().info(f"not in the drive: {note}")
+            self.get_logger().info(f"object missing in the drive: {note}")
         self._run_every(self._heartbeat_period, self._session.bus.tend)
         return SUCCESS
 
     @_logged
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Enable both drives at zero torque and begin at sample 0."""
+        """Enable both drives at zero torque and start at sample 0."""
         if self._session.fault is not None:
             self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
             return FAILURE
@@ -140,7 +140,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
 
     @_logged
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Command zero torque, then switch both drives off."""
+        """Command zero torque, then disable both drives."""
         self._power_off()
         self._run_every(self._heartbeat_period, self._session.bus.tend)
         return SUCCESS
@@ -160,23 +160,23 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         return SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """After an exception in a transition: power off, close, start again from unconfigured."""
+        """After an exception in a transition: power off, close the bus and return to unconfigured."""
         self._close()
         return SUCCESS
 
     def stop(self) -> None:
-        """Leave the drives without torque and power as the last thing."""
+        """Disable the drives and close the bus on shutdown."""
         self._close()
 
     def health(self) -> tuple[bytes, str]:
-        """Return an error while a fault is latched, a warning for frames and samples that were not used."""
+        """Return an error while a fault is latched, a warning for discarded frames and unanswered samples."""
         if self._session.fault is not None:
             return DiagnosticStatus.ERROR, str(self._session.fault)
         warning = self._session.warning
         return super().health() if warning is None else (DiagnosticStatus.WARN, warning)
 
     def _run_every(self, period: float, callback: Callable[[], None]) -> None:
-        """Replace the timer: heartbeats while inactive, cycles while active, nothing else."""
+        """Replace the timer: heartbeats while inactive, control cycles while active."""
         self._cancel_timer()
         self._timer = self.every(period, callback)
 
@@ -187,7 +187,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
 
     def _power_off(self) -> None:
         self._session.active = False
-        # before the samples cease, so that nobody takes their end for a fault
+        # before the samples end, so that no other node reports their absence as a fault
         self._publish_state()
         self._cancel_timer()
         self._session.power_off()
@@ -202,7 +202,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
 
     def _tick(self) -> None:
         if not self._session.active:
-            # the timer's last call may have waited behind the transition that has ended it
+            # this call may have been queued behind the transition that cancelled the timer
             return
         sample = self._session.cycle(time.monotonic())
         if sample is None:
@@ -230,19 +230,19 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._session.sample}")
 
     def _on_latch(self, fault: Fault, own: bool) -> None:
-        """Publish a fault that has stopped the drives, where no other node has."""
+        """Publish a fault that has stopped the drives, unless it came from another node."""
         if own:
             self._faults.publish(String(data=str(fault)))
         self._publish_state()
         self.get_logger().error(f"zero torque and quick stop: {fault}")
 
     def _on_fault(self, message: String) -> None:
-        """Stop the drives for another node's fault; one's own comes back too and changes nothing."""
+        """Stop the drives for another node's fault; this node's own faults arrive here too, without effect."""
         if self._session.active:
             self._session.latch(Fault.from_text(message.data), own=False)
 
     def _publish_state(self) -> None:
-        """Publish on drives/state whether a torque would be obeyed, and why not, where that has changed."""
+        """Publish on drives/state whether the drives follow torque commands, and if not why, when that has changed."""
         text = self._session.state
         if text != self._published_state:
             self._published_state = text

@@ -20,7 +20,7 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
 LONGEST_GAP = 5
-"""Samples of the reference that may wait for IMU data before these are reported as missing."""
+"""Number of references that may wait for IMU data before these are reported as missing."""
 
 
 def read_imu(message: Imu) -> Vector3:
@@ -37,7 +37,7 @@ def read_imu(message: Imu) -> Vector3:
 
 
 class ImuListener(SamplingNode):
-    """Publishes measured minus desired acceleration magnitude for every sample; reports what is wrong with the IMU."""
+    """Publishes measured minus desired acceleration magnitude for every sample; reports missing or saturated data."""
 
     def __init__(self) -> None:
         """Make the node."""
@@ -49,7 +49,7 @@ class ImuListener(SamplingNode):
         self._check = ImuCheck(*self._arguments)
         self._saturated = 0
         self._error = self.advertise(IMU_ERROR)
-        # an IMU reading is about the moment of its stamp, a reference about one that is `lead_samples` later
+        # an IMU reading is valid at the time of its stamp, a reference at a time `lead_samples` later
         read_reference = fields_of(REFERENCE_NAMES, "position", "velocity")
         inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, settings.lead_samples))
         self.join(settings.rate_hz, inputs, QUEUE_DEPTH)
@@ -60,7 +60,7 @@ class ImuListener(SamplingNode):
         self.drain()
 
     def restart(self) -> None:
-        """Begin with a low-pass that has no memory of the last run."""
+        """Reset the low-pass filter for a new run."""
         self._check = ImuCheck(*self._arguments)
 
     def answer(self, sample: int, *values: Any) -> None:

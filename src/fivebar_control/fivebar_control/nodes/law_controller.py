@@ -1,4 +1,4 @@
-"""Publishes the candidate of a law that has no node of its own, named by its parameter `law`."""
+"""Publishes the candidate torque of any control law, which the parameter `law` names."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fivebar_description.ros.run import run_node
 
 
 class LawController(ControllerNode):
-    """Any law of the registry, or one from elsewhere."""
+    """Any law of the registry, or one from another package as MODULE:NAME."""
 
     def __init__(self) -> None:
         """Make the node."""

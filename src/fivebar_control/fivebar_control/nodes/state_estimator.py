@@ -35,11 +35,11 @@ FAILED = 1
 
 
 class StateEstimatorNode(SamplingNode):
-    """The extended Kalman filter behind the encoders.
+    """Extended Kalman filter on the motor encoders.
 
-    With a delay of the drives, the answer to sample k needs the commands of samples k-d to k-1, of which the last may
-    arrive after the sample itself: then the answer waits for it. In real time a command may fail to come; the next
-    sample ends the wait, and the command before it is taken in its place, as the drives do.
+    With a drive delay of d samples, the answer to sample k needs the commands of samples k-d to k-1, the last of which
+    may arrive after the sample itself; the answer then waits for it. In real time a command may be lost; the next
+    sample ends the wait, and the previous command is used instead, as the drives do.
     """
 
     def __init__(self) -> None:
@@ -74,13 +74,13 @@ class StateEstimatorNode(SamplingNode):
         return super().health()
 
     def restart(self) -> None:
-        """Begin again from the homing posture; a latched fault is gone."""
+        """Start again from the homing posture; a latched fault is cleared."""
         self._estimator = StateEstimator(*self._arguments)
         self._waiting = None
         self._replied = -1
 
     def answer(self, sample: int, *values: Any) -> None:
-        """Publish the joint states, now or once the command before this sample has come."""
+        """Publish the joint states, now or once the command of the previous sample has arrived."""
         ((position, effort),) = values
         self._end_wait()
         self._waiting = (sample, (*position, *effort))
@@ -121,7 +121,7 @@ class StateEstimatorNode(SamplingNode):
             return
         if self._estimator.fault is not None and known is None:
             self._announce(str(self._estimator.fault))
-            # the blender is to know before it sees this sample, so that every run stops at the same one
+            # deliver the fault to the blender before this sample, so that every run stops at the same sample
             self.deliver()
         stamp = sample_stamp_ns(sample, self.rate_hz)
         self._replied = sample

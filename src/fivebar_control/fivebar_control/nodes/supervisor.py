@@ -24,7 +24,7 @@ from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNo
 
 
 class SupervisorNode(SamplingNode):
-    """The performance-based supervisor."""
+    """The performance-based supervisor, which weights the two candidate torques."""
 
     def __init__(self) -> None:
         """Make the node."""
@@ -45,7 +45,7 @@ class SupervisorNode(SamplingNode):
         self._publish(sample, self._reply)
 
     def repeat(self) -> None:
-        """Publish the same figures again."""
+        """Publish the same values again."""
         if self._reply is not None:
             self._publish(self.last_sample, self._reply)
 

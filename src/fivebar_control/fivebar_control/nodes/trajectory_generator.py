@@ -1,4 +1,4 @@
-"""Publishes the reference: answers sample k with the reference for sample k + 1, one hop ahead of its use."""
+"""Publishes the reference: answers sample k with the reference for sample k + 1, one sample ahead of its use."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 
-STILL = (0.0,) * len(JOINTS)
+AT_REST = (0.0,) * len(JOINTS)
 
 
 class TrajectoryGenerator(SamplingNode):
-    """Rest-to-rest polynomials through waypoints, then motions on request, until a fault stops the robot."""
+    """Rest-to-rest polynomials through waypoints, then requested motions, until a fault stops the robot."""
 
     def __init__(self) -> None:
         """Make the node."""
@@ -43,27 +43,27 @@ class TrajectoryGenerator(SamplingNode):
         self._goals = GoalServer(self, self._motion, self._queue)
         self._reference = self.advertise(REFERENCE)
         if self.declare_settings(TrajectorySettings).after_fault == HOLD:
-            # not awaited: without a last node there is nothing to hold for
+            # not required for readiness: without a blender there is no fault to hold for
             self.create_subscription(String, SAFETY_STATE.name, self._on_safety_state, qos_profile(SAFETY_STATE.qos))
         self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position")),))
 
     def restart(self) -> None:
-        """Begin the plan again."""
+        """Start the plan again."""
         self._hold.begin_run()
         self._queue = self._new_queue()
         self._goals.restart(self._queue)
 
     def stop(self) -> None:
-        """End the planning of a request."""
+        """Stop the planning process."""
         self._goals.close()
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the next sample's reference."""
         ((position,),) = values
-        place = state_from_joints(self._motion.robot, *position, *STILL)
+        place = state_from_joints(self._motion.robot, *position, *AT_REST)
         held = self._hold.reference(place.x, place.y)
-        self._goals.attend(sample + self._motion.lead_samples, held is not None)
-        # nobody could publish the reference of sample 0 ahead of it
+        self._goals.update(sample + self._motion.lead_samples, held is not None)
+        # the reference of sample 0 cannot be published ahead of it
         numbers = (0, 1) if sample == 0 else (sample + 1,)
         self._references = {number: held or self._planned(number) for number in numbers}
         self.repeat()

@@ -1,4 +1,4 @@
-"""Publishes the torque of the law that needs no switching."""
+"""Publishes the torque of the unified law, which needs no switching."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fivebar_description.ros.run import run_node
 
 
 class UnifiedController(ControllerNode):
-    """One law on the locus and off it."""
+    """The unified law: one law on the singular locus and off it."""
 
     def __init__(self) -> None:
         """Make the node."""

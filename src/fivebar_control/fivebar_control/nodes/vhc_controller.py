@@ -1,4 +1,4 @@
-"""Publishes the candidate of a constraint law: u3 (3.35), u2 (3.19), or tau_B (1.29) of the multi-model method."""
+"""Publishes the candidate torque of a constraint law: u3 (3.35), u2 (3.19), or tau_B (1.29) of multi-model control."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fivebar_description.ros.run import run_node
 
 
 class VhcController(ControllerNode):
-    """Control on the locus; by default the virtual holonomic constraint with the Cartesian variable."""
+    """The law near the locus; by default the virtual holonomic constraint in the Cartesian variable."""
 
     def __init__(self) -> None:
         """Make the node."""

@@ -1,1 +1,1 @@
-"""What the nodes of this package share: their common base for controllers, parameters, and the goal server."""
+"""Shared by the nodes of this package: base class of the controllers, parameters, and the goal server."""

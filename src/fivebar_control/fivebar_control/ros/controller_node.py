@@ -1,4 +1,4 @@
-"""The node that every control law shares: joins state and reference of a sample and publishes the law's torque."""
+"""Base class of the controller nodes: joins state and reference of a sample and publishes the law's torque."""
 
 from __future__ import annotations
 
@@ -29,35 +29,35 @@ from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.settings import from_parameters
 from fivebar_description.strict_yaml import InputError
 
-NOT_KNOWN, ESTIMATED = "none", "estimated"
+NO_DISTURBANCE, ESTIMATED = "none", "estimated"
 
 DISTURBANCE = Spec(
     "disturbance",
-    NOT_KNOWN,
-    "Whether to compensate the disturbance torques on estimate/disturbance, which every sample then needs.",
-    choices=(NOT_KNOWN, ESTIMATED),
+    NO_DISTURBANCE,
+    "Whether to compensate the disturbance torques from estimate/disturbance, then required for every sample.",
+    choices=(NO_DISTURBANCE, ESTIMATED),
 )
 
 
 class ControllerNode(SamplingNode):
-    """A node that answers every sample with a candidate torque, NaN where its law is undefined."""
+    """Answers every sample with a candidate torque, NaN where its law is undefined."""
 
     def __init__(self, name: str, law: str, choices: tuple[str, ...] = ()) -> None:
         """Make the node of a law.
 
         Args:
-            name: of the node.
-            law: its law by name, or where there are other choices the default of its parameter `law`.
-            choices: the laws that the parameter `law` may name; none for no such parameter, ("",) for any law.
+            name: name of the node.
+            law: name of its law, or with `choices` the default of its parameter `law`.
+            choices: values that the parameter `law` accepts; empty for a node without it, ("",) for any law.
 
         Raises:
-            InputError: there is no such law, or the motion may meet Type 1, where it is undefined.
+            InputError: there is no such law, or the motion may meet a Type 1 singularity, where it is undefined.
         """
         super().__init__(name)
         self._motion = declare_motion(self)
         if choices:
-            words = () if choices == ("",) else choices
-            spec = Spec("law", law, "Which law; MODULE:NAME for one from elsewhere.", choices=words)
+            accepted = () if choices == ("",) else choices
+            spec = Spec("law", law, "Name of the law; MODULE:NAME for one from another package.", choices=accepted)
             law = self.parameters((spec,))["law"]
         self._law_entry = find_law(law)
         if self._motion.plan.modes and not self._law_entry.meets_type_1:
@@ -86,7 +86,7 @@ class ControllerNode(SamplingNode):
         self._law = self._make_law()
 
     def restart(self) -> None:
-        """Begin with a law that has no memory of the last run."""
+        """Reset the law's memory for a new run."""
         self._law = self._make_law()
 
     def answer(self, sample: int, *values: Any) -> None:
@@ -94,12 +94,12 @@ class ControllerNode(SamplingNode):
         (position, velocity), ((x, y, vx, vy), (_, _, ax, ay)), *rest = values
         robot, plan = self._motion.robot, self._motion.plan
         state = state_from_joints(robot, *position, *velocity)
-        moment = sample + self._motion.lead_samples
-        reference = desired_at(robot, plan, moment / self.rate_hz, Platform(x, y, vx, vy, ax, ay))
+        target = sample + self._motion.lead_samples
+        reference = desired_at(robot, plan, target / self.rate_hz, Platform(x, y, vx, vy, ax, ay))
         if rest:
             ((disturbance,),) = rest
             reference = against_disturbance(reference, *disturbance)
-        torque = self._law(moment, state, reference)
+        torque = self._law(target, state, reference)
         self._reply = joint_state(sample_stamp_ns(sample, self.rate_hz), ACTIVE_JOINTS, effort=torque)
         self._torque.publish(self._reply)
 

@@ -1,4 +1,4 @@
-"""Takes requests for motions on the topic `goal` and tells on `goal/status` what becomes of them."""
+"""Accepts motion requests on the topic `goal` and reports their status on `goal/status`."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 
 NOTICE = 2
-"""Samples from the one that is answered to the first that may belong to a new motion: the next is told already."""
+"""Samples from the current one to the first that may belong to a new motion: the next is already published."""
 
 
 class GoalServer:
-    """Hands requests to a planning process and its motions to the queue.
+    """Passes requests to a planning process and the planned motions to the queue.
 
-    Its node calls `attend` at every sample. Nothing here waits.
+    The node calls `update` at every sample. No method blocks.
     """
 
     def __init__(self, node: GraphNode, motion: Motion, queue: MotionQueue) -> None:
@@ -40,21 +40,21 @@ class GoalServer:
         self._goal: Goal | None = None
         self._arrival: int | None = None
         self._status = node.advertise(GOAL_STATUS)
-        # not awaited: nobody needs to request anything
+        # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
 
     def restart(self, queue: MotionQueue) -> None:
-        """Forget all requests: a new run begins."""
+        """Discard all requests for a new run."""
         self.close()
         self._queue = queue
         self._sample, self._goal, self._arrival = -1, None, None
 
     def close(self) -> None:
-        """End the planning."""
+        """Stop the planning process."""
         self._planning.close()
 
-    def attend(self, sample: int, held: bool) -> None:
-        """Take note of the sample of the reference that is answered, and whether a fault holds the robot."""
+    def update(self, sample: int, held: bool) -> None:
+        """Advance to a sample of the reference; `held` says whether a fault holds the robot."""
         self._sample, self._held = sample, held
         if self._goal is None:
             return
@@ -76,10 +76,10 @@ class GoalServer:
                 raise GoalRefused("a fault holds the robot where it stands: begin a new run")
             self._planning.ask(self._queue.request(self._sample + NOTICE, goal))
         except GoalRefused as refusal:
-            self._tell("refused", list(message.position[:2]), reason=str(refusal))
+            self._report("refused", list(message.position[:2]), reason=str(refusal))
             return
         self._goal = goal
-        self._tell("planning", [goal.x, goal.y])
+        self._report("planning", [goal.x, goal.y])
 
     def _take_answer(self, goal: Goal) -> None:
         planned = self._planning.answer()
@@ -91,7 +91,7 @@ class GoalServer:
         first = self._sample + NOTICE
         self._queue.begin(first, planned.path())
         self._arrival = self._queue.resting_from()
-        self._tell(
+        self._report(
             "moving",
             [goal.x, goal.y],
             first_sample=first,
@@ -104,8 +104,8 @@ class GoalServer:
         assert self._goal is not None
         goal, self._goal, self._arrival = self._goal, None, None
         self._queue.cancel()
-        self._tell(state, [goal.x, goal.y], **({"reason": reason} if reason else {}))
+        self._report(state, [goal.x, goal.y], **({"reason": reason} if reason else {}))
 
-    def _tell(self, state: str, goal: list[float], **more: Any) -> None:
+    def _report(self, state: str, goal: list[float], **more: Any) -> None:
         content = {"state": state, "goal": [value if abs(value) < 1e6 else None for value in goal], **more}
         self._status.publish(String(data=json.dumps(content)))

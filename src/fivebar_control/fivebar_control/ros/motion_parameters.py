@@ -1,4 +1,4 @@
-"""The motion that a node makes from its parameters."""
+"""The motion that a node plans from its parameters."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from fivebar_description.strict_yaml import InputError
 
 
 class Motion(NamedTuple):
-    """What a node knows of the motion: the robot, the checked plan, the sampling rate and the lead.
+    """The motion as a node needs it: the robot, the checked plan, the sampling rate and the lead.
 
-    With a lead of d samples the messages that carry the stamp of sample k are about the moment of sample k + d, when
-    the torque that answers sample k begins to act: the estimated state, the reference, and all that follows from them.
+    With a lead of d samples, messages stamped with sample k (the estimated state, the reference, and everything
+    computed from them) describe the time of sample k + d, when the torque that answers sample k starts to act.
     """
 
     robot: FiveBar

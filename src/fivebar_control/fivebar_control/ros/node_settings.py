@@ -1,6 +1,6 @@
-"""The settings of the control chain's nodes; those of a component that works without ROS too stand beside its code.
+"""Settings of the nodes of the control chain; components that also run without ROS keep theirs beside their code.
 
-Nothing here needs ROS, so that the description of the graph can be made without it.
+This module does not import ROS, so that the graph can be described without it.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from fivebar_description.shared_settings import (
 )
 
 ZONE_PREFIX = "zone_"
-"""Of the parameters that hold `ZoneSettings`."""
+"""Prefix of the parameters that hold `ZoneSettings`."""
 
 NOT_OF_THE_FILTER = ("feed_forward",)
-"""The setting of `EkfSettings` that is the graph's, not the state estimator's."""
+"""The setting of `EkfSettings` that the graph uses, not the state estimator."""
 
 NOT_OF_THE_GUARD = ("stop_cycles",)
-"""The setting of `SafetySettings` that becomes the deadlines of several nodes."""
+"""The setting of `SafetySettings` from which the graph derives the deadlines of several nodes."""
 
 HOLD, CONTINUE = "hold", "continue"
 BLENDED = "blended"
@@ -38,8 +38,8 @@ BLENDED = "blended"
 LeadSamples = Annotated[
     int,
     Setting(
-        "Samples from a measurement to the moment that its answer is for: the drives' delay where an estimator"
-        " predicts.",
+        "Samples from a measurement to the time at which its torque acts: the drives' delay where an estimator"
+        " predicts the state.",
         "samples",
         at_least=0,
         at_most=LONGEST_DELAY,
@@ -52,7 +52,7 @@ def _sign(assembly: int) -> str | None:
 
 
 def torque_of(candidates: str) -> Topic:
-    """Return the topic of the law that works alone, or of the nominal law of a blended controller.
+    """Return the topic of an unblended law, or of the nominal law of a blended controller.
 
     Raises:
         InputError: there is no such law.
@@ -65,7 +65,7 @@ def _no_such_law(candidates: str) -> str | None:
 
 
 class MotionSettings(NamedTuple):
-    """The motion: every node that needs the plan makes it from these, so there is one plan."""
+    """The motion: every node that needs the plan computes it from these, so that all have the same plan."""
 
     robot: Robot = "dextar"
     rate_hz: RateHz = 500
@@ -73,7 +73,9 @@ class MotionSettings(NamedTuple):
         tuple[int, ...],
         Setting(f"{WORKING_MODE.description} Two signs, or two for every waypoint of a motion that may meet Type 1."),
     ] = (1, -1)
-    waypoints: Annotated[tuple[float, ...], Setting("Rest points of the path: x1, y1, x2, y2, ...", "m")] = (
+    waypoints: Annotated[
+        tuple[float, ...], Setting("Waypoints of the path, with a rest at each: x1, y1, x2, y2, ...", "m")
+    ] = (
         *(0.0, 0.15),
         *(0.0, 0.02),
         *(0.0, 0.15),
@@ -83,7 +85,7 @@ class MotionSettings(NamedTuple):
     min_authority: Annotated[
         float,
         Setting(
-            "Least |n.v1| at a crossing of the Type 2 locus; 0 for a law that does not hold the path by its normal.",
+            "Least |n.v1| at a crossing of the Type 2 locus; 0 for a law that needs no control along the path normal.",
             at_least=0.0,
             at_most=1.0,
         ),
@@ -92,46 +94,46 @@ class MotionSettings(NamedTuple):
 
 
 class TrajectorySettings(NamedTuple):
-    """The trajectory generator, besides the motion."""
+    """The trajectory generator, in addition to the motion."""
 
     after_fault: Annotated[
         str,
         Setting(
-            "While safety/state reports a fault and after its reset: hold the position where the robot stands, or"
-            " continue with the plan (for lockstep, where a run is to be the same each time).",
+            "While safety/state reports a fault and after its reset: hold the robot's current position, or continue"
+            " with the plan (for lockstep, where runs must be repeatable).",
             choices=(HOLD, CONTINUE),
         ),
     ] = HOLD
 
 
 class GoalSettings(NamedTuple):
-    """Motions on request."""
+    """Requested motions."""
 
     takes_goals: Annotated[
-        bool, Setting("Accept requests on the topic goal: only where the unified controller follows.")
+        bool, Setting("Accept requests on the topic goal; only the unified controller follows such motions.")
     ] = False
     goal_torque_limit: Annotated[
-        float, Setting("Torque that both motors can give, for planning.", "Nm", at_least=1e-3, at_most=1e6)
+        float, Setting("Torque limit of both motors, for planning.", "Nm", at_least=1e-3, at_most=1e6)
     ] = MotionLimits().torque
     goal_speed_limit: Annotated[
-        float, Setting("Largest speed of both motors, for planning.", "rad/s", at_least=1e-3, at_most=1e4)
+        float, Setting("Speed limit of both motors, for planning.", "rad/s", at_least=1e-3, at_most=1e4)
     ] = MotionLimits().motor_speed
 
 
 class SupervisorSettings(NamedTuple):
-    """The supervisor, besides the motion."""
+    """The supervisor, in addition to the motion."""
 
     weighting: Annotated[
         str,
         Setting(
-            "What sigma follows: 1/cond(A), or a sigmoid in time around each planned crossing (for multi_model_ctc).",
+            "What determines sigma: 1/cond(A), or a sigmoid in time around each planned crossing (multi_model_ctc).",
             choices=(CONDITION, SIGMOID),
         ),
     ] = CONDITION
 
 
 class BlenderSettings(NamedTuple):
-    """The blender, besides the limits of `SafetySettings`."""
+    """The blender, in addition to the limits of `SafetySettings`."""
 
     robot: Robot = "dextar"
     rate_hz: RateHz = 500
@@ -139,14 +141,14 @@ class BlenderSettings(NamedTuple):
     candidates: Annotated[
         str,
         Setting(
-            "Blend ctc/torque and vhc/torque by sigma, or take the candidate of the named law alone.",
+            "Blend ctc/torque and vhc/torque by sigma, or use only the candidate of the named law.",
             check=_no_such_law,
         ),
     ] = BLENDED
     candidate_deadline_ms: Annotated[
         float,
         Setting(
-            "Longest wait for the candidates of a sample, on the steady clock; then zero torque and a fault.",
+            "Timeout for the candidates of a sample, on the steady clock; then zero torque and a fault.",
             "ms",
             at_least=1.0,
             at_most=60_000.0,
@@ -155,8 +157,8 @@ class BlenderSettings(NamedTuple):
     state_deadline_ms: Annotated[
         float,
         Setting(
-            "Longest time from one sample to the next, on the steady clock; then zero torque and a fault. 0 for no"
-            " limit, where time waits for the torques.",
+            "Timeout from one sample to the next, on the steady clock; then zero torque and a fault. 0 for none, in"
+            " lockstep.",
             "ms",
             at_least=0.0,
             at_most=60_000.0,
@@ -166,17 +168,17 @@ class BlenderSettings(NamedTuple):
 
 
 class EstimatorSettings(NamedTuple):
-    """The state estimator, besides the drives and what the filter assumes."""
+    """The state estimator, in addition to the drives and the parameters of the filter."""
 
     robot: Robot = "dextar"
     rate_hz: RateHz = 500
     working_mode: WorkingMode = (1, -1)
-    homing: Annotated[tuple[float, float], Setting("Where the platform stands at sample 0: x, y.", "m")] = (0.0, 0.15)
+    homing: Annotated[tuple[float, float], Setting("Platform position at sample 0: x, y.", "m")] = (0.0, 0.15)
     assembly_mode: Annotated[int, Setting("Sign of det A in that posture.", at_least=-1, at_most=1, check=_sign)] = 1
 
 
 class ImuListenerSettings(NamedTuple):
-    """The IMU's listener, besides the IMU."""
+    """The IMU listener, in addition to the IMU."""
 
     robot: Robot = "dextar"
     rate_hz: RateHz = 500
@@ -189,13 +191,13 @@ class BridgeSettings(NamedTuple):
     """The bridge to the drives."""
 
     rate_hz: RateHz = 500
-    drives: Annotated[str, Setting("Bus and drives: a shipped configuration's name or a path to a YAML file.")] = (
-        "dextar_emulated"
-    )
+    drives: Annotated[
+        str, Setting("Configuration of bus and drives: name of a shipped one, or path to a YAML file.")
+    ] = "dextar_emulated"
     command_timeout_ms: Annotated[
         float,
         Setting(
-            "Longest time for which a torque holds, on the steady clock; then zero torque and a fault.",
+            "Timeout from one torque command to the next, on the steady clock; then zero torque and a fault.",
             "ms",
             at_least=1.0,
             at_most=10_000.0,
@@ -203,9 +205,9 @@ class BridgeSettings(NamedTuple):
     ] = 20.0
     enable_timeout_s: Annotated[
         float,
-        Setting("Longest time for enabling, disabling or resetting the drives.", "s", at_least=0.1, at_most=60.0),
+        Setting("Timeout for enabling, disabling or resetting the drives.", "s", at_least=0.1, at_most=60.0),
     ] = 2.0
-    autostart: Annotated[
-        bool, Setting("Configure and activate without a request, once the nodes to wait for are ready.")
-    ] = False
+    autostart: Annotated[bool, Setting("Configure and activate automatically, once the awaited nodes are ready.")] = (
+        False
+    )
     wait_for_nodes: AwaitedNodes = ()

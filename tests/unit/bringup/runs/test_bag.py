@@ -262,9 +262,9 @@ def test_recording_says_what_it_does_not_have(tmp_path: Path) -> None:
     requests: list[tuple[str, Callable[[], object]]] = [
         ("/imu/data: not in the bag", lambda: recording.stamps(IMU_DATA)),
         ("/faults: its messages have no numbers called data", lambda: recording.field(FAULTS, "data")),
-        ("/faults: its messages name no joints", lambda: recording.joint_names(FAULTS)),
+        ("/faults: its messages have no joint names", lambda: recording.joint_names(FAULTS)),
         ("/run/status: its messages have no stamp", lambda: recording.stamps(RUN_STATUS)),
-        ("/joint_states: its messages are no texts", lambda: recording.texts(JOINT_STATES)),
+        ("/joint_states: its messages are not texts", lambda: recording.texts(JOINT_STATES)),
         ("/joint_states: names change within", lambda: recording.field(JOINT_STATES, "position")),
         ("/torque_command: effort has not the same number", lambda: recording.field(TORQUE_COMMAND, "effort")),
         ("/imu/acceleration_error: a message cannot be decoded", lambda: recording.field(IMU_ERROR, "data")),

@@ -12,7 +12,7 @@ import pytest
 from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.runs.injection import kills, read_injection
 from fivebar_bringup.runs.launcher import Kill
-from fivebar_bringup.runs.process_watch import deaths_announced
+from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenario import load_scenario
 from fivebar_description.strict_yaml import InputError
@@ -64,7 +64,7 @@ def test_a_death_is_announced_by_name_and_a_living_process_is_not() -> None:
         subprocess.Popen(sleeper, stdin=subprocess.PIPE) as second,
     ):
         heard: queue.Queue[str] = queue.Queue()
-        with deaths_announced({"first": first.pid, "second": second.pid}, heard.put):
+        with watch_processes({"first": first.pid, "second": second.pid}, heard.put):
             second.kill()
             assert heard.get(timeout=WAIT) == "node_died: second has ended"
         assert heard.empty()

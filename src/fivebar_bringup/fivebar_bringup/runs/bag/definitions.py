@@ -1,4 +1,4 @@
-"""What a bag has to know of its topics: absolute names, message definitions, type hashes, QoS as rosbag2 has it."""
+"""Topic metadata of a bag: absolute names, message definitions, type hashes, and QoS as rosbag2 writes it."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ def absolute_name(topic: Topic, namespace: str = "") -> str:
 
 @cache
 def message_definition(message_type: str) -> str:
-    """Return the definition of a type and of all types in it as ros2msg text; KeyError for a type Jazzy lacks."""
+    """Return the definition of a type and its dependencies as ros2msg text; KeyError for a type unknown to Jazzy."""
     _known(message_type)
     return TYPESTORE.generate_msgdef(message_type, ros_version=2)[0]
 
 
 @cache
 def type_hash(message_type: str) -> str:
-    """Return the RIHS01 hash of a type, as Jazzy's type support carries it; KeyError for a type Jazzy lacks."""
+    """Return the RIHS01 hash of a type, as in Jazzy's type support; KeyError for a type unknown to Jazzy."""
     _known(message_type)
     return TYPESTORE.hash_rihs01(message_type)
 
 
 def qos_profiles(qos: Qos) -> str:
-    """Return `offered_qos_profiles` as YAML: a list with one profile, deadlines and leases infinite."""
+    """Return `offered_qos_profiles` as YAML: a list with one profile, with infinite deadline and lease."""
     durability = "transient_local" if qos.transient_local else "volatile"
     return f"""\
 - history: keep_last

@@ -1,7 +1,7 @@
-"""The text of a bag's `metadata.yaml`: rosbag2 metadata version 9, keys in the order in which Jazzy writes them.
+"""The text of a bag's `metadata.yaml`: rosbag2 metadata version 9, with the keys in Jazzy's order.
 
-The text is put together by hand because it is rewritten at every checkpoint of a running recording, where a YAML
-library would take some milliseconds.
+It is formatted by hand because it is rewritten at every checkpoint of a running recording, where a YAML library would
+take several milliseconds.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Span(NamedTuple):
     last_ns: int = 0
 
     def with_message(self, log_time_ns: int) -> Span:
-        """Return the span that holds this log time too."""
+        """Return the span extended to this log time."""
         return Span(min(self.first_ns, log_time_ns), max(self.last_ns, log_time_ns))
 
     @property
@@ -54,7 +54,7 @@ def bag_information(
     span: Span,
     custom_data: Mapping[str, str],
 ) -> str:
-    """Return the bag's metadata without its outer key, the form which an MCAP file carries inside.
+    """Return the bag's metadata without its outer key, the form stored inside the MCAP file.
 
     `topics` are the texts from :func:`topic_metadata`, `counts` the messages of each.
     """
@@ -97,5 +97,5 @@ def metadata_yaml(information: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    # A JSON string is a YAML string as well, and the only safe spelling of values such as "0", "no" or "a: b".
+    # a JSON string is also a YAML string, and quotes values such as "0", "no" or "a: b" safely
     return json.dumps(text, ensure_ascii=False)

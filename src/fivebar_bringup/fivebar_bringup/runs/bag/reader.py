@@ -1,4 +1,4 @@
-"""Reads a rosbag2 directory back, whoever recorded it (`fivebar`, `ros2 bag record`)."""
+"""Reads a rosbag2 directory, recorded by `fivebar` or by `ros2 bag record`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["BagError", "RawTopic", "Recording", "read_bag"]
 
 
 def read_bag(directory: Path, namespace: str = "") -> Recording:
-    """Read all messages of a bag into memory; `namespace` is the one in which the graph's topics were recorded.
+    """Read all messages of a bag into memory; `namespace` is that of the recorded topics.
 
-    Raises :class:`BagError`, one line that begins with the path, where the directory or its metadata.yaml is missing,
-    and where a file of the bag is missing, truncated or damaged.
+    Raises :class:`BagError`, one line that begins with the path, if the directory or its metadata.yaml is missing, or
+    if a file of the bag is missing, truncated or damaged.
     """
     if not directory.is_dir():
         raise BagError(directory, "no such directory")
@@ -24,7 +24,7 @@ def read_bag(directory: Path, namespace: str = "") -> Recording:
         raise BagError(metadata, "missing, so this is not a bag")
     try:
         topics, custom_data, promised = _read(directory)
-    except Exception as error:  # damaged files end in many kinds of error within the reader, its assertions included
+    except Exception as error:  # the reader raises many kinds of exception on damaged files, assertions included
         what = " ".join(str(error).split()) or type(error).__name__
         raise BagError(directory, f"the bag cannot be read: {what}") from error
     found = sum(len(topic.messages) for topic in topics.values())

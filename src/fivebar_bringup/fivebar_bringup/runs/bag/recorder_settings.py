@@ -1,4 +1,4 @@
-"""What the recorder records, and where."""
+"""Settings of the bag recorder."""
 
 from __future__ import annotations
 
@@ -15,5 +15,5 @@ class RecorderSettings(NamedTuple):
     """The bag recorder."""
 
     directory: Annotated[str, Setting("Directory of the bag; it must not exist yet.")] = "bag"
-    topics: Annotated[tuple[str, ...], Setting("Topics of the graph that are recorded.")] = ALL_TOPICS
+    topics: Annotated[tuple[str, ...], Setting("Topics of the graph to record.")] = ALL_TOPICS
     wait_for_nodes: AwaitedNodes = ()

@@ -1,4 +1,4 @@
-"""A bag in memory: per topic the log times, stamps and values as numpy arrays."""
+"""A bag in memory: log times, stamps and values of each topic as numpy arrays."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _VECTORS = {"orientation": "xyzw", "angular_velocity": "xyz", "linear_accelerati
 
 
 class BagError(Exception):
-    """A bag cannot be read, or does not hold what was asked of it: one line, `<path>: <what>`."""
+    """A bag cannot be read, or lacks the requested content: one line, `<path>: <what>`."""
 
     def __init__(self, path: Path, what: str) -> None:
         super().__init__(f"{path}: {what}")
@@ -39,20 +39,20 @@ class RawTopic(NamedTuple):
 
 
 class Recording:
-    """The content of a bag. A topic is decoded when first asked for.
+    """The content of a bag. A topic is decoded on first access.
 
-    Every accessor takes a topic of the graph's interface and raises :class:`BagError` where the bag does not have the
-    topic or has it with another type, where a message cannot be decoded, or where the topic has no such content. A
-    topic that the bag declares but that has no messages gives empty arrays.
+    Every accessor takes a topic of the graph's interface and raises :class:`BagError` if the bag does not have the
+    topic or has it with another type, if a message cannot be decoded, or if the topic has no such content. A topic
+    without messages gives empty arrays.
     """
 
     def __init__(
         self, path: Path, topics: Mapping[str, RawTopic], custom_data: Mapping[str, str], namespace: str = ""
     ) -> None:
-        """Hold the raw `topics` by absolute name; topics asked for are looked up in `namespace`."""
+        """Keep the raw `topics` by absolute name; accessors look topics up in `namespace`."""
         self.path = path
         self.custom_data = custom_data
-        """Custom data from metadata.yaml, e.g. the number of dropped messages; empty where the recorder was killed."""
+        """Custom data from metadata.yaml, e.g. the number of dropped messages; empty if the recorder was killed."""
         self._topics = topics
         self._namespace = namespace
         self._decoded: dict[str, list[Any]] = {}
@@ -63,7 +63,7 @@ class Recording:
         return tuple(self._topics)
 
     def count(self, topic: Topic) -> int:
-        """Return the number of messages of a topic; 0 also where the bag does not have it."""
+        """Return the number of messages of a topic; 0 also if the bag does not have it."""
         raw = self._topics.get(absolute_name(topic, self._namespace))
         return len(raw.messages) if raw else 0
 
@@ -81,9 +81,9 @@ class Recording:
         return np.array([stamp.sec * NANOSECONDS + stamp.nanosec for stamp in stamps], dtype=np.int64)
 
     def joint_names(self, topic: Topic) -> tuple[str, ...]:
-        """Return the names in a topic of JointState, which order the columns of its fields; () without messages."""
+        """Return the joint names of a JointState topic, in the order of the columns of its fields; () if empty."""
         if topic.type != _JOINT_STATE:
-            raise self._error(topic, "its messages name no joints")
+            raise self._error(topic, "its messages have no joint names")
         names = dict.fromkeys(tuple(message.name) for message in self._messages(topic))
         if len(names) > 1:
             raise self._error(topic, f"names change within the recording: {', '.join(map(str, names))}")
@@ -113,9 +113,9 @@ class Recording:
         raise self._error(topic, f"its messages have no numbers called {name}")
 
     def texts(self, topic: Topic) -> list[str]:
-        """Return the texts of a topic of String."""
+        """Return the texts of a String topic."""
         if topic.type != _STRING:
-            raise self._error(topic, "its messages are no texts")
+            raise self._error(topic, "its messages are not texts")
         return [message.data for message in self._messages(topic)]
 
     def _raw(self, topic: Topic) -> RawTopic:
@@ -131,7 +131,7 @@ class Recording:
         if topic.name not in self._decoded:
             try:
                 self._decoded[topic.name] = [TYPESTORE.deserialize_cdr(data, raw.type) for data in raw.messages]
-            except Exception as error:  # broken bytes end in many kinds of error within the decoder
+            except Exception as error:  # the decoder raises many kinds of exception on corrupt bytes
                 raise self._error(topic, f"a message cannot be decoded ({type(error).__name__}: {error})") from error
         return self._decoded[topic.name]
 

@@ -1,6 +1,6 @@
-"""Builds the graph's messages in CDR from plain values, so that a simulation without ROS leaves the same kind of bag.
+"""Serializes the graph's messages to CDR from plain values, so that a simulation without ROS writes the same bags.
 
-Floats keep their bits. Stamps are integer nanoseconds, split into the message's seconds and nanoseconds.
+Floats are stored bit for bit. Stamps are integer nanoseconds, split into the message's seconds and nanoseconds.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def joint_state(
     effort: Sequence[float] = (),
     frame: str = "",
 ) -> bytes:
-    """Return a sensor_msgs/JointState; the quantities are as many as the names, or none."""
+    """Return a sensor_msgs/JointState; each field has one value per name, or none."""
     message = ros.sensor_msgs__msg__JointState(
         header=_header(stamp_ns, frame),
         name=list(names),
@@ -45,9 +45,9 @@ def imu(
 ) -> bytes:
     """Return a sensor_msgs/Imu.
 
-    Rates [3] in rad/s and accelerations [3] in m/s^2, both in `frame`; orientation is a quaternion (x, y, z, w), and
-    None says that the sensor has none (first element of its covariance -1, as the message's definition asks).
-    Covariances are 9 values row by row, None for unknown (all zero).
+    Angular velocity [3] in rad/s and linear acceleration [3] in m/s^2, both in `frame`; orientation is a quaternion
+    (x, y, z, w), None for a sensor without (first element of its covariance -1, as the message definition specifies).
+    Covariances are 9 values in row-major order, None for unknown (all zero).
     """
     if orientation is None:
         orientation = (0.0, 0.0, 0.0, 1.0)

@@ -1,19 +1,19 @@
 """A growing MCAP file that is complete and readable at every instant, also between two system calls.
 
 An MCAP file ends with its index (the summary) and a footer that says where the index starts; readers begin at the
-footer. To add data, the old index has to give way to the new data. Writing the new data, index and footer over it in a
-single call is not enough: the kernel checks for a pending SIGKILL after every page, so a killed process leaves half of
-a write behind. Therefore the old index is first put in shelter beyond the end of what is going to be written:
+footer. New data overwrite the old index. Writing the new data, index and footer over it in a single call is not
+enough: the kernel checks for a pending SIGKILL after every page, so a killed process can leave a partial write.
+Therefore the old index is first copied beyond the end of what is going to be written:
 
-1. write a footer far behind, still pointing at the old index; it extends the file and lies within one page, so it is
-   written whole or not at all;
+1. write a footer far beyond the end, still pointing at the old index; it extends the file and lies within one page, so
+   it is written completely or not at all;
 2. copy the old index in front of that footer (nothing refers to it yet);
 3. rewrite the footer so that it points at the copy;
 4. write new data, new index and new footer over the old index (nothing refers to these bytes now);
-5. cut the file after the new footer.
+5. truncate the file after the new footer.
 
 Until step 5 a reader finds the old state, afterwards the new one. This protects against the death of the process; a
-power failure can still cost what the operating system had not written to the disk.
+power failure can still lose what the operating system had not written to the disk.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 PAGE = 4096
-"""Bytes that the kernel copies without a break, at this alignment."""
+"""Bytes that the kernel copies without interruption, at this alignment."""
 
 _FOOTER = struct.Struct("<BQQQI8s")
 _FOOTER_OPCODE = 2
@@ -34,7 +34,7 @@ _MAGIC = b"\x89MCAP0\r\n"
 
 
 class TailStream(io.BytesIO):
-    """The end of a file held in memory: a stream whose positions are offsets in the whole file."""
+    """The end of a file, buffered in memory: a stream whose positions are offsets in the whole file."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,27 +42,27 @@ class TailStream(io.BytesIO):
 
     @property
     def base(self) -> int:
-        """Offset in the file of the first byte held."""
+        """Offset in the file of the first buffered byte."""
         return self._base
 
     def tell(self) -> int:
-        """Return the offset in the file at which the next byte goes."""
+        """Return the offset in the file of the next byte to be written."""
         return self._base + super().tell()
 
     def cut(self, offset: int) -> None:
-        """Forget everything from this offset in the file on; writing continues there."""
+        """Discard everything from this offset in the file on; writing continues there."""
         self.seek(offset - self._base)
         self.truncate(offset - self._base)
 
     def release(self) -> None:
-        """Forget everything held, because it has reached the disk; writing continues at the same offset."""
+        """Discard the buffer once it has been written to the file; writing continues at the same offset."""
         self._base = self.tell()
         self.seek(0)
         self.truncate(0)
 
 
 class _State(NamedTuple):
-    """What is on the disk: end of the data, everything behind it (index and footer), start of the index."""
+    """State of the file on disk: end of the data, everything after it (index and footer), start of the index."""
 
     data_end: int
     tail: bytes
@@ -70,7 +70,7 @@ class _State(NamedTuple):
 
 
 class TailFile:
-    """The file on the disk. Every method either brings it to the new state or raises OSError and leaves the old one."""
+    """The file on disk. Every method either brings it to the new state or raises OSError and leaves the old one."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -78,9 +78,9 @@ class TailFile:
         self._state = _State(0, b"", 0)
 
     def replace(self, content: bytes, data_end: int) -> None:
-        """Make `content`, a complete MCAP file, the file's content; creates the file. For small files only.
+        """Replace the file's content by `content`, a complete MCAP file; creates the file. For small files only.
 
-        This is the way as long as the file has no chunk: without one, readers do not go by the index but scan.
+        Used as long as the file has no chunk: without one, readers scan the file instead of using the index.
         """
         replace_file(self._path, content)
         fd = os.open(self._path, os.O_RDWR | os.O_CLOEXEC)
@@ -108,8 +108,8 @@ class TailFile:
             self._put(start, block)
             os.ftruncate(self._fd, size)
         except BaseException:
-            # The room of the old index still belongs to the file, so that a full disk does not hinder this. Where it
-            # fails all the same, the copy in shelter stays in force.
+            # The blocks of the old index are still allocated, so this works on a full disk too. If it fails all the
+            # same, the copy of the index remains valid.
             with suppress(OSError):
                 self._put(old.data_end, old.tail)
                 os.ftruncate(self._fd, old_size)
@@ -117,7 +117,7 @@ class TailFile:
         self._state = _state_of(start, block, data_end)
 
     def close(self) -> None:
-        """Close the file; harmless when closed."""
+        """Close the file; has no effect on a closed file."""
         fd, self._fd = self._fd, -1
         if fd >= 0:
             os.close(fd)
@@ -131,7 +131,7 @@ class TailFile:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Give the file this content in one step: at any instant it holds the old or the new content, whole."""
+    """Replace the file's content atomically: at any instant it has either the complete old or the complete new one."""
     new = path.with_name(f".{path.name}.new")
     try:
         new.write_bytes(content)

@@ -1,9 +1,9 @@
-"""Writes a rosbag2 directory from serialized messages such that killing the writer never costs the recording.
+"""Writes a rosbag2 directory from serialized messages such that the recording survives a killed writer.
 
 Why not rosbag2's own recorder, or the writer of rosbags: both leave an MCAP file without summary and footer, and no
 metadata.yaml, until they are closed. After a SIGKILL such a bag has to be repaired or reindexed before anything reads
-it. This one is complete and indexed after every checkpoint: a bag must be readable right after SIGKILL, without any
-repair. The format itself is left to the `mcap` library; `tail` has how the file grows.
+it. This writer's bag is complete and indexed after every checkpoint: a bag must be readable right after SIGKILL,
+without any repair. The `mcap` library produces the format; `tail` describes how the file grows.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ RECORDING_RECORD = "fivebar_recording"
 class BagWriter:
     """A bag being recorded: `<directory>/metadata.yaml` and `<directory>/<name>_0.mcap`.
 
-    Messages are held in memory until :meth:`checkpoint`, which is meant to be called about once a second. From then on
-    they are safe from the death of the process, and the directory is a complete, indexed bag at every instant (between
-    the two files being brought up to date, metadata.yaml can count fewer messages than the MCAP file holds).
+    Messages are buffered in memory until :meth:`checkpoint`, which is meant to be called about once a second. From then
+    on they survive the death of the process, and the directory is a complete, indexed bag at every instant (while the
+    two files are being updated, metadata.yaml can count fewer messages than the MCAP file holds).
 
     An OSError from :meth:`checkpoint` (full disk, file too large) leaves the bag as of the last checkpoint. The
     messages since then stay in memory, and the next checkpoint tries them again.
@@ -41,9 +41,8 @@ class BagWriter:
     def __init__(self, directory: Path, topics: Sequence[Topic], namespace: str = "") -> None:
         """Create the directory and an empty bag in it.
 
-        Topic names are made absolute in `namespace`. Raises FileExistsError for an existing directory, OSError where
-        it cannot be made, KeyError for a message type that ROS 2 Jazzy does not have, ValueError for a topic that
-        occurs twice.
+        Topic names are made absolute in `namespace`. Raises FileExistsError for an existing directory, OSError if it
+        cannot be made, KeyError for a message type unknown to ROS 2 Jazzy, ValueError for a duplicate topic.
         """
         self._topics = [topic_metadata(topic, namespace) for topic in topics]
         names = [topic.name for topic in topics]
@@ -73,13 +72,13 @@ class BagWriter:
 
     @property
     def message_count(self) -> int:
-        """Messages written so far, on the disk or not yet."""
+        """Messages written so far, including buffered ones."""
         return sum(self._counts.values())
 
     def write(self, topic: Topic, log_time_ns: int, data: bytes, publish_time_ns: int | None = None) -> None:
-        """Add one message in CDR, as a raw subscription delivers it; `publish_time_ns` is the log time by default.
+        """Add one message in CDR, as a raw subscription delivers it; `publish_time_ns` defaults to the log time.
 
-        Raises KeyError for a topic that the bag was not made for and ValueError when closed.
+        Raises KeyError for a topic that the bag does not have and ValueError if the bag is closed.
         """
         if self._closed:
             raise ValueError("the bag is closed")
@@ -90,7 +89,7 @@ class BagWriter:
         self._unsaved = True
 
     def checkpoint(self) -> None:
-        """Bring everything written so far to the disk; does nothing if nothing was. Raises OSError, see the class."""
+        """Save everything written so far; does nothing without new messages. Raises OSError, see the class."""
         if self._closed:
             raise ValueError("the bag is closed")
         if self._unsaved:
@@ -99,7 +98,7 @@ class BagWriter:
     def close(self, custom_data: Mapping[str, str]) -> None:
         """Add `custom_data` (e.g. the number of dropped messages) to the bag, save it and release the file.
 
-        Raises OSError like :meth:`checkpoint`; the bag counts as closed all the same. Does nothing when closed.
+        Raises OSError like :meth:`checkpoint`; the bag is closed all the same. Does nothing if already closed.
         """
         if self._closed:
             return
