@@ -1,4 +1,4 @@
-"""Blends the candidate torques into the command (4.1, 4.2), and commands zero torque once something is wrong."""
+"""Blends the candidate torques into the torque command (4.1, 4.2), and commands zero torque after a fault."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ MIN_CHECKS_PER_DEADLINE = 2
 class Blender(SamplingNode):
     """The last node before the drives.
 
-    While a fault is latched every sample is answered with zero torque at once. Its inputs are joined all the same, so
-    that a reset can see whether the cause is gone.
+    While a fault is latched, every sample is answered immediately with zero torque. The inputs are still joined, so
+    that a reset can check whether the cause is gone.
     """
 
     def __init__(self) -> None:
@@ -107,7 +107,7 @@ class Blender(SamplingNode):
         return super().health()
 
     def metrics(self) -> Mapping[str, object]:
-        """Return how often a limit has cut the torque."""
+        """Return in how many samples a limit has reduced the torque."""
         return {"limited_samples": self._guard.limited_samples}
 
     def restart(self) -> None:
@@ -117,7 +117,7 @@ class Blender(SamplingNode):
         self._first = 0
 
     def admit(self, sample: int, driving: bool) -> bool:
-        """Start the deadline of a sample; while a fault is latched, answer it at once with zero torque."""
+        """Start the deadline of a sample; while a fault is latched, answer it immediately with zero torque."""
         if driving:
             late = self._watchdog.joined_late(sample)
             self._watchdog.received(sample, self._deadline_clock.read())
@@ -150,7 +150,7 @@ class Blender(SamplingNode):
             self._announce_fault()
 
     def repeat(self) -> None:
-        """Publish the same command again, or zero torque where another node's fault has come since."""
+        """Publish the same command again, or zero torque if a fault has been latched since."""
         if self._guard.fault is not None:
             self._reply = self._message(self.last_sample, ZERO)
         if self._reply is not None:
@@ -206,19 +206,19 @@ class Blender(SamplingNode):
 
     def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._guard.fault is None:
-            self._stop_robot(Fault("emergency_stop", "asked for by blender/emergency_stop"))
+            self._stop_robot(Fault("emergency_stop", "requested by blender/emergency_stop"))
         response.success = True
         response.message = f"zero torque: {self._guard.fault}"
         return response
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         fault = self._guard.fault
-        obstacle = self._obstacle() if fault is not None else None
-        response.success = obstacle is None
+        reason = self._clear() if fault is not None else None
+        response.success = reason is None
         if fault is None:
             response.message = "no fault was latched"
-        elif obstacle is not None:
-            response.message = f"not cleared, {obstacle}; latched is {fault}"
+        elif reason is not None:
+            response.message = f"not cleared, {reason}; latched is {fault}"
         else:
             response.message = f"cleared {fault}"
             # the present sample has been answered already
@@ -228,8 +228,8 @@ class Blender(SamplingNode):
         self.get_logger().info(response.message)
         return response
 
-    def _obstacle(self) -> str | None:
-        """Clear the fault, or return what is in the way."""
+    def _clear(self) -> str | None:
+        """Clear the fault, or return the reason why it cannot be cleared."""
         if self._drives_state != ALL_WELL:
             return f"the drives are stopped by {self._drives_state}"
         return self._watchdog.obstacle(self._deadline_clock.read()) or self._guard.reset()
