@@ -243,7 +243,7 @@ def test_an_emergency_stop_by_service(rig: Rig) -> None:
     assert rig.command(sample) != ZERO
     answer = rig.ask("emergency_stop")
     assert answer.success
-    assert answer.message == "zero torque: emergency_stop: asked for by blender/emergency_stop"
+    assert answer.message == "zero torque: emergency_stop: requested by blender/emergency_stop"
     rig.probe.wait_for(lambda: tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO, "zero torque at once")
     assert rig.next_fault().startswith("emergency_stop: ")
     rig.expect_latched_until_reset("emergency_stop")

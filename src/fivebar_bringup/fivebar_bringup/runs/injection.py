@@ -17,16 +17,16 @@ class Injection(NamedTuple):
     """A fault at a time (s since sample 0): a command to the emulated drives, or "kill NODE"."""
 
     seconds: float
-    order: str
+    command: str
 
     @property
     def victim(self) -> str | None:
         """The node to be killed, None for a command to the drives."""
-        word, _, node = self.order.partition(" ")
+        word, _, node = self.command.partition(" ")
         return node.strip() if word == KILL else None
 
     def __str__(self) -> str:
-        return f"{self.seconds:g} {self.order}"
+        return f"{self.seconds:g} {self.command}"
 
 
 def read_injection(text: str) -> Injection:
@@ -40,7 +40,7 @@ def read_injection(text: str) -> Injection:
         injection = Injection(float(moment), order.strip())
     except ValueError:
         injection = Injection(-1.0, "")
-    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and read_command(injection.order) is None):
+    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and read_command(injection.command) is None):
         raise InputError(f"--inject {text!r}: expected seconds and one of {USAGE}, kill NODE")
     return injection
 

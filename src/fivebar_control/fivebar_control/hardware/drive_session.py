@@ -209,7 +209,7 @@ class DriveSession:
         """Remove power from both drives at once."""
         if self._bus is not None:
             self._bus.switch_off()
-        self.latch(Fault("emergency_stop", "asked for by service"))
+        self.latch(Fault("emergency_stop", "requested by service"))
         if self._bus is None:
             return ServiceOutcome(False, "not configured: nothing to stop")
         return ServiceOutcome(True, "power off asked of both drives")

@@ -206,7 +206,7 @@ class Blender(SamplingNode):
 
     def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._guard.fault is None:
-            self._stop_robot(Fault("emergency_stop", "asked for by blender/emergency_stop"))
+            self._stop_robot(Fault("emergency_stop", "requested by blender/emergency_stop"))
         response.success = True
         response.message = f"zero torque: {self._guard.fault}"
         return response
