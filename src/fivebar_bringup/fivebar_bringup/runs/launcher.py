@@ -24,7 +24,7 @@ STOP_TIMEOUT = 10.0
 RECORDER_STOP_TIMEOUT = 20.0
 
 FAULT_TIMEOUT = 2.0 * LOCKSTEP_DEADLINE_MS / 1e3
-"""Time (s) after the death of a node for which the run goes on without torque: nodes that wait for it say so by then."""
+"""Time (s) for which a run goes on without torque after the death of a node; nodes waiting for it report by then."""
 
 PR_SET_PDEATHSIG = 1
 
