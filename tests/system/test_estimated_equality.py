@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_contents import contents
 from fivebar_command import FivebarCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
@@ -38,12 +39,6 @@ def bags(fivebar: Callable[..., FivebarCommand], folder: Path) -> tuple[Recordin
         assert 0.0 < call.json()["estimate_error_max_m"] < 5e-4
         bags.append(read_bag(out / "bag"))
     return bags[0], bags[1]
-
-
-def contents(bag: Recording, topic: Topic) -> list[tuple[int, bytes]]:
-    """Return stamp and figures of every message, in order; of one that came again only the first."""
-    rows = np.hstack([bag.field(topic, field) for field in ("position", "velocity", "effort")])
-    return list(dict.fromkeys(zip(bag.stamps(topic).tolist(), [row.tobytes() for row in rows], strict=True)))
 
 
 def test_the_estimators_topics_are_among_them() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_contents import contents
 from fivebar_command import FivebarCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
@@ -15,7 +16,7 @@ from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
-from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND, torque_topic
+from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND, Topic, torque_topic
 
 SCENARIO = """
 name: with_toy_law
@@ -51,11 +52,10 @@ def bags(fivebar: Callable[..., FivebarCommand], folder: Path, scenario: Path) -
 
 
 @pytest.mark.parametrize("topic", [TOY_TORQUE, TORQUE_COMMAND, JOINT_STATES], ids=lambda topic: topic.name)
-def test_the_graph_and_the_offline_runner_agree_bit_for_bit(bags: dict[str, Recording], topic: object) -> None:
-    field = "position" if topic == JOINT_STATES else "effort"
-    ros, offline = (bags[command].field(topic, field)[:SAMPLES] for command in ("run", "simulate"))
-    assert len(ros) == SAMPLES
-    assert ros.tobytes() == offline.tobytes()
+def test_the_graph_and_the_offline_runner_agree_bit_for_bit(bags: dict[str, Recording], topic: Topic) -> None:
+    ros, offline = (contents(bags[command], topic) for command in ("run", "simulate"))
+    assert len(ros) >= SAMPLES
+    assert ros == offline
 
 
 def test_the_compiled_engine_runs_the_law_with_its_settings_and_its_memory(

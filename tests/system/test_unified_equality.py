@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
+from bag_contents import contents
 from fivebar_command import FivebarCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
@@ -47,12 +47,6 @@ def bags(fivebar: Callable[..., FivebarCommand], folder: Path) -> tuple[Recordin
         assert (summary["assembly_mode_changes"], summary["working_mode_changes"]) == (2, 1)
         bags.append(read_bag(out / "bag"))
     return bags[0], bags[1]
-
-
-def contents(bag: Recording, topic: Topic) -> list[tuple[int, bytes]]:
-    """Return stamp and figures of every message, in order; of one that came again only the first."""
-    rows = np.hstack([bag.field(topic, field) for field in ("position", "velocity", "effort")])
-    return list(dict.fromkeys(zip(bag.stamps(topic).tolist(), [row.tobytes() for row in rows], strict=True)))
 
 
 @pytest.mark.parametrize("topic", STAMPED, ids=lambda topic: topic.name)
