@@ -94,6 +94,18 @@ def test_ros_stays_in_the_nodes_and_in_the_folders_named_ros(path: Path) -> None
         assert not [name for name in found if f"{name}.".startswith(dressed)]
 
 
+BELOW_THE_LAWS = {"model", "laws", "fault"}
+"""What the laws may import of their package: neither plans nor nodes, so that a law is known by its inputs alone."""
+
+
+@pytest.mark.parametrize(
+    "path", sorted((SRC / "fivebar_control/fivebar_control/laws").glob("*.py")), ids=lambda p: p.stem
+)
+def test_laws_stand_on_the_model_alone(path: Path) -> None:
+    inside = {name.split(".")[1] for name in imported(path) if name.startswith("fivebar_control.")}
+    assert inside <= BELOW_THE_LAWS
+
+
 PLAIN_IMPORTS = """
 import importlib, sys
 
