@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import time
@@ -39,6 +40,12 @@ from fivebar_description.ros.run import use_local_network_only
 
 RATE_HZ = 500
 """Default rate of every node."""
+
+RESPONSE_PERIOD = 3.0
+"""Time (s) after which a request without a response is sent again."""
+
+DROPPED_RESPONSE = re.compile(r"client will not receive response|service_send_response\(")
+"""The two lines with which a service warns that it has dropped a response."""
 
 DDS_VARIABLES = (
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -277,13 +284,26 @@ class Probe:
         assert values["dropped"] == str(count)
 
     def call(self, kind: Any, name: str, request: Any) -> Any:
-        """Call a service and return its response."""
+        """Call a service and return its response.
+
+        A service that has not discovered this client's reader yet takes the request and drops its response, with a
+        warning; ROS 2 has no way to see that from here. So the request, which changes nothing when it is repeated, is
+        sent again until there is a response.
+        """
         client = self.node.create_client(kind, name)
         self.wait_for(client.service_is_ready, f"service {name}")
-        future = client.call_async(request)
-        self.wait_for(future.done, f"answer of {name}")
+        responses: list[Any] = []
+        sent: list[float] = []
+
+        def answered() -> bool:
+            if not sent or time.monotonic() > sent[-1] + RESPONSE_PERIOD:
+                sent.append(time.monotonic())
+                client.call_async(request).add_done_callback(lambda future: responses.append(future.result()))
+            return bool(responses)
+
+        self.wait_for(answered, f"answer of {name}")
         self.node.destroy_client(client)
-        return future.result()
+        return responses[0]
 
     def reset(self, node: str) -> Trigger.Response:
         return self.call(Trigger, f"{node}/reset", Trigger.Request())
