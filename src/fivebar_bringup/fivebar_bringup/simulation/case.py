@@ -123,10 +123,7 @@ def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> 
     """
     moments = [number / rate_hz for number in range(plan.path.samples(rate_hz) + 1 + lead_samples)]
     planned = [plan_sample(robot, plan, t) for t in moments]
-    rows = [
-        (*plan.path.at(t), one.direction_x, one.direction_y, one.epsilon, one.time_weight)
-        for t, one in zip(moments, planned, strict=True)
-    ]
+    rows = [(*one.platform, one.direction_x, one.direction_y, one.epsilon, one.time_weight) for one in planned]
     references: list[list[float]] = []
     if any(isinstance(segment, JointSegment) for segment in plan.path.segments):
         desired = [one.reference for one in planned]

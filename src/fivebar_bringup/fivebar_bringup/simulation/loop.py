@@ -242,10 +242,10 @@ def same_lengths(one: FiveBar, other: FiveBar) -> bool:
 def planned_at(case: Numbers, sampled: Sampled, moment: int) -> PlanSample:
     """Return the plan at the moment of a sample."""
     row = sampled.rows[moment]
+    platform = Platform(row[X], row[Y], row[VX], row[VY], row[AX], row[AY])
     return PlanSample(
-        reference=reference_at(case.control, sampled, moment),
-        x=row[X],
-        y=row[Y],
+        reference=reference_at(case.control, sampled, moment, platform),
+        platform=platform,
         direction_x=row[DIRECTION_X],
         direction_y=row[DIRECTION_Y],
         epsilon=row[EPSILON],
@@ -253,11 +253,9 @@ def planned_at(case: Numbers, sampled: Sampled, moment: int) -> PlanSample:
     )
 
 
-def reference_at(control: CycleSettings, sampled: Sampled, moment: int) -> Reference:
-    """Return the desired instant of a sample."""
+def reference_at(control: CycleSettings, sampled: Sampled, moment: int, platform: Platform) -> Reference:
+    """Return the desired instant of a sample for its platform reference."""
     if sampled.references.shape[0] == 0:
-        row = sampled.rows[moment]
-        platform = Platform(row[X], row[Y], row[VX], row[VY], row[AX], row[AY])
         return reference_from_platform(control.robot, control.mode1, control.mode2, platform)
     r = sampled.references[moment]
     leg1 = Leg(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11])

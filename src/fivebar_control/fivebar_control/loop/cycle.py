@@ -108,7 +108,9 @@ def control_cycle(
     requested = blend(sigma, nominal, constraint) if settings.blended else nominal
     command, fault = ZERO, NO_FAULT
     if not latched:
-        fault = first_fault(settings.limits, robot, settings.mode1, settings.mode2, state, plan.x, plan.y, requested)
+        fault = first_fault(
+            settings.limits, robot, settings.mode1, settings.mode2, state, plan.platform.x, plan.platform.y, requested
+        )
         if fault == NO_FAULT:
             command = limited_torque(settings.limits, requested, memory.command)
     kept = CycleMemory(nominal_memory, constraint_memory, command)

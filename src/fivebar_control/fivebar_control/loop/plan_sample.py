@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from fivebar_control.laws.reference import Reference
 from fivebar_control.loop.supervisor import time_weight
+from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
@@ -16,15 +17,14 @@ class PlanSample(NamedTuple):
 
     Attributes:
         reference: the desired instant.
-        x, y: where the platform should be (m).
+        platform: where the platform should be, and its motion.
         direction_x, direction_y: unit vector along the straight segment, NaN where it is not straight.
         epsilon: width of the blending zone in kappa.
         time_weight: blending weight in time, of the multi-model method.
     """
 
     reference: Reference
-    x: float
-    y: float
+    platform: Platform
     direction_x: float
     direction_y: float
     epsilon: float
@@ -37,8 +37,7 @@ def plan_sample(robot: FiveBar, plan: Plan, t: float) -> PlanSample:
     line = plan.path.line_at(t)
     return PlanSample(
         reference=desired_at(robot, plan, t, platform),
-        x=platform.x,
-        y=platform.y,
+        platform=platform,
         direction_x=line.direction_x,
         direction_y=line.direction_y,
         epsilon=plan.epsilon_at(t),
