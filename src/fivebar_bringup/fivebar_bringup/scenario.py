@@ -38,6 +38,7 @@ from fivebar_description.settings import Keys, Section, Setting, read_settings, 
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
+from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.settings import PlantSettings
 
 Sign = Literal[-1, 1]
@@ -104,6 +105,7 @@ class Scenario(StrictModel):
         ),
     ] = "none"
     ekf: Section[EkfSettings] = EkfSettings()
+    tolerances: Section[Tolerances] = EXACT
     safety: Annotated[SafetySettings, Keys(without=(TRACKING_ERROR_LIMIT.name,))] = SafetySettings()
     tracking_error_limit: Annotated[float, TRACKING_ERROR_LIMIT.setting] = TRACKING_ERROR_LIMIT.default
 

@@ -19,12 +19,25 @@ def _turned(axis: str) -> Setting:
     return Setting(f"Rotation of the IMU {axis} of the link's frame.", "rad", at_least=-math.pi, at_most=math.pi)
 
 
+class ReadingSchedule(NamedTuple):
+    """A reading is made at every n-th sample, and arrives with the motor readings of a later one.
+
+    Attributes:
+        every: samples from one reading to the next.
+        latency: samples from a reading to its arrival.
+    """
+
+    every: int
+    latency: int
+
+
 class ImuSettings(NamedTuple):
     """An IMU fixed to the distal link of leg 2, which carries the end effector.
 
     The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards. The robot
-    lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. The noise concerns
-    the simulation only; all else is known from the data sheet and a calibration at rest.
+    lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. Noise, the gyroscope's
+    offset, rate, latency and losses concern the simulation only; all else is known from the data sheet and a
+    calibration at rest.
     """
 
     noise: Annotated[
@@ -46,6 +59,35 @@ class ImuSettings(NamedTuple):
     range: Annotated[
         float, Setting("Largest acceleration that an axis can measure.", "m/s^2", at_least=1.0, at_most=1e5)
     ] = 16.0 * STANDARD_GRAVITY
+    gyro_noise: Annotated[
+        float,
+        Setting(
+            "Standard deviation of the gyroscope's white noise, per reading; 0.003 to 0.02 for MEMS parts.",
+            "rad/s",
+            at_least=0.0,
+            at_most=10.0,
+        ),
+    ] = 0.0
+    gyro_bias: Annotated[
+        float,
+        Setting("Offset of the gyroscope; 0.01 to 0.05 for MEMS parts.", "rad/s", at_least=-10.0, at_most=10.0),
+    ] = 0.0
+    rate_hz: Annotated[
+        int,
+        Setting(
+            "Readings per second, rounded to every n-th sample; 0 for every sample.", "Hz", at_least=0, at_most=10_000
+        ),
+    ] = 0
+    latency: Annotated[
+        float,
+        Setting(
+            "Time from a reading to its arrival, rounded to whole samples; 0.001 to 0.01 for I2C and USB.",
+            "s",
+            at_least=0.0,
+            at_most=0.1,
+        ),
+    ] = 0.0
+    lost: Annotated[float, Setting("Fraction of the readings that never arrive.", at_least=0.0, at_most=1.0)] = 0.0
     mount_x: Annotated[
         float, Setting("Mounting point along the distal link, from the platform.", "m", at_least=-1.0, at_most=1.0)
     ] = 0.0
@@ -64,6 +106,17 @@ class ImuSettings(NamedTuple):
             (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
             (-sp, cp * sr, cp * cr),
         )
+
+    def turn_rate(self, angular_velocity: Vector3) -> float:
+        """Return the rate of the link about its z axis (rad/s) from a reading in the IMU's own frame (rad/s)."""
+        one, two, three = self.rotation()[2]
+        x, y, z = angular_velocity
+        return one * x + two * y + three * z
+
+    def schedule(self, rate_hz: int) -> ReadingSchedule:
+        """Return when readings are made and arrive, at a sampling rate (Hz)."""
+        every = max(1, round(rate_hz / self.rate_hz)) if self.rate_hz else 1
+        return ReadingSchedule(every, round(self.latency * rate_hz))
 
     def smoothing(self, period: float) -> float:
         """Return the low-pass's weight of a new sample every `period` (s), 1 for no low-pass."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivebar_description.imu import ImuSettings, Vector3
 
@@ -16,6 +17,23 @@ class ImuReading(NamedTuple):
     angular_velocity: Vector3
 
 
+def gyro_stream(seed: int) -> np.random.Generator:
+    """Return the random stream of the gyroscope's noise, apart from that of the accelerometer."""
+    return np.random.default_rng([seed, 2])
+
+
+def gyro_errors(settings: ImuSettings, stream: np.random.Generator, samples: int) -> NDArray[np.float64]:
+    """Return the errors of the gyroscope's next readings (rad/s), [samples]: its offset and noise."""
+    if settings.gyro_noise == 0.0:
+        return np.full(samples, settings.gyro_bias)
+    return settings.gyro_bias + stream.normal(0.0, settings.gyro_noise, samples)
+
+
+def lost_readings(settings: ImuSettings, seed: int, samples: int) -> NDArray[np.bool_]:
+    """Return which of the readings of samples 0, 1, ... never arrive, [samples]."""
+    return np.random.default_rng([seed, 3]).random(samples) < settings.lost
+
+
 class Imu:
     """A three-axis accelerometer and gyroscope on the distal link of leg 2."""
 
@@ -25,6 +43,7 @@ class Imu:
         self._rotation = np.array(settings.rotation())
         self._smoothing = settings.smoothing(1.0 / rate_hz)
         self._random = np.random.default_rng([seed, 1])
+        self._gyro_random = gyro_stream(seed)
         self._filtered: np.ndarray | None = None
 
     def read(self, acceleration: tuple[float, float], rate: float, rate_change: float) -> ImuReading:
@@ -47,5 +66,6 @@ class Imu:
         if imu.noise > 0.0:
             reading = reading + self._random.normal(0.0, imu.noise, 3)
         x, y, z = np.clip(reading, -imu.range, imu.range).tolist()
-        rate_x, rate_y, rate_z = (self._rotation.T @ np.array([0.0, 0.0, rate])).tolist()
+        turning = rate + gyro_errors(imu, self._gyro_random, 1)[0]
+        rate_x, rate_y, rate_z = (self._rotation.T @ np.array([0.0, 0.0, turning])).tolist()
         return ImuReading((x, y, z), (rate_x, rate_y, rate_z))

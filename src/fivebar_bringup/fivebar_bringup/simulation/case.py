@@ -20,6 +20,7 @@ from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.settings import as_numbers
+from fivebar_sim.imu import gyro_errors, gyro_stream, lost_readings
 from fivebar_sim.plant import MAX_STEP
 from fivebar_sim.settings import PlantSettings
 
@@ -47,11 +48,22 @@ class Sampled(NamedTuple):
 
 
 class Estimation(NamedTuple):
-    """The estimator: whether there is one, whether the laws compensate its disturbances, and its constants."""
+    """The estimator.
+
+    Attributes:
+        on: whether there is one.
+        feed_forward: whether the laws compensate its disturbances.
+        model: its constants.
+        latency: samples from a gyroscope reading to its arrival.
+        gyro_errors: float64[N + 1], error of the reading that is made at each sample (rad/s), NaN for none or a lost
+            one; [0] without a gyroscope.
+    """
 
     on: bool
     feed_forward: bool
     model: EstimatorModel
+    latency: int
+    gyro_errors: FloatArray
 
 
 class Numbers(NamedTuple):
@@ -89,10 +101,22 @@ class Case(NamedTuple):
         return self.numbers.rate_hz
 
 
+def readings_of_gyro(scenario: Scenario) -> FloatArray:
+    """Return the errors of a scenario's gyroscope readings, sample by sample, as `Estimation` has them."""
+    if not scenario.estimated or not scenario.ekf.gyro:
+        return np.zeros(0)
+    samples = scenario.plan().path.samples(scenario.rate_hz) + 1
+    seed = scenario.plant.seed
+    errors = gyro_errors(scenario.imu, gyro_stream(seed), samples)
+    errors[lost_readings(scenario.imu, seed, samples)] = math.nan
+    errors[np.arange(samples) % scenario.imu.schedule(scenario.rate_hz).every != 0] = math.nan
+    return errors
+
+
 def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bool = False) -> Case:
     """Return a scenario's case; `actual` replaces the robot that its section `plant` describes.
 
-    The seed and the section `imu` are not used: no controller reads the IMU, and nothing else is random.
+    Of the section `imu` only the gyroscope is used: no controller reads the accelerometer.
     """
     control = cycle_settings(scenario)
     plant, nominal = scenario.plant, control.robot
@@ -109,7 +133,17 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         estimation=Estimation(
             scenario.estimated,
             scenario.compensates_disturbance,
-            estimator_model(nominal, control.mode1, control.mode2, scenario.rate_hz, scenario.drives(), scenario.ekf),
+            estimator_model(
+                nominal,
+                control.mode1,
+                control.mode2,
+                scenario.rate_hz,
+                scenario.drives(),
+                scenario.ekf,
+                scenario.tolerances,
+            ),
+            scenario.imu.schedule(scenario.rate_hz).latency,
+            readings_of_gyro(scenario),
         ),
         stop_at_fault=stop_at_fault,
     )

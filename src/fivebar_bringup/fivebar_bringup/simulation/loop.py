@@ -23,7 +23,7 @@ from fivebar_bringup.simulation.case import (
 )
 from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_LOST, PLANT_DIVERGED, Outcome, TraceRow
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at, closed
-from fivebar_control.estimation.step import first_update, next_update, prediction
+from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors, with_rate
 from fivebar_control.laws.law import Step, no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
@@ -81,6 +81,8 @@ def run_loop(
     at_home = state_from_joints(control.robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
     assembly, estimator = assembly_mode(at_home), case.estimation.model
     memory = first_update(estimator, assembly, home.q11, home.q21)
+    # no reading at sample 0, which is the start of the filter
+    rates = np.full(case.estimation.gyro_errors.shape[0], math.nan)
 
     fault, fault_sample = NO_FAULT, -1
     samples = mode_changes = saturated = 0
@@ -99,7 +101,14 @@ def run_loop(
             if number == 0:
                 memory = first_update(estimator, assembly, readings.q11, readings.q21)
             else:
-                memory = next_update(estimator, memory, 1, readings.q11, readings.q21, applied1, applied2).memory
+                memory = with_motors(memory, number, 1, readings.q11, readings.q21, applied1, applied2)
+                start = memory.newest
+                if rates.shape[0] > 0:
+                    rates[number] = exact.dq21 + exact.dq22 + case.estimation.gyro_errors[number]
+                    made = number - case.estimation.latency
+                    if made >= 0 and not math.isnan(rates[made]):
+                        start = min(start, with_rate(memory, made, rates[made]))
+                memory = next_update(estimator, memory, start).memory
             estimated = prediction(estimator, memory, commands, number - delay)
             memory = estimated.memory
             if estimated.lost:

@@ -10,8 +10,7 @@ from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.settings import cycle_settings, first_memory, steps_of
-from fivebar_control.estimation.covariance import Vector6
-from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator, Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque

@@ -1,119 +1,122 @@
-"""The 6x6 covariance of the filter as rows of floats, in the order x, y, vx, vy, d1, d2.
+"""The covariance of the filter: its states, and the errors that it considers without estimating them.
 
-Written out for this one size: the last two states are random walks, so a transition is its first four rows, and a
-measurement depends on the position alone, so its row is two numbers. Every result is symmetric to the last bit.
+The first `STATES` entries are estimated: x, y (m), vx, vy (m/s), d1, d2 (Nm), and the gyroscope's bias (rad/s). The
+others are constant errors of the robot and its sensors which no measurement of one run can tell apart from the motion:
+they keep their variance, get no gain, and their correlation with the states is carried along (Schmidt-Kalman filter).
+That is what keeps the filter from taking a constant error for noise that averages out.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-Vector6 = tuple[float, float, float, float, float, float]
-Covariance = tuple[Vector6, Vector6, Vector6, Vector6, Vector6, Vector6]
-Transition = tuple[Vector6, Vector6, Vector6, Vector6]
-"""d (x, y, vx, vy) / d (x, y, vx, vy, d1, d2) over a period; the disturbances are constant in it."""
+import numpy as np
+from numpy.typing import NDArray
 
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
 
-def diagonal(values: Vector6) -> Covariance:
-    """Return the covariance of independent states with these variances."""
-    a, b, c, d, e, f = values
-    return (
-        (a, 0.0, 0.0, 0.0, 0.0, 0.0),
-        (0.0, b, 0.0, 0.0, 0.0, 0.0),
-        (0.0, 0.0, c, 0.0, 0.0, 0.0),
-        (0.0, 0.0, 0.0, d, 0.0, 0.0),
-        (0.0, 0.0, 0.0, 0.0, e, 0.0),
-        (0.0, 0.0, 0.0, 0.0, 0.0, f),
-    )
+X, Y, VX, VY, D1, D2, BIAS = range(7)
+"""Estimated states."""
 
+STATES = 7
 
-def _dot(one: Vector6, other: Vector6) -> float:
-    return (
-        one[0] * other[0]
-        + one[1] * other[1]
-        + one[2] * other[2]
-        + one[3] * other[3]
-        + one[4] * other[4]
-        + one[5] * other[5]
-    )
+ZERO1, ZERO2, L11, L12, L21, L22, BASE1, BASE2, SCALE = range(STATES, 16)
+"""Considered errors: zeros of the motor encoders (rad); lengths of the links, proximal and distal, and x of the base
+joints (m), actual minus nominal; relative error of the gyroscope's sensitivity."""
+
+SIZE = 16
 
 
 class ProcessNoise(NamedTuple):
-    """Process noise of one period: white noise on both accelerations, and a random walk of each disturbance.
+    """Process noise of one period: white noise on both accelerations, random walks of the disturbances and the bias.
 
     Attributes:
         position, mixed, velocity: variances and covariance of each coordinate and its rate (m^2, m^2/s, m^2/s^2).
         disturbance: variance of each disturbance (Nm^2).
+        bias: variance of the gyroscope's bias (rad^2/s^2).
     """
 
     position: float
     mixed: float
     velocity: float
     disturbance: float
+    bias: float
 
 
-def process_noise(acceleration_density: float, disturbance_rate: float, period: float) -> ProcessNoise:
-    """Return it for the acceleration's density (m/s^2 per root Hz), the walk's rate (Nm per root s) and T (s)."""
+def process_noise(
+    acceleration_density: float, disturbance_rate: float, bias_rate: float, period: float
+) -> ProcessNoise:
+    """Return the process noise over a period.
+
+    Args:
+        acceleration_density: of the platform's unexplained acceleration (m/s^2 per root Hz).
+        disturbance_rate: of the disturbances' random walk (Nm per root s).
+        bias_rate: of the bias' random walk (rad/s per root s).
+        period: sampling period (s).
+    """
     power = acceleration_density * acceleration_density
     return ProcessNoise(
         position=power * period * period * period / 3.0,
         mixed=power * period * period / 2.0,
         velocity=power * period,
         disturbance=disturbance_rate * disturbance_rate * period,
+        bias=bias_rate * bias_rate * period,
     )
 
 
-def propagated(covariance: Covariance, transition: Transition, noise: ProcessNoise) -> Covariance:
-    """Return F P F^T + Q."""
-    f0, f1, f2, f3 = transition
-    p0, p1, p2, p3, p4, p5 = covariance
-    # P is symmetric: the dot product with its row j is that with its column j
-    g1: Vector6 = (_dot(f1, p0), _dot(f1, p1), _dot(f1, p2), _dot(f1, p3), _dot(f1, p4), _dot(f1, p5))
-    g0: Vector6 = (_dot(f0, p0), _dot(f0, p1), _dot(f0, p2), _dot(f0, p3), _dot(f0, p4), _dot(f0, p5))
-    g2: Vector6 = (_dot(f2, p0), _dot(f2, p1), _dot(f2, p2), _dot(f2, p3), _dot(f2, p4), _dot(f2, p5))
-    g3: Vector6 = (_dot(f3, p0), _dot(f3, p1), _dot(f3, p2), _dot(f3, p3), _dot(f3, p4), _dot(f3, p5))
-    xx, yy = _dot(g0, f0) + noise.position, _dot(g1, f1) + noise.position
-    uu, vv = _dot(g2, f2) + noise.velocity, _dot(g3, f3) + noise.velocity
-    xy, xv, yu, uv = _dot(g0, f1), _dot(g0, f3), _dot(g1, f2), _dot(g2, f3)
-    xu, yv = _dot(g0, f2) + noise.mixed, _dot(g1, f3) + noise.mixed
-    return (
-        (xx, xy, xu, xv, g0[4], g0[5]),
-        (xy, yy, yu, yv, g1[4], g1[5]),
-        (xu, yu, uu, uv, g2[4], g2[5]),
-        (xv, yv, uv, vv, g3[4], g3[5]),
-        (g0[4], g1[4], g2[4], g3[4], p4[4] + noise.disturbance, p4[5]),
-        (g0[5], g1[5], g2[5], g3[5], p5[4], p5[5] + noise.disturbance),
-    )
+def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> Matrix:
+    """Return F P F^T + Q.
+
+    Args:
+        covariance: P, [SIZE, SIZE].
+        transition: the rows of F for x, y, vx, vy over the columns x, y, vx, vy, d1, d2: [4, 6]; all other entries
+            are constant over a period.
+        noise: of the period.
+    """
+    f = np.eye(SIZE)
+    # entry by entry: to compile the assignment of a block takes numba seconds
+    for row in range(4):
+        for column in range(6):
+            f[row, column] = transition[row, column]
+    p = f @ covariance @ f.T
+    for axis in range(2):
+        p[X + axis, X + axis] += noise.position
+        p[VX + axis, VX + axis] += noise.velocity
+        p[X + axis, VX + axis] += noise.mixed
+        p[VX + axis, X + axis] += noise.mixed
+        p[D1 + axis, D1 + axis] += noise.disturbance
+    p[BIAS, BIAS] += noise.bias
+    return p
 
 
-def measured(covariance: Covariance, n_x: float, n_y: float, variance: float) -> tuple[Covariance, Vector6]:
-    """Return the covariance after a measurement n_x x + n_y y + noise, and the gain (6) for its innovation."""
-    p0, p1, p2, p3, p4, p5 = covariance
-    a = p0[0] * n_x + p0[1] * n_y
-    b = p1[0] * n_x + p1[1] * n_y
-    c = p2[0] * n_x + p2[1] * n_y
-    d = p3[0] * n_x + p3[1] * n_y
-    e = p4[0] * n_x + p4[1] * n_y
-    f = p5[0] * n_x + p5[1] * n_y
-    inverse = 1.0 / (n_x * a + n_y * b + variance)
-    column: Vector6 = (a, b, c, d, e, f)
-    return (
-        _less(p0, column, a, inverse),
-        _less(p1, column, b, inverse),
-        _less(p2, column, c, inverse),
-        _less(p3, column, d, inverse),
-        _less(p4, column, e, inverse),
-        _less(p5, column, f, inverse),
-    ), (a * inverse, b * inverse, c * inverse, d * inverse, e * inverse, f * inverse)
+class Correction(NamedTuple):
+    """A scalar measurement's effect.
+
+    Attributes:
+        covariance: after it, [SIZE, SIZE].
+        gain: of its innovation, [SIZE]; 0 for considered errors.
+        variance: of its innovation.
+    """
+
+    covariance: Matrix
+    gain: Vector
+    variance: float
 
 
-def _less(row: Vector6, column: Vector6, factor: float, inverse: float) -> Vector6:
-    # multiply before dividing: the product commutes, so the result is symmetric to the last bit
-    return (
-        row[0] - factor * column[0] * inverse,
-        row[1] - factor * column[1] * inverse,
-        row[2] - factor * column[2] * inverse,
-        row[3] - factor * column[3] * inverse,
-        row[4] - factor * column[4] * inverse,
-        row[5] - factor * column[5] * inverse,
-    )
+def measured(covariance: Matrix, row: Vector, variance: float) -> Correction:
+    """Return the effect of a measurement `row . (states, considered errors) + noise`.
+
+    With a gain that is not the optimal one for all entries, P - K H P - P H^T K^T + K S K^T is the covariance.
+
+    Args:
+        covariance: P, [SIZE, SIZE].
+        row: H, [SIZE].
+        variance: of the noise.
+    """
+    column = covariance @ row
+    total = float(np.dot(row, column)) + variance
+    gain = column / total
+    gain[STATES:] = 0.0
+    half = gain.reshape(SIZE, 1) * (column - 0.5 * total * gain)
+    return Correction(covariance - half - half.T, gain, total)

@@ -1,9 +1,14 @@
-"""An extended Kalman filter of the platform's motion from the two motor encoders and the applied torques.
+"""An extended Kalman filter of the platform's motion from motor encoders, a gyroscope and the applied torques.
 
-The state is (x, y, vx, vy, d1, d2): the platform's position and velocity, and one disturbance torque per motor as a
-random walk. It lives in platform coordinates because (x, working mode) fixes the joint angles on both sides of the
-Type 2 locus: the measurement, the inverse geometry of the two motor angles, is single-valued there, and so the filter
-follows a change of assembly mode without a switch, as long as the estimated velocity shows that the robot crossed.
+The state is (x, y, vx, vy, d1, d2, bias): the platform's position and velocity, one disturbance torque per motor and
+the gyroscope's bias, each a random walk. It lives in platform coordinates because (x, working mode) fixes the joint
+angles on both sides of the Type 2 locus: the measurement, the inverse geometry of the two motor angles, is
+single-valued there, and so the filter follows a change of assembly mode without a switch, as long as the estimated
+velocity shows that the robot crossed. A gyroscope on the distal link of leg 2 shows it directly: its rate
+w_2 . xdot is regular on the locus and differs between the two assembly modes that share the motors' angles and speeds.
+
+Constant errors of the geometry, the encoders' zeros and the gyroscope's sensitivity are considered, not estimated
+(`fivebar_control.estimation.covariance`).
 """
 
 from __future__ import annotations
@@ -11,32 +16,53 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from fivebar_control.estimation.covariance import (
-    Covariance,
+    BASE1,
+    BASE2,
+    BIAS,
+    D1,
+    D2,
+    L11,
+    L12,
+    L21,
+    L22,
+    SCALE,
+    SIZE,
+    STATES,
+    VX,
+    VY,
+    ZERO1,
+    ZERO2,
+    Matrix,
     ProcessNoise,
-    Transition,
-    Vector6,
-    diagonal,
+    Vector,
+    X,
+    Y,
     measured,
     process_noise,
     propagated,
 )
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.platform_motion import (
+    LegMotion,
     acceleration_derivatives,
     leg_motion,
     platform_acceleration,
+    turn_gradient,
 )
 from fivebar_control.model.geometry import wrap
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
+from fivebar_description.tolerances import EXACT, Tolerances
 
 STIFFNESS_LIMIT = 2.0
 """Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
 
 
 class Estimate(NamedTuple):
-    """Platform position (m) and velocity (m/s), disturbance torque of each motor (Nm)."""
+    """Platform position (m) and velocity (m/s), disturbance torque of each motor (Nm), gyroscope's bias (rad/s)."""
 
     x: float
     y: float
@@ -44,13 +70,14 @@ class Estimate(NamedTuple):
     vy: float
     d1: float
     d2: float
+    bias: float = 0.0
 
 
 class Belief(NamedTuple):
-    """An estimate and its covariance."""
+    """An estimate and its covariance with the considered errors, float64[SIZE, SIZE]."""
 
     estimate: Estimate
-    covariance: Covariance
+    covariance: Matrix
 
 
 class EkfSettings(NamedTuple):
@@ -98,10 +125,59 @@ class EkfSettings(NamedTuple):
             at_most=1e6,
         ),
     ] = 0.2
+    gyro: Annotated[
+        bool,
+        Setting("Whether the estimator uses the gyroscope of `imu/data` on the distal link of leg 2."),
+    ] = False
+    gyro_noise: Annotated[
+        float,
+        Setting(
+            "Standard deviation of a gyroscope reading's white noise; 0.003 to 0.02 for MEMS parts.",
+            "rad/s",
+            at_least=1e-6,
+            at_most=10.0,
+        ),
+    ] = 0.01
+    gyro_bias: Annotated[
+        float,
+        Setting("Standard deviation of the gyroscope's bias at the start.", "rad/s", at_least=0.0, at_most=10.0),
+    ] = 0.02
+    gyro_bias_rate: Annotated[
+        float,
+        Setting("Density of the random walk of the gyroscope's bias.", "rad/s per root s", at_least=0.0, at_most=10.0),
+    ] = 1e-4
     feed_forward: Annotated[
         bool,
         Setting("Whether laws without an observer of their own compensate the estimated disturbance torques."),
     ] = True
+
+
+class Considered(NamedTuple):
+    """Standard deviations of the considered errors, in the order of the covariance.
+
+    Attributes:
+        zero1, zero2: of the motor encoders' zeros (rad).
+        l_11, l_12, l_21, l_22: of the links' lengths (m).
+        base1, base2: of the base joints' x (m).
+        scale: of the gyroscope's relative sensitivity.
+    """
+
+    zero1: float
+    zero2: float
+    l_11: float
+    l_12: float
+    l_21: float
+    l_22: float
+    base1: float
+    base2: float
+    scale: float
+
+
+def considered_errors(tolerances: Tolerances) -> Considered:
+    """Return the standard deviations of errors that are uniform within their tolerances."""
+    length, base, zero = (t / math.sqrt(3.0) for t in (tolerances.length, tolerances.base, tolerances.zero))
+    scale = tolerances.gyro_scale / math.sqrt(3.0)
+    return Considered(zero, zero, length, length, length, length, base, base, scale)
 
 
 class FilterModel(NamedTuple):
@@ -113,6 +189,8 @@ class FilterModel(NamedTuple):
         step, steps: of the integration, over half a period (s).
         noise: process noise of one period.
         disturbance_initial: standard deviation of each disturbance at the start (Nm).
+        gyro_noise, gyro_bias: standard deviations of a gyroscope reading and of its bias at the start (rad/s).
+        considered: standard deviations of the considered errors, in their order.
     """
 
     robot: FiveBar
@@ -123,34 +201,64 @@ class FilterModel(NamedTuple):
     steps: int
     noise: ProcessNoise
     disturbance_initial: float
+    gyro_noise: float
+    gyro_bias: float
+    considered: Considered
 
 
-def filter_model(robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings) -> FilterModel:
+def filter_model(
+    robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings, tolerances: Tolerances = EXACT
+) -> FilterModel:
     """Return it for a robot in a working mode at a sampling rate; the step is one that the friction's slope allows."""
     period = 1.0 / rate_hz
     stiffness = max(leg.coulomb / (leg.width * leg.inertia) for leg in (robot.leg1, robot.leg2))
     steps = max(1, math.ceil(0.5 * period * stiffness / STIFFNESS_LIMIT))
-    noise = process_noise(settings.acceleration_noise, settings.disturbance_rate, period)
-    return FilterModel(robot, mode1, mode2, period, 0.5 * period / steps, steps, noise, settings.disturbance_initial)
+    noise = process_noise(settings.acceleration_noise, settings.disturbance_rate, settings.gyro_bias_rate, period)
+    return FilterModel(
+        robot=robot,
+        mode1=mode1,
+        mode2=mode2,
+        period=period,
+        step=0.5 * period / steps,
+        steps=steps,
+        noise=noise,
+        disturbance_initial=settings.disturbance_initial,
+        gyro_noise=settings.gyro_noise,
+        gyro_bias=settings.gyro_bias,
+        considered=considered_errors(tolerances),
+    )
 
 
 def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Belief:
     """Return the belief of a robot at rest whose platform the encoders put at (x, y) m.
 
-    The position's covariance is (N^T N)^-1 times the variance (rad^2) of the angles.
+    The position's error is N^-1 times that of the angles: of their noise, with a variance (rad^2), and of the
+    considered errors, with which it is thus correlated.
     """
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
     determinant = leg1.n_x * leg2.n_y - leg1.n_y * leg2.n_x
-    scale = variance / (determinant * determinant)
-    xx = scale * (leg1.n_y * leg1.n_y + leg2.n_y * leg2.n_y)
-    yy = scale * (leg1.n_x * leg1.n_x + leg2.n_x * leg2.n_x)
-    xy = -scale * (leg1.n_x * leg1.n_y + leg2.n_x * leg2.n_y)
-    still = model.noise.velocity
-    disturbance = model.disturbance_initial * model.disturbance_initial
-    _, _, p2, p3, p4, p5 = diagonal((xx, yy, still, still, disturbance, disturbance))
-    covariance = ((xx, xy, 0.0, 0.0, 0.0, 0.0), (xy, yy, 0.0, 0.0, 0.0, 0.0), p2, p3, p4, p5)
-    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0), covariance)
+    i_x1, i_x2 = leg2.n_y / determinant, -leg1.n_y / determinant
+    i_y1, i_y2 = -leg2.n_x / determinant, leg1.n_x / determinant
+    p = np.zeros((SIZE, SIZE))
+    for index, deviation in enumerate(model.considered):
+        p[STATES + index, STATES + index] = deviation * deviation
+    row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
+    # the share of the considered errors in x and y
+    share_x, share_y = -(i_x1 * row1 + i_x2 * row2), -(i_y1 * row1 + i_y2 * row2)
+    share_x[:STATES], share_y[:STATES] = 0.0, 0.0
+    with_x, with_y = p @ share_x, p @ share_y
+    for index in range(STATES, SIZE):
+        p[X, index] = p[index, X] = with_x[index]
+        p[Y, index] = p[index, Y] = with_y[index]
+    p[X, X] = np.dot(share_x, with_x) + variance * (i_x1 * i_x1 + i_x2 * i_x2)
+    p[Y, Y] = np.dot(share_y, with_y) + variance * (i_y1 * i_y1 + i_y2 * i_y2)
+    p[X, Y] = np.dot(share_x, with_y) + variance * (i_x1 * i_y1 + i_x2 * i_y2)
+    p[Y, X] = p[X, Y]
+    p[VX, VX] = p[VY, VY] = model.noise.velocity
+    p[D1, D1] = p[D2, D2] = model.disturbance_initial * model.disturbance_initial
+    p[BIAS, BIAS] = model.gyro_bias * model.gyro_bias
+    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0), p)
 
 
 def predicted(model: FilterModel, belief: Belief, tau1: float, tau2: float) -> Belief:
@@ -168,7 +276,7 @@ def advanced(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -
 def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
     """Integrate over half a period by classical Runge-Kutta."""
     robot, mode1, mode2 = model.robot, model.mode1, model.mode2
-    x, y, vx, vy, d1, d2 = estimate
+    x, y, vx, vy, d1, d2, bias = estimate
     g1, g2 = tau1 + d1, tau2 + d2
     h = model.step
     half, sixth = 0.5 * h, h / 6.0
@@ -182,16 +290,18 @@ def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> E
         ax4, ay4 = platform_acceleration(robot, mode1, mode2, x + h * vx3, y + h * vy3, vx4, vy4, g1, g2)
         x, y = x + sixth * (vx + 2.0 * (vx2 + vx3) + vx4), y + sixth * (vy + 2.0 * (vy2 + vy3) + vy4)
         vx, vy = vx + sixth * (ax1 + 2.0 * (ax2 + ax3) + ax4), vy + sixth * (ay1 + 2.0 * (ay2 + ay3) + ay4)
-    return Estimate(x, y, vx, vy, d1, d2)
+    return Estimate(x, y, vx, vy, d1, d2, bias)
 
 
-def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -> Transition:
-    """Return F over one period, from the derivatives in its middle by the implicit trapezoidal rule.
+def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -> Matrix:
+    """Return the rows of F for x, y, vx, vy over one period, [4, 6].
+
+    From the derivatives in its middle by the implicit trapezoidal rule.
 
     With da = P dp + V dv + G dd and W = 1 - V h/2 - P h^2/4: W dv' = (2 - W) dv + P h dp + G h dd and
     dp' = dp + (dv + dv') h/2. Second order, and bounded however steep the friction is around zero speed.
     """
-    x, y, vx, vy, d1, d2 = middle
+    x, y, vx, vy, d1, d2, _ = middle
     a = acceleration_derivatives(model.robot, model.mode1, model.mode2, x, y, vx, vy, tau1 + d1, tau2 + d2)
     h = model.period
     half, quarter = 0.5 * h, 0.25 * h * h
@@ -202,7 +312,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
     determinant = w_xx * w_yy - w_xy * w_yx
     i_xx, i_xy, i_yx, i_yy = w_yy / determinant, -w_xy / determinant, -w_yx / determinant, w_xx / determinant
     # W^-1 (2 - W) = 2 W^-1 - 1
-    u: Vector6 = (
+    u = (
         h * (i_xx * a.p_xx + i_xy * a.p_yx),
         h * (i_xx * a.p_xy + i_xy * a.p_yy),
         2.0 * i_xx - 1.0,
@@ -210,7 +320,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
         h * (i_xx * a.t_x1 + i_xy * a.t_y1),
         h * (i_xx * a.t_x2 + i_xy * a.t_y2),
     )
-    v: Vector6 = (
+    v = (
         h * (i_yx * a.p_xx + i_yy * a.p_yx),
         h * (i_yx * a.p_xy + i_yy * a.p_yy),
         2.0 * i_yx,
@@ -218,44 +328,95 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
         h * (i_yx * a.t_x1 + i_yy * a.t_y1),
         h * (i_yx * a.t_x2 + i_yy * a.t_y2),
     )
-    return (
-        (1.0 + half * u[0], half * u[1], half * (1.0 + u[2]), half * u[3], half * u[4], half * u[5]),
-        (half * v[0], 1.0 + half * v[1], half * v[2], half * (1.0 + v[3]), half * v[4], half * v[5]),
-        u,
-        v,
-    )
+    rows = np.empty((4, 6))
+    for column in range(6):
+        rows[0, column], rows[1, column] = half * u[column], half * v[column]
+        rows[2, column], rows[3, column] = u[column], v[column]
+    # dp' = dp + (dv + dv') h/2
+    rows[0, 0] += 1.0
+    rows[1, 1] += 1.0
+    rows[0, 2] += half
+    rows[1, 3] += half
+    return rows
 
 
 def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
     """Return dq11 and dq21 (rad/s)."""
-    x, y, vx, vy, _, _ = estimate
+    x, y, vx, vy, _, _, _ = estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     return leg1.dq1, leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dq1
 
 
+def encoder_row(number: int, leg: LegMotion) -> Vector:
+    """Return the derivatives of the reading of leg 1's or leg 2's motor encoder, [SIZE].
+
+    From the closure of the leg at a given platform, projected onto u: b dq_1 = -u . dO - cos q_2 dl_1 - dl_2.
+    """
+    row = np.zeros(SIZE)
+    row[X], row[Y] = leg.n_x, leg.n_y
+    first = number == 1
+    row[ZERO1 if first else ZERO2] = 1.0
+    row[L11 if first else L21] = -leg.cos_q2 / leg.b
+    row[L12 if first else L22] = -1.0 / leg.b
+    row[BASE1 if first else BASE2] = -leg.u_x / leg.b
+    return row
+
+
 def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Belief:
     """Return the belief after the angles of both motors were measured, in any turn."""
-    x, y, vx, vy, d1, d2 = belief.estimate
+    x, y, _, _, _, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
     innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
     innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y)
     # one after the other, which for independent encoders is the same as both at once
-    covariance, k = measured(belief.covariance, leg1.n_x, leg1.n_y, q11.variance)
-    dx, dy = k[0] * innovation1, k[1] * innovation1
-    rest = innovation2 - leg2.n_x * dx - leg2.n_y * dy
-    covariance, g = measured(covariance, leg2.n_x, leg2.n_y, q21.variance)
-    return Belief(
-        Estimate(
-            x + dx + g[0] * rest,
-            y + dy + g[1] * rest,
-            vx + k[2] * innovation1 + g[2] * rest,
-            vy + k[3] * innovation1 + g[3] * rest,
-            d1 + k[4] * innovation1 + g[4] * rest,
-            d2 + k[5] * innovation1 + g[5] * rest,
-        ),
-        covariance,
+    row2 = encoder_row(2, leg2)
+    one = measured(belief.covariance, encoder_row(1, leg1), q11.variance)
+    two = measured(one.covariance, row2, q21.variance)
+    change = one.gain * innovation1
+    change += two.gain * (innovation2 - np.dot(row2, change))
+    return Belief(changed(belief.estimate, change), two.covariance)
+
+
+def changed(estimate: Estimate, change: Vector) -> Estimate:
+    """Return an estimate plus the first entries of a change, [SIZE]."""
+    return Estimate(
+        estimate.x + change[X],
+        estimate.y + change[Y],
+        estimate.vx + change[VX],
+        estimate.vy + change[VY],
+        estimate.d1 + change[D1],
+        estimate.d2 + change[D2],
+        estimate.bias + change[BIAS],
     )
+
+
+class Turned(NamedTuple):
+    """The effect of a gyroscope reading.
+
+    Attributes:
+        belief: after it.
+        innovation: reading minus prediction (rad/s).
+        variance: of the innovation (rad^2/s^2).
+    """
+
+    belief: Belief
+    innovation: float
+    variance: float
+
+
+def turned(model: FilterModel, belief: Belief, rate: float) -> Turned:
+    """Return the effect of the measured rate (rad/s) of the distal link of leg 2: w_2 . xdot + bias + noise."""
+    x, y, vx, vy, _, _, bias = belief.estimate
+    leg = model.robot.leg2
+    moving = leg_motion(leg, model.mode2, x, y, vx, vy)
+    row = np.zeros(SIZE)
+    row[X], row[Y] = turn_gradient(leg, moving, vx, vy)
+    row[VX], row[VY], row[BIAS], row[SCALE] = moving.w_x, moving.w_y, 1.0, moving.dtheta
+    innovation = rate - moving.dtheta - bias
+    correction = measured(belief.covariance, row, model.gyro_noise * model.gyro_noise)
+    estimate = changed(belief.estimate, correction.gain * innovation)
+    return Turned(Belief(estimate, correction.covariance), innovation, correction.variance)
 
 
 def _ahead(reading: float, r_x: float, r_y: float) -> float:

@@ -8,10 +8,11 @@ state at t_(k+d); the reference under that stamp must be that of t_(k+d) too (`l
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from fivebar_control.estimation.covariance import Vector6
+import numpy as np
+
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import FrozenWatch
@@ -24,12 +25,18 @@ from fivebar_control.estimation.step import (
     first_update,
     next_update,
     prediction,
+    with_motors,
+    with_rate,
 )
 from fivebar_control.fault import Fault
 from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import EXACT, Tolerances
 
 LONGEST_GAP = 10
 """Samples without a reading over which the filter predicts; after a longer gap the estimate is lost."""
+
+
+Vector6 = tuple[float, float, float, float, float, float]
 
 
 class JointEstimate(NamedTuple):
@@ -52,7 +59,15 @@ class JointEstimate(NamedTuple):
 class StateEstimator:
     """The filter over a run: initialised from the homing posture; latches the first fault."""
 
-    def __init__(self, robot: FiveBar, homing: Homing, rate_hz: int, drives: Drives, settings: EkfSettings) -> None:
+    def __init__(
+        self,
+        robot: FiveBar,
+        homing: Homing,
+        rate_hz: int,
+        drives: Drives,
+        settings: EkfSettings,
+        tolerances: Tolerances = EXACT,
+    ) -> None:
         """Make an estimator for a robot at rest in a declared posture.
 
         Raises:
@@ -61,7 +76,7 @@ class StateEstimator:
         check_declared(robot, homing)
         self._robot = robot
         self._homing = homing
-        self._model = estimator_model(robot, homing.mode1, homing.mode2, rate_hz, drives, settings)
+        self._model = estimator_model(robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances)
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = FrozenWatch(robot, homing.mode1, homing.mode2, self._model.resolution)
         # before sample 0 the drives are at zero torque
@@ -85,15 +100,26 @@ class StateEstimator:
         """Return whether a command that affects this sample's estimate has not been recorded yet."""
         return self._model.delay_samples > 0 and sample - 1 not in self._commands
 
-    def take(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> JointEstimate:
+    def take(
+        self,
+        sample: int,
+        q11: float,
+        q21: float,
+        tau1: float,
+        tau2: float,
+        rates: Sequence[tuple[int, float]] = (),
+    ) -> JointEstimate:
         """Return the joint states for a sample's motor angles (rad) and the torques applied before it (Nm).
+
+        `rates` are the gyroscope's readings that came with the sample: the sample at which each was made, and the rate
+        (rad/s) of the distal link of leg 2. One that is older than the history is left out.
 
         A missing command is replaced by that of the sample before it, as the drives do.
 
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
-        memory = self._update(sample, q11, q21, tau1, tau2)
+        memory = self._update(sample, q11, q21, tau1, tau2, rates)
         ahead = prediction(self._model, memory, self._pending(sample), 0)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
@@ -106,13 +132,15 @@ class StateEstimator:
             reason = ambiguity_reason(self._model.filter, self._model.limits, ahead.ambiguity)
             self._latch("estimate_ambiguous", f"at sample {sample}: {reason}")
         estimate, covariance = memory.belief
-        a, b, c, d, e, f = (math.sqrt(max(0.0, row[i])) for i, row in enumerate(covariance))
+        a, b, c, d, e, f = np.sqrt(np.maximum(0.0, np.diag(covariance)[:6])).tolist()
         self._answer = JointEstimate(
             ahead.joints[:4], ahead.joints[4:], effort, (a, b, c, d, e, f), (estimate.d1, estimate.d2)
         )
         return self._answer
 
-    def _update(self, sample: int, q11: float, q21: float, tau1: float, tau2: float) -> EstimatorMemory:
+    def _update(
+        self, sample: int, q11: float, q21: float, tau1: float, tau2: float, rates: Sequence[tuple[int, float]]
+    ) -> EstimatorMemory:
         model, last, self._last = self._model, self._last, sample
         if self._memory is None:
             one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
@@ -120,7 +148,9 @@ class StateEstimator:
             return first_update(model, self._homing.assembly, q11, q21)
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), LONGEST_GAP)
-        updated = next_update(model, self._memory, periods, q11, q21, tau1, tau2)
+        memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
+        start = min((with_rate(memory, made, rate) for made, rate in rates), default=memory.newest)
+        updated = next_update(model, memory, min(start, memory.newest))
         if sample - last > LONGEST_GAP:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         reason = self._frozen.check((q11, q21), updated.predicted, sample - last > 1)

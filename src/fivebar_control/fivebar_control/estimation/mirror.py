@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.estimation.covariance import Covariance
+from fivebar_control.estimation.covariance import VX, VY, Matrix, X, Y
 from fivebar_control.estimation.ekf import Belief, FilterModel
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition_of
@@ -54,16 +54,16 @@ def mirrored(robot: FiveBar, leg1: LegMotion, leg2: LegMotion, belief: Belief) -
     return Mirror(n_x, n_y, -2.0 * (x * n_x + y * n_y), -2.0 * rate)
 
 
-def deviations(mirror: Mirror, covariance: Covariance) -> float:
+def deviations(mirror: Mirror, covariance: Matrix) -> float:
     """Return how many standard deviations the mirrored state is from the estimate (Mahalanobis).
 
     Of position and velocity along the normal alone: what the other states say could only add to the distance.
     """
     n_x, n_y = mirror.normal_x, mirror.normal_y
-    p_x, p_y, p_u, p_v, _, _ = covariance
-    pp = n_x * (n_x * p_x[0] + n_y * p_x[1]) + n_y * (n_x * p_y[0] + n_y * p_y[1])
-    pv = n_x * (n_x * p_x[2] + n_y * p_x[3]) + n_y * (n_x * p_y[2] + n_y * p_y[3])
-    vv = n_x * (n_x * p_u[2] + n_y * p_u[3]) + n_y * (n_x * p_v[2] + n_y * p_v[3])
+    p = covariance
+    pp = n_x * (n_x * p[X, X] + n_y * p[X, Y]) + n_y * (n_x * p[Y, X] + n_y * p[Y, Y])
+    pv = n_x * (n_x * p[X, VX] + n_y * p[X, VY]) + n_y * (n_x * p[Y, VX] + n_y * p[Y, VY])
+    vv = n_x * (n_x * p[VX, VX] + n_y * p[VX, VY]) + n_y * (n_x * p[VY, VX] + n_y * p[VY, VY])
     determinant = pp * vv - pv * pv
     if not determinant > 0.0:
         return math.inf
@@ -97,7 +97,7 @@ def check_ambiguity(model: FilterModel, limits: AmbiguityLimits, near: int, beli
 
     Past the dwell limit the mirror image is not tested.
     """
-    x, y, vx, vy, _, _ = belief.estimate
+    x, y, vx, vy, _, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
     kappa = inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)

@@ -25,8 +25,27 @@ from fivebar_control.estimation.ekf import (
     homed_belief,
     motor_speeds,
     predicted,
+    turned,
 )
-from fivebar_control.estimation.encoder import count_angle, first_angle, next_angle, repetitions
+from fivebar_control.estimation.encoder import Angle, count_angle, first_angle, next_angle, repetitions
+from fivebar_control.estimation.history import (
+    ANGLE1,
+    ANGLE2,
+    PERIODS,
+    RATE,
+    TAU1,
+    TAU2,
+    VARIANCE1,
+    VARIANCE2,
+    History,
+    belief_at,
+    empty_history,
+    keep_angles,
+    keep_belief,
+    keep_inputs,
+    keep_rate,
+    row_of,
+)
 from fivebar_control.estimation.mirror import AmbiguityCheck, AmbiguityLimits, check_ambiguity
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import joints_of, state_from_platform
@@ -34,6 +53,10 @@ from fivebar_control.model.state import Joints
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
 from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
+from fivebar_description.tolerances import EXACT, Tolerances
+
+LONGEST_LATENCY = 0.02
+"""Age (s) beyond which a late reading is discarded."""
 
 
 class Drives(NamedTuple):
@@ -54,6 +77,7 @@ class EstimatorModel(NamedTuple):
         delay_samples: periods between a command and its effect.
         torque_limit: of the drives (Nm), infinite for none.
         limits: of the ambiguity test.
+        history: samples that are kept for late readings.
     """
 
     filter: FilterModel
@@ -62,6 +86,7 @@ class EstimatorModel(NamedTuple):
     delay_samples: int
     torque_limit: float
     limits: AmbiguityLimits
+    history: int
 
 
 class EstimatorMemory(NamedTuple):
@@ -69,17 +94,24 @@ class EstimatorMemory(NamedTuple):
 
     Attributes:
         belief: at the moment of the last readings.
+        newest: number of the last entry of the history.
         last1, last2: last readings (rad).
-        repeated1, repeated2: samples for which they have been the same.
+        before1, before2: readings before these (rad).
+        repeated1, repeated2: samples for which the last ones have been the same.
         near: consecutive samples near the Type 2 locus.
+        history: of the last samples, changed in place.
     """
 
     belief: Belief
+    newest: int
     last1: float
     last2: float
+    before1: float
+    before2: float
     repeated1: int
     repeated2: int
     near: int
+    history: History
 
 
 class Update(NamedTuple):
@@ -108,52 +140,125 @@ class Prediction(NamedTuple):
 
 
 def estimator_model(
-    robot: FiveBar, mode1: int, mode2: int, rate_hz: int, drives: Drives, settings: EkfSettings
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    rate_hz: int,
+    drives: Drives,
+    settings: EkfSettings,
+    tolerances: Tolerances = EXACT,
 ) -> EstimatorModel:
     """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
     numbers = as_numbers(settings)
     return EstimatorModel(
-        filter=filter_model(robot, mode1, mode2, rate_hz, numbers),
+        filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances)),
         resolution=count_angle(drives.encoder_counts or 0),
         rate_hz=rate_hz,
         delay_samples=drives.delay_samples,
         torque_limit=math.inf if drives.torque_limit is None else float(drives.torque_limit),
         limits=AmbiguityLimits(numbers.mirror_deviations, numbers.dwell_limit),
+        history=history_samples(rate_hz) if settings.gyro else 2,
     )
 
 
+def history_samples(rate_hz: int) -> int:
+    """Return how many samples are kept, so that readings that are `LONGEST_LATENCY` late still find theirs."""
+    return math.ceil(LONGEST_LATENCY * rate_hz) + 2
+
+
 def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -> EstimatorMemory:
-    """Return the memory after the first readings (rad) of a robot at rest in an assembly mode."""
+    """Return the memory after the first readings (rad), those of sample 0, of a robot at rest in an assembly mode."""
     one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
     x, y = direct_geometry(model.filter.robot, assembly, one.value, two.value)
-    return EstimatorMemory(homed_belief(model.filter, x, y, one.variance), q11, q21, 1, 1, 0)
+    belief = homed_belief(model.filter, x, y, one.variance)
+    history = empty_history(model.history)
+    keep_inputs(history, 0, 0, 0, 0.0, 0.0)
+    keep_belief(history, 0, belief)
+    return EstimatorMemory(belief, 0, q11, q21, q11, q21, 1, 1, 0, history)
 
 
-def next_update(
-    model: EstimatorModel, memory: EstimatorMemory, periods: int, q11: float, q21: float, tau1: float, tau2: float
-) -> Update:
-    """Return the memory after further readings.
+def with_motors(
+    memory: EstimatorMemory, sample: int, periods: int, q11: float, q21: float, tau1: float, tau2: float
+) -> EstimatorMemory:
+    """Return the memory with further motor readings, to be taken by `next_update`.
 
     Args:
-        model: constants.
         memory: of the readings before.
+        sample: of the readings.
         periods: since the readings before; more than one over a gap.
         q11, q21: readings (rad).
         tau1, tau2: torques (Nm) that were applied throughout these periods.
     """
-    expected = memory.belief
-    for _ in range(periods):
-        expected = predicted(model.filter, expected, tau1, tau2)
-    speed1, speed2 = motor_speeds(model.filter, expected.estimate)
-    repeated1 = repetitions(memory.last1, memory.repeated1, q11)
-    repeated2 = repetitions(memory.last2, memory.repeated2, q21)
-    belief = corrected(
-        model.filter,
-        expected,
-        next_angle(model.resolution, model.rate_hz, memory.last1, repeated1, q11, speed1),
-        next_angle(model.resolution, model.rate_hz, memory.last2, repeated2, q21, speed2),
+    newest = memory.newest + 1
+    keep_inputs(memory.history, newest, sample, periods, tau1, tau2)
+    return EstimatorMemory(
+        belief=memory.belief,
+        newest=newest,
+        last1=q11,
+        last2=q21,
+        before1=memory.last1,
+        before2=memory.last2,
+        repeated1=repetitions(memory.last1, memory.repeated1, q11),
+        repeated2=repetitions(memory.last2, memory.repeated2, q21),
+        near=memory.near,
+        history=memory.history,
     )
-    return Update(EstimatorMemory(belief, q11, q21, repeated1, repeated2, memory.near), expected.estimate)
+
+
+def with_rate(memory: EstimatorMemory, sample: int, rate: float) -> int:
+    """Add a gyroscope reading (rad/s) of a sample, and return from which entry on `next_update` is to begin.
+
+    A reading of sample 0, or of one that is no longer in the history, is left out.
+    """
+    return keep_rate(memory.history, memory.newest, sample, rate)
+
+
+def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> Update:
+    """Return the memory after the newest motor readings, and the gyroscope's.
+
+    Args:
+        model: constants.
+        memory: with readings that have not been taken yet.
+        start: first entry of the history to be worked out; the newest one where no late reading has come.
+    """
+    filter_model, history, newest = model.filter, memory.history, memory.newest
+    belief = belief_at(history, start - 1)
+    expected = belief.estimate
+    for entry in range(start, newest + 1):
+        inputs = history.inputs[row_of(history, entry)]
+        for _ in range(int(inputs[PERIODS])):
+            belief = predicted(filter_model, belief, inputs[TAU1], inputs[TAU2])
+        if entry == newest:
+            expected = belief.estimate
+            speed1, speed2 = motor_speeds(filter_model, expected)
+            keep_angles(
+                history,
+                entry,
+                next_angle(model.resolution, model.rate_hz, memory.before1, memory.repeated1, memory.last1, speed1),
+                next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, speed2),
+            )
+        q11, q21 = Angle(inputs[ANGLE1], inputs[VARIANCE1]), Angle(inputs[ANGLE2], inputs[VARIANCE2])
+        belief = corrected(filter_model, belief, q11, q21)
+        if not math.isnan(inputs[RATE]):
+            belief = turned(filter_model, belief, inputs[RATE]).belief
+        keep_belief(history, entry, belief)
+    return Update(changed_memory(memory, belief, memory.near), expected)
+
+
+def changed_memory(memory: EstimatorMemory, belief: Belief, near: int) -> EstimatorMemory:
+    """Return a memory with another belief and number of samples near the locus."""
+    return EstimatorMemory(
+        belief,
+        memory.newest,
+        memory.last1,
+        memory.last2,
+        memory.before1,
+        memory.before2,
+        memory.repeated1,
+        memory.repeated2,
+        near,
+        memory.history,
+    )
 
 
 def prediction(
@@ -181,5 +286,5 @@ def prediction(
     if not math.isfinite(joints.dq11 + joints.dq12 + joints.dq21 + joints.dq22):
         return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False))
     check = check_ambiguity(model.filter, model.limits, memory.near, memory.belief)
-    kept = EstimatorMemory(memory.belief, memory.last1, memory.last2, memory.repeated1, memory.repeated2, check.near)
+    kept = changed_memory(memory, memory.belief, check.near)
     return Prediction(kept, estimate, joints, False, check)

@@ -1,0 +1,33 @@
+"""How exactly a robot is known: the section `tolerances` of a robot file, in a scenario and of the estimator."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from fivebar_description.settings import Setting
+
+
+class Tolerances(NamedTuple):
+    """Largest differences that are expected between the robot and its file, each taken as uniform within its bounds.
+
+    The estimator considers them: it does not believe its encoders more than the geometry allows. All 0 is a robot
+    that equals its file; a measured one has 0.02 mm and 0.2 mrad after calibration, 0.3 mm and 5 mrad as printed.
+    """
+
+    length: Annotated[
+        float, Setting("Tolerance of each link's length, plus or minus.", "m", at_least=0.0, at_most=0.1)
+    ] = 0.0
+    base: Annotated[
+        float, Setting("Tolerance of each base joint's position, plus or minus.", "m", at_least=0.0, at_most=0.1)
+    ] = 0.0
+    zero: Annotated[
+        float, Setting("Tolerance of each motor encoder's zero, plus or minus.", "rad", at_least=0.0, at_most=1.0)
+    ] = 0.0
+    gyro_scale: Annotated[
+        float,
+        Setting("Relative tolerance of the gyroscope's sensitivity, plus or minus.", at_least=0.0, at_most=1.0),
+    ] = 0.01
+
+
+EXACT = Tolerances()
+"""A robot that equals its file."""
