@@ -194,6 +194,11 @@ class Scenario(StrictModel):
         return self.estimator == "ekf"
 
     @property
+    def gyro(self) -> bool:
+        """Whether the estimator uses the gyroscope."""
+        return self.estimated and self.ekf.gyro
+
+    @property
     def compensates_disturbance(self) -> bool:
         """Whether the laws compensate the disturbance torques that the estimator finds."""
         return self.estimated and self.ekf.feed_forward and not self.scheme().observes_disturbance

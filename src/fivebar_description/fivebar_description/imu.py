@@ -12,6 +12,9 @@ STANDARD_GRAVITY = 9.80665
 IMU_PREFIX = "imu_"
 """Of the parameters of nodes that hold `ImuSettings`."""
 
+IMU_OF_SIMULATION = ("noise", "gyro_noise", "gyro_bias", "lost")
+"""Settings that concern the simulation only."""
+
 Vector3 = tuple[float, float, float]
 
 

@@ -81,6 +81,9 @@ ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
 ESTIMATE_DISTURBANCE = Topic("estimate/disturbance", "sensor_msgs/msg/JointState")
 GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
 IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu")
+IMU_RELEASED = Topic("imu/released", "sensor_msgs/msg/JointState")
+"""In lockstep, which late readings of `imu/data` come with a sample: a name and, as its position, the number of its
+sample for each. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it out."""
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
 SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", LATCHED_QOS)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import deque
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_description.imu import ImuSettings, Vector3
+
+T = TypeVar("T")
 
 
 class ImuReading(NamedTuple):
@@ -29,9 +32,39 @@ def gyro_errors(settings: ImuSettings, stream: np.random.Generator, samples: int
     return settings.gyro_bias + stream.normal(0.0, settings.gyro_noise, samples)
 
 
+class ReadingQueue(Generic[T]):
+    """The way of readings from the IMU to their reader: made at every n-th sample, late, some lost.
+
+    Call `arrived` once per sample.
+    """
+
+    def __init__(self, settings: ImuSettings, rate_hz: int, seed: int) -> None:
+        """Make an empty queue; the seed is that of the losses."""
+        self._schedule = settings.schedule(rate_hz)
+        self._lost = settings.lost
+        self._random = loss_stream(seed)
+        self._waiting: deque[tuple[int, T]] = deque()
+
+    def arrived(self, sample: int, reading: T) -> list[tuple[int, T]]:
+        """Return what arrives with a sample, given its own reading: the sample of each reading, and the reading."""
+        lost = bool(self._random.random() < self._lost)
+        if sample % self._schedule.every == 0 and not lost:
+            self._waiting.append((sample, reading))
+        arriving = []
+        while self._waiting and self._waiting[0][0] + self._schedule.latency <= sample:
+            arriving.append(self._waiting.popleft())
+        return arriving
+
+
+def loss_stream(seed: int) -> np.random.Generator:
+    """Return the random stream of lost readings: one number for each sample, below the lost fraction for a loss."""
+    return np.random.default_rng([seed, 3])
+
+
 def lost_readings(settings: ImuSettings, seed: int, samples: int) -> NDArray[np.bool_]:
     """Return which of the readings of samples 0, 1, ... never arrive, [samples]."""
-    return np.random.default_rng([seed, 3]).random(samples) < settings.lost
+    lost: NDArray[np.bool_] = loss_stream(seed).random(samples) < settings.lost
+    return lost
 
 
 class Imu:

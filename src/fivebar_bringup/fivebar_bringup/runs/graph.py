@@ -34,7 +34,7 @@ from fivebar_control.ros.node_settings import (
     SupervisorSettings,
     TrajectorySettings,
 )
-from fivebar_description.imu import IMU_PREFIX
+from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX
 from fivebar_description.interface import (
     CANDIDATES,
     DRIVES_STATE,
@@ -47,6 +47,7 @@ from fivebar_description.interface import (
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
+    IMU_RELEASED,
     JOINT_STATES,
     MOTOR_STATES,
     REFERENCE,
@@ -62,6 +63,7 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.settings import to_parameters
+from fivebar_description.tolerances import TOLERANCE_PREFIX
 from fivebar_sim.ros.node_settings import ALL_JOINTS, MOTORS, EmulatedRobotSettings, PlantNodeSettings
 
 
@@ -130,7 +132,7 @@ def crossing_graph(
     motion = _motion_parameters(scenario)
     bridged = rehearsal is not None or drives is not None
     nodes = [
-        *([_estimator(scenario)] if scenario.estimated else []),
+        *([_estimator(scenario, awaits_readings=_announced(scenario, mode))] if scenario.estimated else []),
         NodeSpec(
             "fivebar_control",
             "trajectory_generator",
@@ -202,7 +204,7 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
                     wait_for_nodes=(PLANT, "trajectory_generator"),
                 )
             ),
-            **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
+            **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
         },
         (IMU_DATA, REFERENCE, RUN_READY),
         (IMU_ERROR,),
@@ -287,7 +289,12 @@ def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
     return to_parameters(goals if limit is None else goals._replace(goal_torque_limit=limit))
 
 
-def _estimator(scenario: Scenario) -> NodeSpec:
+def _announced(scenario: Scenario, mode: Mode) -> bool:
+    """Return whether each sample announces which of the gyroscope's readings come with it."""
+    return scenario.gyro and mode is Mode.LOCKSTEP
+
+
+def _estimator(scenario: Scenario, awaits_readings: bool) -> NodeSpec:
     homing, drives = scenario.homing(), scenario.drives()
     return NodeSpec(
         "fivebar_control",
@@ -300,13 +307,21 @@ def _estimator(scenario: Scenario) -> NodeSpec:
                     working_mode=scenario.working_mode,
                     homing=(homing.x, homing.y),
                     assembly_mode=homing.assembly,
+                    awaits_readings=awaits_readings,
                 )
             ),
             **to_parameters(drives),
             **to_parameters(scenario.ekf, without=NOT_OF_THE_FILTER),
+            **to_parameters(scenario.tolerances, TOLERANCE_PREFIX),
+            **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
         },
-        # commands in transit to the drives matter only if the drives have a delay
-        (MOTOR_STATES, *((TORQUE_COMMAND,) if drives.delay_samples else ())),
+        (
+            MOTOR_STATES,
+            # commands in transit to the drives matter only if the drives have a delay
+            *((TORQUE_COMMAND,) if drives.delay_samples else ()),
+            *((IMU_DATA,) if scenario.gyro else ()),
+            *((IMU_RELEASED,) if awaits_readings else ()),
+        ),
         (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
         in_chain=True,
     )
@@ -361,6 +376,7 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
                     mode=mode.value,
                     publishes=MOTORS if scenario.estimated else ALL_JOINTS,
                     initial_joints=initial_joints(scenario),
+                    announces_readings=_announced(scenario, mode),
                     wait_for_nodes=tuple(awaited),
                     freshness_samples=scenario.safety.stop_cycles - 1,
                 )
@@ -372,6 +388,7 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
         (
             *((MOTOR_STATES, GROUND_TRUTH) if scenario.estimated else (JOINT_STATES,)),
             IMU_DATA,
+            *((IMU_RELEASED,) if _announced(scenario, mode) else ()),
             FAULTS,
             DRIVES_STATE,
             RUN_STATUS,

@@ -103,7 +103,7 @@ class Case(NamedTuple):
 
 def readings_of_gyro(scenario: Scenario) -> FloatArray:
     """Return the errors of a scenario's gyroscope readings, sample by sample, as `Estimation` has them."""
-    if not scenario.estimated or not scenario.ekf.gyro:
+    if not scenario.gyro:
         return np.zeros(0)
     samples = scenario.plan().path.samples(scenario.rate_hz) + 1
     seed = scenario.plant.seed

@@ -50,7 +50,7 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
-from fivebar_sim.imu import ImuReading
+from fivebar_sim.imu import ImuReading, ReadingQueue
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 
 
@@ -70,13 +70,27 @@ class Estimated(NamedTuple):
     disturbance: tuple[float, float]
 
 
+class ImuSample(NamedTuple):
+    """A reading of the IMU.
+
+    Attributes:
+        made: the sample at which it was made.
+        reading: what was measured.
+        error: measured minus desired magnitude of the acceleration (m/s^2), None where they are not compared.
+    """
+
+    made: int
+    reading: ImuReading
+    error: float | None
+
+
 class Sample(NamedTuple):
     """Data of one sample of the closed loop.
 
     Attributes:
         number: of the sample.
         measured: the joint states that the controllers use, measured or estimated.
-        imu, imu_error: reading, and measured minus desired magnitude (m/s^2), None where they are not compared.
+        imu: readings that came with the sample.
         reference: at the time for which the joint states hold.
         nominal: torque of the nominal law (Nm).
         constraint: that of the constraint law, None where the controller has no such law.
@@ -86,8 +100,7 @@ class Sample(NamedTuple):
 
     number: int
     measured: Measurement
-    imu: ImuReading
-    imu_error: float | None
+    imu: list[ImuSample]
     reference: Platform
     supervisor: SupervisorState
     nominal: Torque
@@ -119,19 +132,22 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
     estimator = (
-        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf)
+        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf, scenario.tolerances)
         if scenario.estimated
         else None
     )
+    queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     samples: list[Sample] = []
     faults: list[str] = []
     last = plan.path.samples(rate_hz)
     for number in range(last + 1):
-        measured, imu = plant.measure(), plant.measure_imu()
+        measured = plant.measure()
+        arrived = queue.arrived(number, plant.measure_imu())
         estimated = None
         if estimator is not None:
             motors = measured.of_motors()
-            estimate = estimator.take(number, *motors[0], *motors[1])
+            rates = [(made, scenario.imu.turn_rate(one.angular_velocity)) for made, one in arrived]
+            estimate = estimator.take(number, *motors[0], *motors[1], rates if scenario.gyro else ())
             if estimator.fault is not None and not faults:
                 faults.append(str(estimator.fault))
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
@@ -147,13 +163,15 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         if cycle.fault != NO_FAULT:
             faults.append(_fault_text(number, settings, state, planned, cycle))
         # the reference of the first `lead` moments is never published, so that there is none to compare with
-        imu_error = imu_check.error(imu.acceleration, plan.path.at(number / rate_hz)) if number >= lead else None
+        imu = []
+        for made, one in arrived:
+            at_that_time = plan.path.at(made / rate_hz)
+            imu.append(ImuSample(made, one, imu_check.error(one.acceleration, at_that_time) if made >= lead else None))
         samples.append(
             Sample(
                 number,
                 measured,
                 imu,
-                imu_error,
                 planned.platform,
                 SupervisorState(cycle.sigma, cycle.kappa),
                 cycle.nominal,
@@ -206,7 +224,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     with BagWriter(directory, topics) as bag:
         for sample in run.samples:
             stamp = sample_stamp_ns(sample.number, rate_hz)
-            for topic, data in _messages(sample, stamp, nominal):
+            for topic, data in _messages(sample, stamp, nominal, rate_hz):
                 bag.write(topic, stamp, data)
         # the trajectory generator is one sample ahead
         after = run.samples[-1].number + 1
@@ -225,14 +243,22 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         bag.close({"dropped": "0"})
 
 
-def _messages(sample: Sample, stamp: int, nominal: Topic) -> list[tuple[Topic, bytes]]:
+def _messages(sample: Sample, stamp: int, nominal: Topic, rate_hz: int) -> list[tuple[Topic, bytes]]:
     measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
     messages = [
         (
             JOINT_STATES,
             serialize.joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort),
         ),
-        (IMU_DATA, serialize.imu(stamp, IMU_FRAME, sample.imu.angular_velocity, sample.imu.acceleration)),
+        *(
+            (
+                IMU_DATA,
+                serialize.imu(
+                    sample_stamp_ns(made, rate_hz), IMU_FRAME, reading.angular_velocity, reading.acceleration
+                ),
+            )
+            for made, reading, _ in sample.imu
+        ),
         (REFERENCE, _reference(desired, stamp)),
         (nominal, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.nominal)),
         (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
@@ -241,8 +267,7 @@ def _messages(sample: Sample, stamp: int, nominal: Topic) -> list[tuple[Topic, b
     ]
     if sample.requested is not None:
         messages.append((TORQUE_REQUESTED, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.requested)))
-    if sample.imu_error is not None:
-        messages.append((IMU_ERROR, serialize.float64(sample.imu_error)))
+    messages += [(IMU_ERROR, serialize.float64(one.error)) for one in sample.imu if one.error is not None]
     if sample.constraint is not None:
         messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.constraint)))
     if sample.estimated is not None:

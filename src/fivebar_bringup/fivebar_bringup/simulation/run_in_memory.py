@@ -8,7 +8,7 @@ import numpy as np
 
 from fivebar_bringup.runs.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.offline import OfflineRun
+from fivebar_bringup.simulation.offline import OfflineRun, Sample
 from fivebar_control.laws.torque import UNDEFINED
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -52,7 +52,7 @@ class RunInMemory(Recording):
             (JOINT_STATES.name, "position"): np.array([sample.measured.position for sample in samples]),
             (JOINT_STATES.name, "velocity"): np.array([sample.measured.velocity for sample in samples]),
             (JOINT_STATES.name, "effort"): np.array([sample.measured.effort for sample in samples]),
-            (IMU_DATA.name, "linear_acceleration"): np.array([sample.imu.acceleration for sample in samples]),
+            (IMU_DATA.name, "linear_acceleration"): _accelerations(samples),
             (REFERENCE.name, "position"): references[:, :4],
             (REFERENCE.name, "velocity"): references[:, 2:],
             (SUPERVISOR_STATE.name, "position"): np.array([sample.supervisor for sample in samples]),
@@ -92,3 +92,12 @@ class RunInMemory(Recording):
     def texts(self, topic: Topic) -> list[str]:
         """Return the faults."""
         return list(self._run.faults)
+
+
+def _accelerations(samples: list[Sample]) -> FloatArray:
+    """Return [n, 3], the IMU's readings (m/s^2) in the rows of the samples at which they were made, NaN for none."""
+    accelerations = np.full((len(samples), 3), np.nan)
+    for sample in samples:
+        for one in sample.imu:
+            accelerations[one.made] = one.reading.acceleration
+    return accelerations

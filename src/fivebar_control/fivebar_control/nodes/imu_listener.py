@@ -12,7 +12,7 @@ from std_msgs.msg import Float64
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.state import Platform
 from fivebar_control.ros.node_settings import ImuListenerSettings
-from fivebar_description.imu import IMU_PREFIX, ImuSettings, Vector3
+from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings, Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import MessageError
@@ -20,7 +20,7 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
 LONGEST_GAP = 5
-"""Number of references that may wait for IMU data before these are reported as missing."""
+"""Number of IMU readings that may be missing before that is reported."""
 
 
 def read_imu(message: Imu) -> Vector3:
@@ -43,10 +43,12 @@ class ImuListener(SamplingNode):
         """Make the node."""
         super().__init__("imu_listener")
         settings = self.declare_settings(ImuListenerSettings)
-        imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=("noise",))
+        imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
         mode1, mode2 = settings.working_mode
         self._arguments = (load_robot(settings.robot), mode1, mode2, settings.rate_hz, imu)
         self._check = ImuCheck(*self._arguments)
+        schedule = imu.schedule(settings.rate_hz)
+        self._longest_gap = LONGEST_GAP * schedule.every + schedule.latency
         self._saturated = 0
         self._error = self.advertise(IMU_ERROR)
         # an IMU reading is valid at the time of its stamp, a reference at a time `lead_samples` later
@@ -72,7 +74,7 @@ class ImuListener(SamplingNode):
     def health(self) -> tuple[bytes, str]:
         """Return a warning when the IMU's data are missing or saturated."""
         waiting = self.waiting_samples(IMU_DATA)
-        if waiting > LONGEST_GAP:
+        if waiting > self._longest_gap:
             return DiagnosticStatus.WARN, f"no IMU data for {waiting} samples of the reference"
         if self._saturated:
             return DiagnosticStatus.WARN, f"{self._saturated} samples with a saturated axis"

@@ -1,11 +1,15 @@
-"""Estimates all four joints from the two motors: answers `motor_states` with `joint_states` of the same stamp."""
+"""Estimates all four joints from the two motors: answers `motor_states` with `joint_states` of the same stamp.
+
+With a gyroscope, readings of `imu/data` are put in at the time of their stamps, however late they come.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
 from fivebar_control.estimation.ekf import EkfSettings
@@ -13,12 +17,15 @@ from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
 from fivebar_control.estimation.step import Drives
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
+from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
     ESTIMATE_NAMES,
     FAULTS,
+    IMU_DATA,
+    IMU_RELEASED,
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
@@ -31,16 +38,31 @@ from fivebar_description.ros.messages import MessageError, joint_state, read_fie
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
+from fivebar_description.tolerances import TOLERANCE_PREFIX, Tolerances
 
 FAILED = 1
 
 
+def read_released(message: JointState) -> tuple[int, ...]:
+    """Return the samples of the readings that come with a sample.
+
+    Raises:
+        MessageError: a number is not that of a sample.
+    """
+    if not all(math.isfinite(number) and number >= 0.0 and number.is_integer() for number in message.position):
+        raise MessageError(f"position is {list(message.position)}, expected numbers of samples")
+    return tuple(int(number) for number in message.position)
+
+
 class StateEstimatorNode(SamplingNode):
-    """Extended Kalman filter on the motor encoders.
+    """Extended Kalman filter on the motor encoders and, where there is one, the gyroscope.
 
     With a drive delay of d samples, the answer to sample k needs the commands of samples k-d to k-1, the last of which
     may arrive after the sample itself; the answer then waits for it. In real time a command may be lost; the next
     sample ends the wait, and the previous command is used instead, as the drives do.
+
+    In lockstep each sample announces which of the gyroscope's readings come with it, and the answer waits for these
+    too; in real time it takes those that have come.
     """
 
     def __init__(self) -> None:
@@ -49,15 +71,19 @@ class StateEstimatorNode(SamplingNode):
         settings = self.declare_settings(EstimatorSettings)
         drives = self.declare_settings(Drives, torque_limit=DRIVE_TORQUE_LIMIT)
         mode1, mode2 = settings.working_mode
+        ekf = self.declare_settings(EkfSettings, without=NOT_OF_THE_FILTER)
+        self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
         self._arguments = (
             load_robot(settings.robot),
             Homing(*settings.homing, mode1, mode2, settings.assembly_mode),
             settings.rate_hz,
             drives,
-            self.declare_settings(EkfSettings, without=NOT_OF_THE_FILTER),
+            ekf,
+            self.declare_settings(Tolerances, TOLERANCE_PREFIX),
         )
         self._estimator = StateEstimator(*self._arguments)
-        self._waiting: tuple[int, tuple[float, ...]] | None = None
+        self._waiting: tuple[int, tuple[float, float, float, float], tuple[int, ...] | None] | None = None
+        self._rates: dict[int, float] = {}
         self._replied = -1
         self._reply: tuple[JointState, JointState, JointState] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
@@ -66,7 +92,12 @@ class StateEstimatorNode(SamplingNode):
         self._faults = self.advertise(FAULTS)
         if drives.delay_samples > 0:
             self.listen(TORQUE_COMMAND, self._on_command)
-        self.join(settings.rate_hz, (Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort")),))
+        inputs = [Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort"))]
+        if ekf.gyro:
+            self.listen(IMU_DATA, self._on_imu)
+            if settings.awaits_readings:
+                inputs.append(Input(IMU_RELEASED, read_released))
+        self.join(settings.rate_hz, inputs)
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""
@@ -78,15 +109,34 @@ class StateEstimatorNode(SamplingNode):
         """Start again from the homing posture; a latched fault is cleared."""
         self._estimator = StateEstimator(*self._arguments)
         self._waiting = None
+        self._rates.clear()
         self._replied = -1
 
     def answer(self, sample: int, *values: Any) -> None:
-        """Publish the joint states, now or once the command of the previous sample has arrived."""
-        ((position, effort),) = values
+        """Publish the joint states, now or once all that the estimate needs has arrived."""
+        (q11, q21), (tau1, tau2) = values[0]
         self._end_wait()
-        self._waiting = (sample, (*position, *effort))
-        if not self._estimator.awaits(sample):
+        self._waiting = (sample, (q11, q21, tau1, tau2), values[1] if len(values) > 1 else None)
+        self._end_wait_if_complete()
+
+    def _end_wait_if_complete(self) -> None:
+        if self._waiting is None:
+            return
+        sample, _, released = self._waiting
+        if not self._estimator.awaits(sample) and all(made in self._rates for made in released or ()):
             self._end_wait()
+
+    def _on_imu(self, message: Imu) -> None:
+        sample = sample_of_stamp(stamp_of(message), self.rate_hz)
+        vector = message.angular_velocity
+        if sample is None:
+            self.drop(IMU_DATA, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
+            return
+        if not math.isfinite(vector.x + vector.y + vector.z):
+            self.drop(IMU_DATA, f"angular velocity is {(vector.x, vector.y, vector.z)}, expected finite numbers")
+            return
+        self._rates[sample] = self._imu.turn_rate((vector.x, vector.y, vector.z))
+        self._end_wait_if_complete()
 
     def repeat(self) -> None:
         """Publish the same joint states again."""
@@ -106,16 +156,17 @@ class StateEstimatorNode(SamplingNode):
             )
             return
         self._estimator.commanded(sample, tau1, tau2)
-        if self._waiting is not None and not self._estimator.awaits(self._waiting[0]):
-            self._end_wait()
+        self._end_wait_if_complete()
 
     def _end_wait(self) -> None:
         if self._waiting is None:
             return
-        (sample, readings), self._waiting = self._waiting, None
+        (sample, readings, released), self._waiting = self._waiting, None
+        made = sorted(self._rates) if released is None else [one for one in released if one in self._rates]
+        rates = [(one, self._rates.pop(one)) for one in made if one <= sample]
         known = self._estimator.fault
         try:
-            estimate = self._estimator.take(sample, *readings)
+            estimate = self._estimator.take(sample, *readings, rates)
         except HomingContradicted as error:
             self._announce(str(error))
             self.exit_status = FAILED

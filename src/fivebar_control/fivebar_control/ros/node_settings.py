@@ -168,13 +168,16 @@ class BlenderSettings(NamedTuple):
 
 
 class EstimatorSettings(NamedTuple):
-    """The state estimator, in addition to the drives and the parameters of the filter."""
+    """The state estimator, in addition to the drives, the filter, the tolerances and the IMU's mounting."""
 
     robot: Robot = "dextar"
     rate_hz: RateHz = 500
     working_mode: WorkingMode = (1, -1)
     homing: Annotated[tuple[float, float], Setting("Platform position at sample 0: x, y.", "m")] = (0.0, 0.15)
     assembly_mode: Annotated[int, Setting("Sign of det A in that posture.", at_least=-1, at_most=1, check=_sign)] = 1
+    awaits_readings: Annotated[
+        bool, Setting("Whether each sample announces which readings of the gyroscope come with it, as in lockstep.")
+    ] = False
 
 
 class ImuListenerSettings(NamedTuple):

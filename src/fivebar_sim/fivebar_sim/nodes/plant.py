@@ -19,6 +19,7 @@ from fivebar_description.interface import (
     GROUND_TRUTH,
     IMU_DATA,
     IMU_FRAME,
+    IMU_RELEASED,
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
@@ -33,6 +34,7 @@ from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
+from fivebar_sim.imu import ReadingQueue
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
 from fivebar_sim.settings import PlantSettings
@@ -82,12 +84,14 @@ class PlantNode(GraphNode):
         self._overruns = 0
         self._latency = LatencyWatch()
         self._published = 0.0
-        self._imu_message: Imu | None = None
+        self._readings: ReadingQueue[Imu] = ReadingQueue(imu, self._rate_hz, plant.seed)
+        self._arrived: list[tuple[int, Imu]] | None = None
         self._began = self._heard = time.monotonic()
         self._motors_only = settings.publishes == MOTORS
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only else None
         self._imu = self.advertise(IMU_DATA)
+        self._released = self.advertise(IMU_RELEASED) if settings.announces_readings else None
         self._faults = self.advertise(FAULTS)
         self._state = self.advertise(DRIVES_STATE)
         self._status = self.advertise(RUN_STATUS)
@@ -154,9 +158,14 @@ class PlantNode(GraphNode):
         joints, truth = self._measured
         self._joint_states.publish(joints)
         self._published = time.monotonic()
-        if self._imu_message is None:
-            self._imu_message = self._read_imu()
-        self._imu.publish(self._imu_message)
+        if self._arrived is None:
+            self._arrived = self._readings.arrived(self._sample, self._read_imu())
+        if self._released is not None:
+            stamp = sample_stamp_ns(self._sample, self._rate_hz)
+            made = [float(sample) for sample, _ in self._arrived]
+            self._released.publish(joint_state(stamp, [IMU_FRAME] * len(made), made))
+        for _, message in self._arrived:
+            self._imu.publish(message)
         if self._ground_truth is not None:
             self._ground_truth.publish(truth)
 
@@ -229,7 +238,7 @@ class PlantNode(GraphNode):
             return
         self._sample += 1
         self._measured, self._next = self._next, None
-        self._imu_message = None
+        self._arrived = None
         self._publish_sample()
 
     def _end(self) -> None:

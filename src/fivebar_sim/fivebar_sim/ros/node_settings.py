@@ -41,6 +41,9 @@ class PlantNodeSettings(NamedTuple):
         tuple[float, float, float, float],
         Setting("Posture at the start: q11, q12, q21, q22 of a closed loop.", "rad"),
     ] = START_JOINTS
+    announces_readings: Annotated[
+        bool, Setting("Lockstep: whether each sample announces which readings of the IMU come with it.")
+    ] = False
     wait_for_nodes: AwaitedNodes = ()
     ready_timeout_s: ReadyTimeout = 30.0
     command_timeout_s: Annotated[
