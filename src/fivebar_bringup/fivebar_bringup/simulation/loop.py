@@ -21,7 +21,14 @@ from fivebar_bringup.simulation.case import (
     X,
     Y,
 )
-from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_LOST, PLANT_DIVERGED, Outcome, TraceRow
+from fivebar_bringup.simulation.outcome import (
+    ESTIMATE_AMBIGUOUS,
+    ESTIMATE_INCONSISTENT,
+    ESTIMATE_LOST,
+    PLANT_DIVERGED,
+    Outcome,
+    TraceRow,
+)
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at, closed
 from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors, with_rate
 from fivebar_control.laws.law import Step, no_step
@@ -88,7 +95,7 @@ def run_loop(
     samples = mode_changes = saturated = 0
     side = 0.0
     error_x = error_y = error_peak = error_final = constraint_error = 0.0
-    requested1 = requested2 = peak1 = peak2 = work = sigma_max = estimate_error = loop_gap = 0.0
+    requested1 = requested2 = peak1 = peak2 = work = sigma_max = estimate_error = misfit = loop_gap = 0.0
     type1_least = deviations_least = math.inf
 
     for number in range(last + 1):
@@ -114,9 +121,13 @@ def run_loop(
             if estimated.lost:
                 trip, measured = ESTIMATE_LOST, measured_before
             else:
-                trip = ESTIMATE_AMBIGUOUS if estimated.ambiguity.ambiguous else NO_FAULT
+                if estimated.ambiguity.ambiguous:
+                    trip = ESTIMATE_AMBIGUOUS
+                elif estimated.inconsistent:
+                    trip = ESTIMATE_INCONSISTENT
                 measured = estimated.joints
             deviations_least = min(deviations_least, estimated.ambiguity.deviations)
+            misfit = max(misfit, memory.misfit.encoders, memory.misfit.gyro)
         state = state_of(control.robot, measured)
         moment = number + lead
         planned = planned_at(case, sampled, moment)
@@ -227,6 +238,7 @@ def run_loop(
         type1_distance=type1_least,
         estimate_error=estimate_error,
         mirror_deviations=deviations_least,
+        misfit=misfit,
         loop_gap=loop_gap,
     )
 

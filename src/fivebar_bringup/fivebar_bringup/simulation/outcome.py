@@ -13,7 +13,7 @@ from fivebar_control.safety.stages import (
     TRACKING_LOST,
 )
 
-ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED = 6, 7, 8
+ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED, ESTIMATE_INCONSISTENT = 6, 7, 8, 9
 FAULT_NAMES = {
     NO_FAULT: "",
     TORQUE_UNDEFINED: "torque_undefined",
@@ -24,6 +24,7 @@ FAULT_NAMES = {
     ESTIMATE_LOST: "estimate_lost",
     ESTIMATE_AMBIGUOUS: "estimate_ambiguous",
     PLANT_DIVERGED: "plant_diverged",
+    ESTIMATE_INCONSISTENT: "estimate_inconsistent",
 }
 """By these numbers and those of `fivebar_control.safety.stages`; the names are those of the node graph."""
 
@@ -48,6 +49,7 @@ class Outcome(NamedTuple):
         estimate_error: largest distance (m) between the estimated platform and the actual one at the time for which
             it was estimated; 0 without an estimator.
         mirror_deviations: fewest standard deviations between the estimate and the other assembly mode, else infinite.
+        misfit: largest recent mean of the squared innovations in units of their variance, 0 without an estimator.
         loop_gap: largest gap (m) that a step opened, before it was closed.
     """
 
@@ -70,6 +72,7 @@ class Outcome(NamedTuple):
     type1_distance: float
     estimate_error: float
     mirror_deviations: float
+    misfit: float
     loop_gap: float
 
 

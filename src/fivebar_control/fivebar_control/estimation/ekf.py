@@ -125,6 +125,18 @@ class EkfSettings(NamedTuple):
             at_most=1e6,
         ),
     ] = 0.2
+    misfit_limit: Annotated[
+        float,
+        Setting(
+            "Mean of the squared innovations, in units of their variance, beyond which the estimate is inconsistent.",
+            at_least=1.0,
+            at_most=1e9,
+        ),
+    ] = 20.0
+    misfit_time: Annotated[
+        float,
+        Setting("Time constant of that mean.", "s", at_least=1e-4, at_most=10.0),
+    ] = 0.02
     gyro: Annotated[
         bool,
         Setting("Whether the estimator uses the gyroscope of `imu/data` on the distal link of leg 2."),
@@ -362,20 +374,33 @@ def encoder_row(number: int, leg: LegMotion) -> Vector:
     return row
 
 
-def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Belief:
-    """Return the belief after the angles of both motors were measured, in any turn."""
+class Corrected(NamedTuple):
+    """The effect of the motor encoders' readings.
+
+    Attributes:
+        belief: after them.
+        misfit: squared innovations in units of their variance, 1 on average for each of the two as expected.
+    """
+
+    belief: Belief
+    misfit: float
+
+
+def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
+    """Return the effect of the measured angles of both motors, in any turn."""
     x, y, _, _, _, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
-    innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
-    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y)
     # one after the other, which for independent encoders is the same as both at once
     row2 = encoder_row(2, leg2)
     one = measured(belief.covariance, encoder_row(1, leg1), q11.variance)
     two = measured(one.covariance, row2, q21.variance)
+    innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
     change = one.gain * innovation1
-    change += two.gain * (innovation2 - np.dot(row2, change))
-    return Belief(changed(belief.estimate, change), two.covariance)
+    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - np.dot(row2, change)
+    change += two.gain * innovation2
+    misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
+    return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit)
 
 
 def changed(estimate: Estimate, change: Vector) -> Estimate:
@@ -396,13 +421,11 @@ class Turned(NamedTuple):
 
     Attributes:
         belief: after it.
-        innovation: reading minus prediction (rad/s).
-        variance: of the innovation (rad^2/s^2).
+        misfit: squared innovation in units of its variance, 1 on average as expected.
     """
 
     belief: Belief
-    innovation: float
-    variance: float
+    misfit: float
 
 
 def turned(model: FilterModel, belief: Belief, rate: float) -> Turned:
@@ -416,7 +439,7 @@ def turned(model: FilterModel, belief: Belief, rate: float) -> Turned:
     innovation = rate - moving.dtheta - bias
     correction = measured(belief.covariance, row, model.gyro_noise * model.gyro_noise)
     estimate = changed(belief.estimate, correction.gain * innovation)
-    return Turned(Belief(estimate, correction.covariance), innovation, correction.variance)
+    return Turned(Belief(estimate, correction.covariance), innovation * innovation / correction.variance)
 
 
 def _ahead(reading: float, r_x: float, r_y: float) -> float:

@@ -23,6 +23,7 @@ from fivebar_control.estimation.step import (
     EstimatorMemory,
     estimator_model,
     first_update,
+    inconsistency_reason,
     next_update,
     prediction,
     with_motors,
@@ -131,6 +132,9 @@ class StateEstimator:
         elif ahead.ambiguity.ambiguous:
             reason = ambiguity_reason(self._model.filter, self._model.limits, ahead.ambiguity)
             self._latch("estimate_ambiguous", f"at sample {sample}: {reason}")
+        elif ahead.inconsistent:
+            reason = inconsistency_reason(self._model, ahead.memory.misfit)
+            self._latch("estimate_inconsistent", f"at sample {sample} {reason}")
         estimate, covariance = memory.belief
         a, b, c, d, e, f = np.sqrt(np.maximum(0.0, np.diag(covariance)[:6])).tolist()
         self._answer = JointEstimate(

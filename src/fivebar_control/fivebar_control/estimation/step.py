@@ -77,6 +77,8 @@ class EstimatorModel(NamedTuple):
         delay_samples: periods between a command and its effect.
         torque_limit: of the drives (Nm), infinite for none.
         limits: of the ambiguity test.
+        misfit_share: weight of a sample in the mean of the squared innovations.
+        misfit_limit: of that mean.
         history: samples that are kept for late readings.
     """
 
@@ -86,7 +88,21 @@ class EstimatorModel(NamedTuple):
     delay_samples: int
     torque_limit: float
     limits: AmbiguityLimits
+    misfit_share: float
+    misfit_limit: float
     history: int
+
+
+class Misfit(NamedTuple):
+    """Recent means of the squared innovations in units of their variances, about 1 where the robot is as believed.
+
+    Attributes:
+        encoders: of the motor encoders.
+        gyro: of the gyroscope.
+    """
+
+    encoders: float
+    gyro: float
 
 
 class EstimatorMemory(NamedTuple):
@@ -99,6 +115,7 @@ class EstimatorMemory(NamedTuple):
         before1, before2: readings before these (rad).
         repeated1, repeated2: samples for which the last ones have been the same.
         near: consecutive samples near the Type 2 locus.
+        misfit: recent mean of the squared innovations.
         history: of the last samples, changed in place.
     """
 
@@ -111,6 +128,7 @@ class EstimatorMemory(NamedTuple):
     repeated1: int
     repeated2: int
     near: int
+    misfit: Misfit
     history: History
 
 
@@ -130,6 +148,7 @@ class Prediction(NamedTuple):
         joints: of that estimate.
         lost: whether it is out of reach; the joints are then undefined, and ambiguity is not tested.
         ambiguity: whether the assembly mode is still known.
+        inconsistent: whether the measurements contradict the model by more than all declared uncertainty.
     """
 
     memory: EstimatorMemory
@@ -137,6 +156,7 @@ class Prediction(NamedTuple):
     joints: Joints
     lost: bool
     ambiguity: AmbiguityCheck
+    inconsistent: bool
 
 
 def estimator_model(
@@ -157,6 +177,8 @@ def estimator_model(
         delay_samples=drives.delay_samples,
         torque_limit=math.inf if drives.torque_limit is None else float(drives.torque_limit),
         limits=AmbiguityLimits(numbers.mirror_deviations, numbers.dwell_limit),
+        misfit_share=1.0 - math.exp(-1.0 / (rate_hz * numbers.misfit_time)),
+        misfit_limit=numbers.misfit_limit,
         history=history_samples(rate_hz) if settings.gyro else 2,
     )
 
@@ -174,7 +196,7 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
     history = empty_history(model.history)
     keep_inputs(history, 0, 0, 0, 0.0, 0.0)
     keep_belief(history, 0, belief)
-    return EstimatorMemory(belief, 0, q11, q21, q11, q21, 1, 1, 0, history)
+    return EstimatorMemory(belief, 0, q11, q21, q11, q21, 1, 1, 0, Misfit(1.0, 1.0), history)
 
 
 def with_motors(
@@ -201,6 +223,7 @@ def with_motors(
         repeated1=repetitions(memory.last1, memory.repeated1, q11),
         repeated2=repetitions(memory.last2, memory.repeated2, q21),
         near=memory.near,
+        misfit=memory.misfit,
         history=memory.history,
     )
 
@@ -224,6 +247,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
     filter_model, history, newest = model.filter, memory.history, memory.newest
     belief = belief_at(history, start - 1)
     expected = belief.estimate
+    encoders, gyro = memory.misfit.encoders, memory.misfit.gyro
     for entry in range(start, newest + 1):
         inputs = history.inputs[row_of(history, entry)]
         for _ in range(int(inputs[PERIODS])):
@@ -238,15 +262,22 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
                 next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, speed2),
             )
         q11, q21 = Angle(inputs[ANGLE1], inputs[VARIANCE1]), Angle(inputs[ANGLE2], inputs[VARIANCE2])
-        belief = corrected(filter_model, belief, q11, q21)
+        by_angles = corrected(filter_model, belief, q11, q21)
+        belief = by_angles.belief
+        if entry == newest:
+            encoders += model.misfit_share * (0.5 * by_angles.misfit - encoders)
         if not math.isnan(inputs[RATE]):
-            belief = turned(filter_model, belief, inputs[RATE]).belief
+            by_rate = turned(filter_model, belief, inputs[RATE])
+            belief = by_rate.belief
+            # of a late reading, which is taken again with each later one, the first time counts
+            if entry == start:
+                gyro += model.misfit_share * (by_rate.misfit - gyro)
         keep_belief(history, entry, belief)
-    return Update(changed_memory(memory, belief, memory.near), expected)
+    return Update(changed_memory(memory, belief, memory.near, Misfit(encoders, gyro)), expected)
 
 
-def changed_memory(memory: EstimatorMemory, belief: Belief, near: int) -> EstimatorMemory:
-    """Return a memory with another belief and number of samples near the locus."""
+def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit) -> EstimatorMemory:
+    """Return a memory with another belief, number of samples near the locus, and misfit."""
     return EstimatorMemory(
         belief,
         memory.newest,
@@ -257,6 +288,7 @@ def changed_memory(memory: EstimatorMemory, belief: Belief, near: int) -> Estima
         memory.repeated1,
         memory.repeated2,
         near,
+        misfit,
         memory.history,
     )
 
@@ -284,7 +316,20 @@ def prediction(
     robot, mode1, mode2 = model.filter.robot, model.filter.mode1, model.filter.mode2
     joints = joints_of(state_from_platform(robot, mode1, mode2, estimate.x, estimate.y, estimate.vx, estimate.vy))
     if not math.isfinite(joints.dq11 + joints.dq12 + joints.dq21 + joints.dq22):
-        return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False))
+        return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False), False)
     check = check_ambiguity(model.filter, model.limits, memory.near, memory.belief)
-    kept = changed_memory(memory, memory.belief, check.near)
-    return Prediction(kept, estimate, joints, False, check)
+    kept = changed_memory(memory, memory.belief, check.near, memory.misfit)
+    # a misfit that is not a number is one
+    inconsistent = not max(memory.misfit.encoders, memory.misfit.gyro) <= model.misfit_limit
+    return Prediction(kept, estimate, joints, False, check, inconsistent)
+
+
+def inconsistency_reason(model: EstimatorModel, misfit: Misfit) -> str:
+    """Return in words why an estimate is inconsistent."""
+    by_gyro = misfit.gyro > misfit.encoders
+    mean = misfit.gyro if by_gyro else misfit.encoders
+    return (
+        f"{'the gyroscope' if by_gyro else 'the motor encoders'} differ{'s' if by_gyro else ''} from the predictions by"
+        f" {math.sqrt(mean):.1f} standard deviations, limit {math.sqrt(model.misfit_limit):.1f}: check the robot's"
+        " geometry and zeros against `tolerances`, and the sensor"
+    )
