@@ -162,10 +162,10 @@ def crossing_graph(
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     if bridged:
-        # the drives have no accelerometer
-        absent = (*absent, IMU_DATA, IMU_ERROR)
+        # the emulated robot has a gyroscope, but no accelerometer
+        absent = (*absent, IMU_ERROR)
     if drives is not None:
-        absent = (*absent, GROUND_TRUTH, RUN_STATUS)
+        absent = (*absent, GROUND_TRUTH, RUN_STATUS, *(() if scenario.gyro else (IMU_DATA,)))
     awaited = [*(node.executable for node in nodes), RECORDER]
     if drives is not None:
         nodes.append(bridge(scenario, drives, ()))
@@ -234,17 +234,21 @@ def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[s
     robot = NodeSpec(
         "fivebar_sim",
         EMULATED_ROBOT,
-        to_parameters(
-            EmulatedRobotSettings(
-                rate_hz=scenario.rate_hz,
-                emulation=str(rehearsal.files.emulation.absolute()),
-                samples=scenario.plan().path.samples(scenario.rate_hz),
-                inject=rehearsal.inject,
-                wait_for_nodes=tuple(awaited),
-            )
-        ),
+        {
+            **to_parameters(
+                EmulatedRobotSettings(
+                    rate_hz=scenario.rate_hz,
+                    emulation=str(rehearsal.files.emulation.absolute()),
+                    samples=scenario.plan().path.samples(scenario.rate_hz),
+                    inject=rehearsal.inject,
+                    seed=scenario.plant.seed,
+                    wait_for_nodes=tuple(awaited),
+                )
+            ),
+            **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
+        },
         (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY),
-        (GROUND_TRUTH, FAULTS, RUN_STATUS),
+        (GROUND_TRUTH, IMU_DATA, FAULTS, RUN_STATUS),
     )
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
 

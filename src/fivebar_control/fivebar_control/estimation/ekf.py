@@ -397,7 +397,7 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
     two = measured(one.covariance, row2, q21.variance)
     innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
     change = one.gain * innovation1
-    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - np.dot(row2, change)
+    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - float(np.dot(row2, change))
     change += two.gain * innovation2
     misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
     return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit)
@@ -406,13 +406,13 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
 def changed(estimate: Estimate, change: Vector) -> Estimate:
     """Return an estimate plus the first entries of a change, [SIZE]."""
     return Estimate(
-        estimate.x + change[X],
-        estimate.y + change[Y],
-        estimate.vx + change[VX],
-        estimate.vy + change[VY],
-        estimate.d1 + change[D1],
-        estimate.d2 + change[D2],
-        estimate.bias + change[BIAS],
+        estimate.x + float(change[X]),
+        estimate.y + float(change[Y]),
+        estimate.vx + float(change[VX]),
+        estimate.vy + float(change[VY]),
+        estimate.d1 + float(change[D1]),
+        estimate.d2 + float(change[D2]),
+        estimate.bias + float(change[BIAS]),
     )
 
 

@@ -79,7 +79,7 @@ class StateEstimator:
         self._homing = homing
         self._model = estimator_model(robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances)
         self._tolerance = settings.homing_tolerance + self._model.resolution
-        self._frozen = FrozenWatch(robot, homing.mode1, homing.mode2, self._model.resolution)
+        self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
         self._answer: JointEstimate | None = None
@@ -133,8 +133,10 @@ class StateEstimator:
             reason = ambiguity_reason(self._model.filter, self._model.limits, ahead.ambiguity)
             self._latch("estimate_ambiguous", f"at sample {sample}: {reason}")
         elif ahead.inconsistent:
-            reason = inconsistency_reason(self._model, ahead.memory.misfit)
-            self._latch("estimate_inconsistent", f"at sample {sample} {reason}")
+            frozen = self._frozen.suspected()
+            name = "estimate_inconsistent" if frozen is None else "encoder_frozen"
+            reason = frozen or inconsistency_reason(self._model, ahead.memory.misfit)
+            self._latch(name, f"at sample {sample} {reason}")
         estimate, covariance = memory.belief
         a, b, c, d, e, f = np.sqrt(np.maximum(0.0, np.diag(covariance)[:6])).tolist()
         self._answer = JointEstimate(

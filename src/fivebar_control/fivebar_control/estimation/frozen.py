@@ -1,15 +1,20 @@
 """Detection of a frozen encoder: its reading is constant although the motor must be turning.
 
 A constant reading is no fault by itself: at rest, and where a motor reverses, the angle is within the same count for
-many samples, and the filter predicts it there, too. Where the predictions keep differing from a constant reading, the
-encoder is frozen.
+many samples, and the filter predicts it there, too. Where the predictions keep differing from a constant reading, and
+by more than the robot's tolerances explain, the encoder is frozen.
 """
 
 from __future__ import annotations
 
-from fivebar_control.estimation.ekf import Estimate
-from fivebar_control.model.geometry import inverse_geometry, wrap
-from fivebar_description.parameters import FiveBar
+import math
+
+import numpy as np
+
+from fivebar_control.estimation.covariance import STATES
+from fivebar_control.estimation.ekf import Estimate, FilterModel, encoder_row
+from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.model.geometry import wrap
 
 FEWEST = 3
 """Readings in a row that are the same before an encoder is suspected."""
@@ -21,15 +26,19 @@ COUNTS = 10.0
 ANGLE = 1e-3
 """An encoder is frozen when the differences from the predictions sum to this many counts and this angle (rad)."""
 
+DEVIATIONS = 3.0
+"""Standard deviations of the considered errors by which a prediction may differ: a healthy encoder on a robot whose
+geometry is known so well only."""
+
 
 class FrozenWatch:
     """Compares both motors' readings with the filter's predictions."""
 
-    def __init__(self, robot: FiveBar, mode1: int, mode2: int, count: float) -> None:
+    def __init__(self, model: FilterModel, count: float) -> None:
         """Make a watch for encoders with counts of a size (rad), 0 for exact ones."""
-        self._robot = robot
-        self._modes = mode1, mode2
-        self._limit = COUNTS * count + ANGLE
+        self._legs = (model.robot.leg1, model.mode1), (model.robot.leg2, model.mode2)
+        self._considered = np.array(model.considered)
+        self._count = count
         self._last: tuple[float, float] | None = None
         self._stays = [1, 1]
         self._beyond = [0.0, 0.0]
@@ -46,20 +55,31 @@ class FrozenWatch:
         if last is None or gap:
             self._stays, self._beyond = [1, 1], [0.0, 0.0]
             return None
-        angles: tuple[float, ...] | None = None
-        for motor, name in enumerate(("q11", "q21")):
+        for motor in range(2):
             if readings[motor] != last[motor]:
                 self._stays[motor], self._beyond[motor] = 1, 0.0
                 continue
             self._stays[motor] += 1
-            if self._stays[motor] > LONGEST:
-                continue
-            if angles is None:
-                angles = inverse_geometry(self._robot, *self._modes, expected.x, expected.y)
-            self._beyond[motor] += abs(wrap(angles[2 * motor] - readings[motor]))
-            if self._stays[motor] >= FEWEST and self._beyond[motor] > self._limit:
-                return (
-                    f"{name} has read the same {self._stays[motor]} times, while the motion is"
-                    f" {self._beyond[motor] / (self._stays[motor] - 1):.4f} rad away from it"
-                )
+            if self._stays[motor] <= LONGEST:
+                self._beyond[motor] += self._difference(motor, readings[motor], expected)
+        return self._reason(FEWEST, COUNTS * self._count + ANGLE)
+
+    def suspected(self) -> str | None:
+        """Return in words which encoder does not move, where something is known to be wrong; None for none."""
+        return self._reason(2, COUNTS * self._count)
+
+    def _reason(self, fewest: int, limit: float) -> str | None:
+        for motor, name in enumerate(("q11", "q21")):
+            if fewest <= self._stays[motor] <= LONGEST and self._beyond[motor] > limit:
+                mean = self._beyond[motor] / (self._stays[motor] - 1)
+                repeated = f"{name} has read the same {self._stays[motor]} times"
+                return f"{repeated}, while the motion is {mean:.4f} rad away from it"
         return None
+
+    def _difference(self, motor: int, reading: float, expected: Estimate) -> float:
+        """Return by how much a reading (rad) differs from the prediction, beyond what the geometry explains (rad)."""
+        leg, mode = self._legs[motor]
+        moving = leg_motion(leg, mode, expected.x, expected.y, 0.0, 0.0)
+        explained = float(np.linalg.norm(encoder_row(motor + 1, moving)[STATES:] * self._considered))
+        difference = abs(wrap(reading - math.atan2(moving.r_y, moving.r_x)))
+        return max(0.0, difference - DEVIATIONS * explained)

@@ -58,6 +58,14 @@ def keep_angles(history: History, entry: int, q11: Angle, q21: Angle) -> None:
     inputs[ANGLE2], inputs[VARIANCE2] = q21.value, q21.variance
 
 
+def angle_at(history: History, entry: int, number: int) -> Angle:
+    """Return the measured angle of motor 1 or 2 of an entry."""
+    inputs = history.inputs[row_of(history, entry)]
+    if number == 1:
+        return Angle(float(inputs[ANGLE1]), float(inputs[VARIANCE1]))
+    return Angle(float(inputs[ANGLE2]), float(inputs[VARIANCE2]))
+
+
 def keep_rate(history: History, newest: int, sample: int, rate: float) -> int:
     """Keep a gyroscope reading (rad/s) of a sample; return its entry, or one after the newest where there is none.
 

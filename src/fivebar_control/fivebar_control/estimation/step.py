@@ -27,17 +27,14 @@ from fivebar_control.estimation.ekf import (
     predicted,
     turned,
 )
-from fivebar_control.estimation.encoder import Angle, count_angle, first_angle, next_angle, repetitions
+from fivebar_control.estimation.encoder import count_angle, first_angle, next_angle, repetitions
 from fivebar_control.estimation.history import (
-    ANGLE1,
-    ANGLE2,
     PERIODS,
     RATE,
     TAU1,
     TAU2,
-    VARIANCE1,
-    VARIANCE2,
     History,
+    angle_at,
     belief_at,
     empty_history,
     keep_angles,
@@ -251,7 +248,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
     for entry in range(start, newest + 1):
         inputs = history.inputs[row_of(history, entry)]
         for _ in range(int(inputs[PERIODS])):
-            belief = predicted(filter_model, belief, inputs[TAU1], inputs[TAU2])
+            belief = predicted(filter_model, belief, float(inputs[TAU1]), float(inputs[TAU2]))
         if entry == newest:
             expected = belief.estimate
             speed1, speed2 = motor_speeds(filter_model, expected)
@@ -261,13 +258,13 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
                 next_angle(model.resolution, model.rate_hz, memory.before1, memory.repeated1, memory.last1, speed1),
                 next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, speed2),
             )
-        q11, q21 = Angle(inputs[ANGLE1], inputs[VARIANCE1]), Angle(inputs[ANGLE2], inputs[VARIANCE2])
+        q11, q21 = angle_at(history, entry, 1), angle_at(history, entry, 2)
         by_angles = corrected(filter_model, belief, q11, q21)
         belief = by_angles.belief
         if entry == newest:
             encoders += model.misfit_share * (0.5 * by_angles.misfit - encoders)
         if not math.isnan(inputs[RATE]):
-            by_rate = turned(filter_model, belief, inputs[RATE])
+            by_rate = turned(filter_model, belief, float(inputs[RATE]))
             belief = by_rate.belief
             # of a late reading, which is taken again with each later one, the first time counts
             if entry == start:

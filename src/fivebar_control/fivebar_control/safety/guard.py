@@ -24,6 +24,7 @@ FINAL_FAULTS = (
     "estimate_lost",
     "homing_contradicted",
     "encoder_frozen",
+    "estimate_inconsistent",
     "recording_failed",
     "plant_diverged",
     "nodes_missing",

@@ -12,13 +12,16 @@ import threading
 import time
 
 import can
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
+from fivebar_description.imu import IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,
     GROUND_TRUTH,
+    IMU_DATA,
+    IMU_FRAME,
     JOINTS,
     MOTOR_STATES,
     RUN_READY,
@@ -28,7 +31,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.latency_watch import LatencyWatch
-from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
+from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
@@ -37,6 +40,7 @@ from fivebar_sim.drives.commands import USAGE, execute, read_command
 from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import TURN
 from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
+from fivebar_sim.imu import ReadingQueue, gyro_errors, gyro_stream
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 
 STATUS_PERIOD = 0.1
@@ -78,6 +82,11 @@ class EmulatedRobot(GraphNode):
         self._made = self._heard = time.monotonic()
         self._began: float | None = None
         self._truth = self.advertise(GROUND_TRUTH)
+        self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=("noise",))
+        self._gyro_random = gyro_stream(settings.seed)
+        self._readings: ReadingQueue[Imu] = ReadingQueue(self._imu, self._rate_hz, settings.seed)
+        self._imu_data = self.advertise(IMU_DATA)
+        self._last_reading = -1
         self._faults = self.advertise(FAULTS)
         self._status = self.advertise(RUN_STATUS)
         self.listen(MOTOR_STATES, self._on_states)
@@ -137,7 +146,23 @@ class EmulatedRobot(GraphNode):
         stamp = sample_stamp_ns(sample, self._rate_hz)
         position, velocity, effort = record.truth
         self._truth.publish(joint_state(stamp, JOINTS, position, velocity, effort))
+        if sample > self._last_reading:
+            self._last_reading = sample
+            for _, message in self._readings.arrived(sample, self._gyro_reading(stamp, velocity[2] + velocity[3])):
+                self._imu_data.publish(message)
         self.note_answer()
+
+    def _gyro_reading(self, stamp: int, rate: float) -> Imu:
+        """Return the gyroscope's message for the rate (rad/s) of the distal link of leg 2; it has no accelerometer."""
+        message = Imu()
+        message.header.stamp = to_stamp(stamp)
+        message.header.frame_id = IMU_FRAME
+        # -1 means that there is no such measurement (sensor_msgs/Imu)
+        message.orientation_covariance[0] = message.linear_acceleration_covariance[0] = -1.0
+        turning = rate + float(gyro_errors(self._imu, self._gyro_random, 1)[0])
+        vector = message.angular_velocity
+        vector.x, vector.y, vector.z = (axis * turning for axis in self._imu.rotation()[2])
+        return message
 
     def _sync_of(self, sample: int, q11: float, q21: float) -> SyncRecord | None:
         """Return the SYNC that a sample was measured at.

@@ -59,7 +59,7 @@ class PlantNodeSettings(NamedTuple):
 
 
 class EmulatedRobotSettings(NamedTuple):
-    """The emulated drives with the robot that they move."""
+    """The emulated drives with the robot that they move, in addition to its gyroscope."""
 
     emulation: Annotated[
         str, Setting("Bus, drives and robot: a shipped emulation's name or a path to a YAML file.")
@@ -69,5 +69,6 @@ class EmulatedRobotSettings(NamedTuple):
     inject: Annotated[
         tuple[str, ...], Setting("Faults: seconds since sample 0 and an order, such as '1.2 fault 1'.")
     ] = ()
+    seed: Annotated[int, Setting("Seed of the gyroscope's noise.", at_least=0, at_most=2**31 - 1)] = 0
     wait_for_nodes: AwaitedNodes = ()
     ready_timeout_s: ReadyTimeout = 30.0
