@@ -33,8 +33,8 @@ from fivebar_bringup.studies.goto.stand import stand as rest
 from fivebar_bringup.studies.goto.start import HOME, HOME_MODE, Start, start_after
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
 from fivebar_bringup.studies.goto.transfer_report import show
-from fivebar_control.trajectory.limits import MotionLimits
-from fivebar_control.trajectory.transfer import Speed
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.transfer import Speed
 from fivebar_description.strict_yaml import InputError
 
 

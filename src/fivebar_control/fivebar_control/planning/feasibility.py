@@ -10,10 +10,10 @@ from scipy.optimize import brentq
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.trajectory.feasibility import Feasibility, dwells_near_locus, screen
-from fivebar_control.trajectory.limits import MotionLimits
+from fivebar_control.planning.feasibility import Feasibility, dwells_near_locus, screen
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
-from fivebar_control.trajectory.sight import Point
 from fivebar_description.parameters import FiveBar
 
 LONGEST = 10.0
