@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
@@ -34,6 +35,8 @@ class MotionLimits(NamedTuple):
             takes longer.
         authority: least |n . v1| at a crossing, for the blended controllers: below it the direction across the path
             cannot be held on the locus.
+        clearance: least kappa wherever a law acts that is undefined on the locus: 0.12 mm from it on the middle path.
+        predicted_error: largest distance from the reference in a predicted run (m).
     """
 
     torque: float = 2.0
@@ -44,6 +47,8 @@ class MotionLimits(NamedTuple):
     rest: float = 1.2 * NEAR_LOCUS
     zone_stay: float = 0.12
     authority: float = MIN_AUTHORITY
+    clearance: float = 0.01
+    predicted_error: float = 1e-3
 
 
 def limits_of(
@@ -72,3 +77,21 @@ def limits_of(
     if speed_step > COARSE_SPEED_STEP:
         limits = limits._replace(dwell=0.06, authority=0.5)
     return limits._replace(rest=0.1)
+
+
+def limits_of_given(
+    follower: TunedController,
+    torque: float = MotionLimits().torque,
+    motor_speed: float = MotionLimits().motor_speed,
+    speed_step: float = 0.0,
+) -> MotionLimits:
+    """Return the limits of a motion that is given, not chosen; arguments as for `limits_of`.
+
+    A planner that can choose keeps away from the singularities. A motion that is given is judged by what it asks for:
+    with exact sensors rests and dwells near the locus, and postures near Type 1, are left to the torque, the motor
+    speeds and the predicted run. With encoders the estimator needs the same limits for both.
+    """
+    limits = limits_of(follower, torque, motor_speed, speed_step)
+    if speed_step > 0.0:
+        return limits
+    return limits._replace(serial_margin=0.05, dwell=math.inf, rest=0.0)

@@ -238,7 +238,7 @@ class _Search:
             except PlanRefused as refusal:
                 reason = reason or str(refusal)
                 continue
-            feasibility = self._task.judge(plan)
+            feasibility = self._task.judge_run(plan)
             if feasibility.feasible:
                 return _Timed(plan, feasibility, waypoints, durations)
             reason = reason or "; ".join(feasibility.reasons)
