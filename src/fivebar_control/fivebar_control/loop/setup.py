@@ -20,7 +20,7 @@ def steps_of(controller: Controller) -> tuple[Step, Step]:
 def first_memory(controller: Controller) -> CycleMemory:
     """Return the memory of a controller before the first sample."""
     constraint = controller.constraint
-    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO)
+    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO, 0)
 
 
 def cycle_settings_of(

@@ -25,10 +25,6 @@ COARSE_SAMPLES = 200
 CLOSE_RANGE = 0.06
 """Time (s) before and after a crossing in which every sample is evaluated."""
 
-REST_ROOM = 2.0
-"""A blended controller's rests have this many times the kappa at the edge of the widest zone: with less, motions that
-arrive quickly end beside the goal or fall back across the locus."""
-
 BOUNDARY_TOLERANCE = 1e-6
 """Time (s) to which beginning and end of a dwell near the locus are found."""
 
@@ -141,7 +137,7 @@ def screen(
     """
     scan = _ReferenceScan(robot, plan, rate_hz, follower)
     zone_edge = max((2.0 * crossing.epsilon for crossing in plan.crossings), default=0.0)
-    room = REST_ROOM if follower.controller.blended else 1.0
+    room = limits.rest_room if follower.controller.blended else 1.0
     figures = [
         scan.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
         scan.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
@@ -168,12 +164,17 @@ def screen_run(
 ) -> Feasibility:
     """Judge a plan as `screen` does, and where that finds nothing, by the run that it is predicted to become.
 
-    Motions that may meet Type 1 are judged by their reference alone: there the prediction's model is not regular.
+    Motions that may meet Type 1 are judged by their reference alone: there the predicting model is not regular.
     """
     verdict = screen(robot, plan, rate_hz, follower, limits)
-    if not verdict.feasible or plan.modes:
+    if not verdict.feasible or not is_predictable(plan):
         return verdict
     return with_prediction(verdict, predict_run(robot, plan, rate_hz, follower, limits.torque), plan, limits)
+
+
+def is_predictable(plan: Plan) -> bool:
+    """Return whether `predict_run` can tell what becomes of a plan."""
+    return not plan.modes
 
 
 def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, limits: MotionLimits) -> Feasibility:

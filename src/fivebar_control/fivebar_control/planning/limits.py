@@ -29,7 +29,9 @@ class MotionLimits(NamedTuple):
         serial_margin: least |sin q_i2|, 0 at Type 1.
         dwell: longest time near the Type 2 locus (s).
         rest: least kappa where the platform rests. It is at least that at the edge of the widest blending zone, too,
-            for a blended controller `REST_ROOM` times that.
+            for a blended controller `rest_room` times that.
+        rest_room: see `rest`. With less than twice that kappa, motions that arrive quickly may end beside the goal or
+            fall back across the locus.
         zone_stay: longest time in a blending zone (s), for the blended controllers: there the motion along the path is
             free. A passage at a steady rate takes 80 ms by a zone duration of 40 ms; one that comes in along the locus
             takes longer.
@@ -45,6 +47,7 @@ class MotionLimits(NamedTuple):
     serial_margin: float = 0.15
     dwell: float = 0.2
     rest: float = 1.2 * NEAR_LOCUS
+    rest_room: float = 2.0
     zone_stay: float = 0.12
     authority: float = MIN_AUTHORITY
     clearance: float = 0.01
@@ -84,14 +87,16 @@ def limits_of_given(
     torque: float = MotionLimits().torque,
     motor_speed: float = MotionLimits().motor_speed,
     speed_step: float = 0.0,
+    predictable: bool = True,
 ) -> MotionLimits:
     """Return the limits of a motion that is given, not chosen; arguments as for `limits_of`.
 
     A planner that can choose keeps away from the singularities. A motion that is given is judged by what it asks for:
     with exact sensors rests and dwells near the locus, and postures near Type 1, are left to the torque, the motor
-    speeds and the predicted run. With encoders the estimator needs the same limits for both.
+    speeds and the predicted run. With encoders the estimator needs the same limits for both, and so does a motion that
+    is not `predictable`.
     """
     limits = limits_of(follower, torque, motor_speed, speed_step)
-    if speed_step > 0.0:
+    if speed_step > 0.0 or not predictable:
         return limits
-    return limits._replace(serial_margin=0.05, dwell=math.inf, rest=0.0)
+    return limits._replace(serial_margin=0.05, dwell=math.inf, rest=0.0, rest_room=1.0)

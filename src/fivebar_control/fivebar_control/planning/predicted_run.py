@@ -78,7 +78,7 @@ def predict_run(
         torque_limit: to which its torque is limited (Nm), infinite for none.
     """
     mode1, mode2 = plan.mode1, plan.mode2
-    limits = limits_of(SafetySettings(torque_limit=torque_limit, type1_margin=0.0), rate_hz)
+    limits = limits_of(SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0), rate_hz)
     settings = cycle_settings_of(robot, mode1, mode2, rate_hz, follower, limits._replace(tracking_error=LOST))
     nominal_step, constraint_step = steps_of(follower.controller)
     memory = first_memory(follower.controller)
