@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import FloatArray, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_control.laws.registry import CONTROLLERS
@@ -103,7 +103,7 @@ def _near(robot: FiveBar, mode: tuple[int, int], random: np.random.Generator) ->
     while True:
         start, end = np.array(_reachable(robot, random)), np.array(_reachable(robot, random))
 
-        def assembly(share: float, start: np.ndarray = start, end: np.ndarray = end) -> float:  # type: ignore[type-arg]
+        def assembly(share: float, start: FloatArray = start, end: FloatArray = end) -> float:
             x, y = (start + share * (end - start)).tolist()
             return det_a(state_from_platform(robot, *mode, x, y, 0.0, 0.0))
 

@@ -87,7 +87,7 @@ def test_shipped_scenarios_are_admitted(name: str) -> None:
 def test_the_one_that_is_forced_would_be_refused() -> None:
     scenario = load_scenario("ctc_middle").model_copy(update={"force": False})
     with pytest.raises(
-        PlanRefused, match="undefined on the Type 2 locus is .* m after 0.502 s, expected at least 0.01"
+        PlanRefused, match=r"undefined on the Type 2 locus is .* m after 0\.502 s, expected at least 0\.01"
     ):
         refuse_unfit(scenario)
 
@@ -96,12 +96,12 @@ def test_a_wider_tolerance_admits_a_larger_predicted_error() -> None:
     scenario = load_scenario("multi_model_criterion")
     refuse_unfit(scenario)
     strict = scenario.model_copy(update={"error_tolerance": 0.004})
-    with pytest.raises(PlanRefused, match=f"{ERROR} is 0.00204 m .*expected at most 0.002 m"):
+    with pytest.raises(PlanRefused, match=rf"{ERROR} is 0\.00204 m .*expected at most 0\.002 m"):
         refuse_unfit(strict)
 
 
 def test_there_must_be_such_a_scenario() -> None:
-    with pytest.raises(InputError, match="expected a path to a .yaml file or one of"):
+    with pytest.raises(InputError, match=r"expected a path to a \.yaml file or one of"):
         load_admitted("no_such_scenario")
 
 
