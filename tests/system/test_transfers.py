@@ -11,9 +11,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.kinematics import det_a, state_from_joints
-from fivebar_control.trajectory.limits import limits_of
-from fivebar_control.trajectory.postures import WORKING_MODES, place_at, rest_problem
-from fivebar_control.trajectory.transfer import Speed, plan_transfer
+from fivebar_control.planning.limits import limits_of
+from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
+from fivebar_control.planning.transfer import Speed, plan_transfer
 from fivebar_description.parameters import load_robot
 
 RATE_HZ = 500

@@ -106,6 +106,17 @@ def test_laws_stand_on_the_model_alone(path: Path) -> None:
     assert inside <= BELOW_THE_LAWS
 
 
+ABOVE_THE_LOOP = {"planning", "ros", "nodes"}
+"""What laws, plans and the control cycle do not know of: who searches and judges motions runs them, not they it."""
+
+
+@pytest.mark.parametrize("layer", ["model", "laws", "safety", "trajectory", "estimation", "loop"])
+def test_the_control_cycle_stands_below_the_planning(layer: str) -> None:
+    for path in (SRC / "fivebar_control/fivebar_control" / layer).glob("*.py"):
+        inside = {name.split(".")[1] for name in imported(path) if name.startswith("fivebar_control.")}
+        assert not inside & ABOVE_THE_LOOP, path.name
+
+
 PLAIN_IMPORTS = """
 import importlib, sys
 

@@ -108,6 +108,19 @@ class Scenario(StrictModel):
     tolerances: Section[Tolerances] = EXACT
     safety: Annotated[SafetySettings, Keys(without=(TRACKING_ERROR_LIMIT.name,))] = SafetySettings()
     tracking_error_limit: Annotated[float, TRACKING_ERROR_LIMIT.setting] = TRACKING_ERROR_LIMIT.default
+    error_tolerance: Annotated[
+        float,
+        Setting(
+            "Distance of the platform from the reference up to which a run is completed without reservation; the"
+            " predicted run has to stay within half of it.",
+            "m",
+            at_least=1e-6,
+            at_most=10.0,
+        ),
+    ] = 0.002
+    force: Annotated[
+        bool, Setting("Run the motion although the screen refuses it, as for a demonstration of what goes wrong.")
+    ] = False
 
     @model_validator(mode="after")
     def _settings_of_its_law(self) -> Scenario:

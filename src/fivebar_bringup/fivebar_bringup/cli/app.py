@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.run import RunFailed
 from fivebar_bringup.scenario import shipped_scenarios
@@ -80,3 +81,14 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
             progress.update(task, description=f"{name}: running", completed=done, total=total)
 
         yield update
+
+
+def verdict_of(summary: Summary) -> str:
+    """Return whether a run was completed and within which error, with the console's colours."""
+    if not summary.completed:
+        return "[red]not completed[/red]"
+    error, tolerance = summary.tracking_error_peak_m, summary.error_tolerance_m
+    within = f"at most {(error or 0.0) * 1e3:.2f} mm from the reference"
+    if summary.within_tolerance:
+        return f"[green]completed[/green], {within}, tolerance {tolerance * 1e3:g} mm"
+    return f"[yellow]completed, but not within tolerance[/yellow], {within}, tolerance {tolerance * 1e3:g} mm"

@@ -21,20 +21,21 @@ from fivebar_bringup.cli.app import (
     ending_on_sigterm,
     input_errors,
     progress_bar,
+    verdict_of,
 )
 from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Mode
 from fivebar_bringup.runs.run import run_offline, run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.studies.goto.live import goal_fields, request_live
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of
 from fivebar_bringup.studies.goto.stand import stand as rest
 from fivebar_bringup.studies.goto.start import HOME, HOME_MODE, Start, start_after
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
 from fivebar_bringup.studies.goto.transfer_report import show
-from fivebar_control.trajectory.limits import MotionLimits
-from fivebar_control.trajectory.transfer import Speed
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.transfer import Speed
 from fivebar_description.strict_yaml import InputError
 
 
@@ -167,7 +168,7 @@ def stand(
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """
     with input_errors(), ending_on_sigterm():
-        loaded = load_scenario(scenario)
+        loaded = load_admitted(scenario)
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
         with progress_bar(loaded.name, False) as progress:
             directory, faults = rest(loaded, seconds, mode, out, domain, progress)
@@ -198,10 +199,5 @@ def _start(start: tuple[float, float] | None, start_mode: tuple[int, int] | None
 
 
 def _print_outcome(directory: RunDirectory, summary: Summary) -> None:
-    printer = Console(soft_wrap=True)
-    if summary.completed:
-        error = summary.tracking_error_peak_m
-        detail = "" if error is None else f", at most {error * 1e3:.2f} mm from the reference"
-        printer.print(f"[green]completed[/green]{detail}: look at {directory.page}")
-    else:
-        printer.print(f"[red]not completed[/red]: {'; '.join(summary.not_completed_because)}: look at {directory.page}")
+    reasons = "" if summary.completed else f": {'; '.join(summary.not_completed_because)}"
+    Console(soft_wrap=True).print(f"{verdict_of(summary)}{reasons}: look at {directory.page}")

@@ -20,9 +20,11 @@ from fivebar_bringup.cli.app import (
     ending_on_sigterm,
     input_errors,
     progress_bar,
+    verdict_of,
 )
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
@@ -86,7 +88,7 @@ def run(
     Example: `fivebar run middle_robot --hardware emulated --inject "1.2 fault 1"`
     """
     with input_errors(), ending_on_sigterm():
-        loaded = load_scenario(scenario)
+        loaded = load_admitted(scenario)
         emulated = hardware is Hardware.EMULATED
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
@@ -108,7 +110,7 @@ def simulate(
     Example: `fivebar simulate middle --json`
     """
     with input_errors(), ending_on_sigterm():
-        loaded = load_scenario(scenario)
+        loaded = load_admitted(scenario)
         with progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_offline(loaded, out, progress, page)
     _finish(directory, summary, as_json)
@@ -178,5 +180,4 @@ def _print_summary(directory: RunDirectory, summary: Summary) -> None:
         table.add_row(f"[dim]{key}[/dim]", json.dumps(value))
     printer = Console()
     printer.print(table)
-    verdict = "[green]completed[/green]" if summary.completed else "[red]not completed[/red]"
-    printer.print(f"{verdict}: look at {directory.page}", soft_wrap=True)
+    printer.print(f"{verdict_of(summary)}: look at {directory.page}", soft_wrap=True)

@@ -63,6 +63,9 @@ class Summary:
         fault_details: the faults' full texts.
         tracking_error_peak_m: largest distance from the reference (m).
         dropped_messages: messages that the recorder is known to have missed.
+        error_tolerance_m: the scenario's tolerance (m).
+        within_tolerance: whether the platform is known to have stayed within it throughout; a completed run may not
+            have.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
     """
 
@@ -96,6 +99,8 @@ class Summary:
     working_mode_changes: int
     planned_working_mode_changes: int
     dropped_messages: int | None
+    error_tolerance_m: float
+    within_tolerance: bool
 
     def as_json(self) -> dict[str, Any]:
         """Return the summary as plain lists, numbers and texts, with no NaN or infinity in it."""
@@ -158,6 +163,8 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
         working_mode_changes=turned,
         planned_working_mode_changes=plan.working_mode_changes,
         dropped_messages=int(dropped) if dropped.isdecimal() else None,
+        error_tolerance_m=scenario.error_tolerance,
+        within_tolerance=bool(distance.size) and bool(np.all(distance <= scenario.error_tolerance)),
     )
 
 

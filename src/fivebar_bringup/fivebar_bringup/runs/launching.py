@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.rehearsal import check_drivable
 from fivebar_bringup.runs.run_directory import new_run_directory
-from fivebar_bringup.scenario import load_scenario
 from fivebar_description.ros.scheduling import Scheduling
 
 COMMAND = (sys.executable, "-m", "fivebar_bringup.cli.main")
@@ -52,7 +52,7 @@ def drive_processes(scenario: str, drives: str, out: str) -> tuple[Path, tuple[L
     Raises:
         InputError: the scenario cannot be run on drives, or the directory cannot be used.
     """
-    loaded = load_scenario(scenario)
+    loaded = load_admitted(scenario)
     check_drivable(loaded)
     run = new_run_directory(Path(out) if out else None, loaded)
     run.parameters.mkdir()

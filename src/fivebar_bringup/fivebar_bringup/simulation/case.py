@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.settings import cycle_settings, with_floats
+from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_control.estimation.step import EstimatorModel, estimator_model
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.plan_sample import plan_sample
+from fivebar_control.loop.setup import with_floats
 from fivebar_control.model.state import Leg
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan

@@ -11,8 +11,8 @@ from fivebar_bringup.simulation.case import Case, FloatArray, Sampled
 from fivebar_bringup.simulation.compiling import compiled_and_kept
 from fivebar_bringup.simulation.loop import run_bound
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
-from fivebar_bringup.simulation.settings import first_memory, steps_of
 from fivebar_control.laws.law import Step
+from fivebar_control.loop.setup import first_memory, steps_of
 
 NO_TRACE = np.zeros((0, len(TraceRow._fields)))
 

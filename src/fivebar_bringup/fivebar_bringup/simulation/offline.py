@@ -9,13 +9,14 @@ from typing import NamedTuple
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.settings import cycle_settings, first_memory, steps_of
+from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_control.estimation.estimator import StateEstimator, Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.cycle import Cycle, CycleSettings, control_cycle
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample
+from fivebar_control.loop.setup import first_memory, steps_of
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import JointAngles, Platform, State

@@ -9,6 +9,7 @@ from fivebar_control.safety.stages import (
     NO_FAULT,
     OUT_OF_WORKSPACE,
     OVER_SPEED,
+    TORQUE_EXCESSIVE,
     TORQUE_UNDEFINED,
     TRACKING_LOST,
 )
@@ -25,6 +26,7 @@ FAULT_NAMES = {
     ESTIMATE_AMBIGUOUS: "estimate_ambiguous",
     PLANT_DIVERGED: "plant_diverged",
     ESTIMATE_INCONSISTENT: "estimate_inconsistent",
+    TORQUE_EXCESSIVE: "torque_excessive",
 }
 """By these numbers and those of `fivebar_control.safety.stages`; the names are those of the node graph."""
 

@@ -1,47 +1,14 @@
-"""Inputs of the control cycle from a scenario: steps of the laws, settings as numbers, initial memory."""
+"""The constants of the control cycle from a scenario."""
 
 from __future__ import annotations
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.laws.law import Step, no_step
-from fivebar_control.laws.registry import SIGMOID, Controller
-from fivebar_control.laws.torque import ZERO
-from fivebar_control.loop.cycle import CycleMemory, CycleSettings
+from fivebar_control.loop.cycle import CycleSettings
+from fivebar_control.loop.setup import cycle_settings_of
 from fivebar_control.safety.stages import limits_of
-from fivebar_description.parameters import FiveBar, LegParameters
-from fivebar_description.settings import as_numbers
-
-
-def steps_of(controller: Controller) -> tuple[Step, Step]:
-    """Return the steps of a controller's nominal and constraint law; `no_step` where there is none."""
-    constraint = controller.constraint
-    return controller.nominal.step, no_step if constraint is None else constraint.step
-
-
-def first_memory(controller: Controller) -> CycleMemory:
-    """Return the memory of a controller before the first sample."""
-    constraint = controller.constraint
-    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO)
 
 
 def cycle_settings(scenario: Scenario) -> CycleSettings:
     """Return the constants of the control cycle."""
-    tuned = scenario.tuned()
-    mode1, mode2 = scenario.working_mode
-    return CycleSettings(
-        robot=with_floats(scenario.five_bar()),
-        mode1=int(mode1),
-        mode2=int(mode2),
-        period=1.0 / scenario.rate_hz,
-        nominal=as_numbers(tuned.nominal.settings),
-        constraint=None if tuned.constraint is None else as_numbers(tuned.constraint.settings),
-        blended=tuned.controller.blended,
-        weighted_in_time=tuned.controller.weighting == SIGMOID,
-        limits=limits_of(scenario.safety_settings(), scenario.rate_hz),
-    )
-
-
-def with_floats(robot: FiveBar) -> FiveBar:
-    """Return a robot whose numbers are floats throughout: an integer among them is another type to the compiler."""
-    leg1, leg2, mass = robot
-    return FiveBar(LegParameters(*map(float, leg1)), LegParameters(*map(float, leg2)), float(mass))
+    limits = limits_of(scenario.safety_settings(), scenario.rate_hz)
+    return cycle_settings_of(scenario.five_bar(), *scenario.working_mode, scenario.rate_hz, scenario.tuned(), limits)

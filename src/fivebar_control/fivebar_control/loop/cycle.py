@@ -18,7 +18,7 @@ from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
-from fivebar_control.safety.stages import NO_FAULT, Limits, first_fault, limited_torque
+from fivebar_control.safety.stages import NO_FAULT, Limits, excess_samples, first_fault, limited_torque
 from fivebar_description.parameters import FiveBar
 
 
@@ -47,11 +47,12 @@ class CycleSettings(NamedTuple):
 
 
 class CycleMemory(NamedTuple):
-    """State of the control cycle: the memories of both laws, and the last command (Nm)."""
+    """State of the control cycle: the memories of both laws, the last command (Nm), the excessive requests in a row."""
 
     nominal: Any
     constraint: Any
     command: Torque
+    excess: int
 
 
 class Cycle(NamedTuple):
@@ -106,12 +107,21 @@ def control_cycle(
     nominal, nominal_memory = nominal_step(robot, instant, memory.nominal, settings.nominal)
     constraint, constraint_memory = constraint_step(robot, instant, memory.constraint, settings.constraint)
     requested = blend(sigma, nominal, constraint) if settings.blended else nominal
+    excess = excess_samples(settings.limits, requested, memory.excess)
     command, fault = ZERO, NO_FAULT
     if not latched:
         fault = first_fault(
-            settings.limits, robot, settings.mode1, settings.mode2, state, plan.platform.x, plan.platform.y, requested
+            settings.limits,
+            robot,
+            settings.mode1,
+            settings.mode2,
+            state,
+            plan.platform.x,
+            plan.platform.y,
+            requested,
+            excess,
         )
         if fault == NO_FAULT:
             command = limited_torque(settings.limits, requested, memory.command)
-    kept = CycleMemory(nominal_memory, constraint_memory, command)
+    kept = CycleMemory(nominal_memory, constraint_memory, command, excess)
     return Cycle(sigma, kappa, nominal, constraint, requested, command, fault, kept)

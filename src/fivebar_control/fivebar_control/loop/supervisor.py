@@ -31,7 +31,10 @@ class Supervisor:
 
     def __call__(self, sample: int, state: State) -> SupervisorState:
         """Return sigma and kappa for a sample."""
-        t = sample / self._rate_hz
+        return self.at(sample / self._rate_hz, state)
+
+    def at(self, t: float, state: State) -> SupervisorState:
+        """Return sigma and kappa at time t (s)."""
         kappa = inverse_condition(state)
         if self._in_time:
             return SupervisorState(time_weight(self._plan, t), kappa)

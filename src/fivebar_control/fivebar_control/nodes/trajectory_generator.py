@@ -8,11 +8,11 @@ from std_msgs.msg import String
 
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform
+from fivebar_control.planning.motion_queue import MotionQueue
 from fivebar_control.ros.goal_server import GoalServer
 from fivebar_control.ros.motion_parameters import declare_motion
 from fivebar_control.ros.node_settings import HOLD, TrajectorySettings
 from fivebar_control.trajectory.hold import Hold
-from fivebar_control.trajectory.motion_queue import MotionQueue
 from fivebar_description.interface import (
     ALL_WELL,
     JOINT_STATES,

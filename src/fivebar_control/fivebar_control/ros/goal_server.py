@@ -8,10 +8,10 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
+from fivebar_control.planning.planning_process import Conditions, PlanningProcess
 from fivebar_control.ros.motion_parameters import Motion
 from fivebar_control.ros.node_settings import GoalSettings
-from fivebar_control.trajectory.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
-from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile

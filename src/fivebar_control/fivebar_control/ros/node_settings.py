@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import CONDITION, SIGMOID, find_law, law_problem
-from fivebar_control.trajectory.limits import MotionLimits
+from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.trajectory.planner import QUINTIC, TimeLaw
 from fivebar_description.interface import Topic
 from fivebar_description.settings import Setting

@@ -11,6 +11,7 @@ from fivebar_control.model.state import State
 from fivebar_control.safety.stages import (
     NO_FAULT,
     SafetySettings,
+    excess_samples,
     fastest_motor,
     fault_of,
     first_fault,
@@ -54,6 +55,7 @@ class Guard:
         self._limits = limits_of(self._settings, rate_hz)
         self._last_command = ZERO
         self._limited_samples = 0
+        self._excess = 0
         self._final: Fault | None = None
         self._obstacle: str | None = "no sample has been complete since"
         self.fault: Fault | None = None
@@ -77,6 +79,7 @@ class Guard:
         """Begin a new run: faults that only a new run clears may be reset from now on; a latched fault stays."""
         self._final = None
         self._last_command = ZERO
+        self._excess = 0
 
     def reset(self) -> str | None:
         """Clear the latched fault if its cause is gone; else keep it and return the reason."""
@@ -104,7 +107,8 @@ class Guard:
         """
         limits, robot, mode1, mode2 = self._limits, self._robot, self._mode1, self._mode2
         requested = blend(sigma, nominal, constraint)
-        number = first_fault(limits, robot, mode1, mode2, state, *desired, requested)
+        self._excess = excess_samples(limits, requested, self._excess)
+        number = first_fault(limits, robot, mode1, mode2, state, *desired, requested, self._excess)
         found = None
         if number != NO_FAULT:
             found = fault_of(number, limits, robot, mode1, mode2, state, *desired, requested, sigma)

@@ -1,9 +1,9 @@
 """The safety stages between requested torque and command, each a pure function.
 
 The last node applies them in this order: finite, up to date (see `watchdog`), torque limit, torque rate limit, joint
-speed, workspace, Type 1 margin, tracking. The two limits saturate the torque; every other stage detects a fault that
-stops the robot. `first_fault` returns it as a number, so that it can be compiled, and `fault_of` describes it. An
-undefined value, NaN, passes none of them.
+speed, workspace, Type 1 margin, tracking, torque request. The two limits saturate the torque; every other stage detects
+a fault that stops the robot. `first_fault` returns it as a number, so that it can be compiled, and `fault_of` describes
+it. An undefined value, NaN, passes none of them.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ class Area(NamedTuple):
 
 NO_FAULT = 0
 TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 2, 3, 4, 5
+TORQUE_EXCESSIVE = 10
 """Faults that the stages detect, as numbers, in the order of the stages."""
 
 EVERYWHERE = Area(-math.inf, math.inf, -math.inf, math.inf)
@@ -48,6 +49,8 @@ class Limits(NamedTuple):
         workspace: where the platform may be (m).
         type1_margin: least |sin q_i2|, 0 for no such limit.
         tracking_error: largest distance from the reference (m).
+        torque_request: largest torque (Nm) that may be requested for a while.
+        request_samples: number of samples in a row with a larger request that stop the robot.
     """
 
     torque_limit: float
@@ -56,6 +59,8 @@ class Limits(NamedTuple):
     workspace: Area
     type1_margin: float
     tracking_error: float
+    torque_request: float
+    request_samples: int
 
 
 def _has_an_inside(area: Area) -> str | None:
@@ -114,6 +119,25 @@ class SafetySettings(NamedTuple):
             at_most=10.0,
         ),
     ] = 0.05
+    request_ratio: Annotated[
+        float,
+        Setting(
+            "Torque request beyond which the robot is stopped after `request_samples`, as a multiple of the torque"
+            " limit: a law that asks for that much no longer controls the robot.",
+            at_least=1.0,
+            at_most=1e6,
+            unlimited=True,
+        ),
+    ] = 3.0
+    request_samples: Annotated[
+        int,
+        Setting(
+            "Samples in a row with a torque request beyond `request_ratio` that stop the robot.",
+            "samples",
+            at_least=1,
+            at_most=10_000,
+        ),
+    ] = 5
     rest_speed: Annotated[
         float,
         Setting(
@@ -143,11 +167,21 @@ def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
         workspace=Area(*map(float, EVERYWHERE if settings.workspace is None else settings.workspace)),
         type1_margin=float(settings.type1_margin),
         tracking_error=float(settings.tracking_error_limit),
+        torque_request=float(settings.request_ratio) * float(settings.torque_limit),
+        request_samples=int(settings.request_samples),
     )
 
 
 def first_fault(
-    limits: Limits, robot: FiveBar, mode1: int, mode2: int, state: State, x: float, y: float, requested: Torque
+    limits: Limits,
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    state: State,
+    x: float,
+    y: float,
+    requested: Torque,
+    excess: int = 0,
 ) -> int:
     """Return the number of the first fault that a sample shows, `NO_FAULT` for none.
 
@@ -158,6 +192,7 @@ def first_fault(
         state: measured or estimated state.
         x, y: where the platform should be (m).
         requested: the blended torque (Nm).
+        excess: samples in a row, this one included, whose request was excessive (`excess_samples`).
     """
     if not is_finite(requested):
         return TORQUE_UNDEFINED
@@ -169,7 +204,15 @@ def first_fault(
         return NEAR_TYPE_1
     if not is_on_track(state, x, y, limits.tracking_error):
         return TRACKING_LOST
+    if excess >= limits.request_samples:
+        return TORQUE_EXCESSIVE
     return NO_FAULT
+
+
+def excess_samples(limits: Limits, requested: Torque, before: int) -> int:
+    """Return for how many samples in a row the request (Nm) has been excessive, `before` up to the last one."""
+    most = limits.torque_request
+    return before + 1 if abs(requested.tau1) > most or abs(requested.tau2) > most else 0
 
 
 def limited_torque(limits: Limits, requested: Torque, before: Torque) -> Torque:
@@ -263,6 +306,10 @@ def fault_of(
         clear1, clear2 = type1_clearance(state.leg1, mode1), type1_clearance(state.leg2, mode2)
         margin = limits.type1_margin
         return Fault("near_type_1", f"sin q_i2 is {clear1:.4f} and {clear2:.4f} from Type 1, margin {margin:g}")
+    if number == TORQUE_EXCESSIVE:
+        limit = limits.torque_request
+        detail = f"({requested.tau1:.4g}, {requested.tau2:.4g}) Nm requested, more than {limit:.4g} Nm for"
+        return Fault("torque_excessive", f"{detail} {limits.request_samples} samples")
     error, limit = distance_from(state, x, y), limits.tracking_error
     return Fault("tracking_lost", f"{error * 1e3:.1f} mm from the reference, limit {limit * 1e3:.1f} mm")
 

@@ -1,1 +1,1 @@
-"""Reference motions: rest-to-rest polynomials through waypoints, and the planner that checks them beforehand."""
+"""Reference motions: rest-to-rest polynomials through waypoints, and the planner that finds their crossings."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fivebar_control.model.geometry import elbow_position, reach_margin, workspace_margin
 from fivebar_control.model.kinematics import det_a, state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition, type2_distance
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.loci import Loci
 from fivebar_description.parameters import FiveBar
 

@@ -386,6 +386,8 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "working_mode_changes",
         "planned_working_mode_changes",
         "dropped_messages",
+        "error_tolerance_m",
+        "within_tolerance",
     ]
 
 

@@ -36,6 +36,10 @@ DIFFERENT = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 1.2}
 JOINTS = TraceRow._fields[:4]
 
 
+ANY_REQUEST = {"request_ratio": None}
+"""Without the stage that watches the requested torque."""
+
+
 def changed(name: str, plant: dict[str, Any] | None = None, **fields: Any) -> Scenario:
     content = load_scenario(name).model_dump(mode="json") | fields
     content["plant"] |= plant or {}
@@ -137,10 +141,11 @@ def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
 @pytest.mark.parametrize(
     ("fault", "fields"),
     [
-        ("tracking_lost", {"plant": {"torque_limit": 0.3}, "tracking_error_limit": 0.01}),
+        ("tracking_lost", {"plant": {"torque_limit": 0.3}, "tracking_error_limit": 0.01, "safety": ANY_REQUEST}),
         ("over_speed", {"safety": {"joint_speed_limit": 1.0}}),
         ("out_of_workspace", {"safety": {"workspace": [-0.1, 0.1, 0.05, 0.2]}}),
         ("near_type_1", {"safety": {"type1_margin": 0.9}}),
+        ("torque_excessive", {"plant": {"torque_limit": 0.3}}),
     ],
 )
 def test_faults_come_at_the_same_sample(fault: str, fields: dict[str, Any]) -> None:
@@ -149,7 +154,7 @@ def test_faults_come_at_the_same_sample(fault: str, fields: dict[str, Any]) -> N
 
 def test_an_undefined_torque_is_found_at_the_same_sample() -> None:
     """By gains that overflow, which a scenario's file refuses."""
-    scenario = changed("middle", {"encoder_counts": 4096})
+    scenario = changed("middle", {"encoder_counts": 4096}, safety=ANY_REQUEST)
     overflowing = scenario.gains._replace(kp=1e308, kd=1e308)
     expect_fault(scenario.model_copy(update={"gains": overflowing}), "torque_undefined")
 

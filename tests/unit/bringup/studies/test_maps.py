@@ -22,7 +22,7 @@ from fivebar_bringup.studies.map.measures import measure
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.fields import Fields, closure_margin, evaluate
 from fivebar_control.workspace.loci import Loci, singular_loci
 from fivebar_description.parameters import FiveBar, robot_path

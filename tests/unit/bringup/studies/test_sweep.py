@@ -27,8 +27,8 @@ from fivebar_bringup.studies.sweep.running import CONTROLLERS, Batch, run_batch,
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
 from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
-from fivebar_control.trajectory.feasibility import Figure
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.feasibility import Figure
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError
 

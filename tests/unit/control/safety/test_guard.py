@@ -72,7 +72,7 @@ def test_what_was_asked_for_is_told_beside_what_is_commanded() -> None:
 
 def test_the_rate_starts_from_zero_and_again_after_a_fault() -> None:
     guard = make(torque_limit=2.5, torque_rate_limit=500.0)
-    wanted = Torque(9.0, -0.4)
+    wanted = Torque(7.0, -0.4)
     assert [applied(guard, k, wanted) for k in range(4)] == [(1.0, -0.4), (2.0, -0.4), (2.5, -0.4), (2.5, -0.4)]
     guard.trip(Fault("emergency_stop", "pressed"))
     assert applied(guard, 4, wanted) == ZERO
@@ -123,6 +123,34 @@ def test_the_stages_come_in_their_order() -> None:
         assert guard.fault is not None
         order.append(guard.fault.name)
     assert order == ["torque_undefined", "over_speed", "out_of_workspace", "near_type_1", "tracking_lost"]
+
+
+def test_a_request_far_beyond_the_limit_stops_the_robot_after_some_samples_in_a_row() -> None:
+    most = Torque(-6.0, 1.0)
+    more = most._replace(tau1=-6.001)
+    settings = {"torque_limit": 2.0, "request_ratio": 3.0, "request_samples": 3}
+    guard = make(**settings)
+    for sample, request in enumerate((more, more, most, more, more)):
+        assert applied(guard, sample, request) == (-2.0, 1.0)
+    assert applied(guard, 5, more) == ZERO
+    assert str(guard.fault) == ("torque_excessive: at sample 5: (-6.001, 1) Nm requested, more than 6 Nm for 3 samples")
+    assert applied(guard, 6, more) == ZERO
+    assert "torque_excessive" in (guard.reset() or "")
+    assert applied(guard, 7, most) == ZERO
+    assert guard.reset() is None
+    assert applied(guard, 8, most) == (-2.0, 1.0)
+    unlimited = make(torque_limit=2.0, request_ratio=math.inf, request_samples=1)
+    assert applied(unlimited, 0, Torque(1e9, 1.0)) == (2.0, 1.0)
+    free = make(request_samples=1)
+    assert applied(free, 0, Torque(1e9, 1.0)) == (1e9, 1.0)
+
+
+def test_the_count_of_excessive_requests_begins_with_a_run() -> None:
+    guard = make(torque_limit=1.0, request_samples=2)
+    assert applied(guard, 0, Torque(4.0, 0.0)) == (1.0, 0.0)
+    guard.begin_run()
+    assert applied(guard, 0, Torque(4.0, 0.0)) == (1.0, 0.0)
+    assert guard.fault is None
 
 
 def test_a_fault_stays_until_reset_and_the_first_one_is_kept() -> None:

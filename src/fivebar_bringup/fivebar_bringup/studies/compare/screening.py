@@ -6,9 +6,9 @@ import math
 from itertools import pairwise
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.trajectory.feasibility import screen
-from fivebar_control.trajectory.limits import MotionLimits, limits_of
-from fivebar_control.trajectory.pacing import NoPace, Task, pace_of, slowest_pace
+from fivebar_control.planning.feasibility import screen
+from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.pacing import NoPace, Task, pace_of, slowest_pace
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused
 
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.laws import registry
-from fivebar_control.trajectory.limits import limits_of
-from fivebar_control.trajectory.postures import mode_name
-from fivebar_control.trajectory.transfer import Speed, Transfer, plan_transfer
+from fivebar_control.planning.limits import limits_of
+from fivebar_control.planning.postures import mode_name
+from fivebar_control.planning.transfer import Speed, Transfer, plan_transfer
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.settings import PlantSettings

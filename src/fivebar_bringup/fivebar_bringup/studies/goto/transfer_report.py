@@ -8,9 +8,9 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 
 from fivebar_bringup.studies.goto.request import Request
-from fivebar_control.trajectory.postures import mode_name, sign_name
+from fivebar_control.planning.postures import mode_name, sign_name
+from fivebar_control.planning.transfer import Transfer
 from fivebar_control.trajectory.refusal import place
-from fivebar_control.trajectory.transfer import Transfer
 
 
 def as_json(request: Request, transfer: Transfer, planning_s: float) -> dict[str, Any]:

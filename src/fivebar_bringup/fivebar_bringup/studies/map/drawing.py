@@ -18,7 +18,7 @@ from scipy.ndimage import distance_transform_edt
 
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, ZONE
 from fivebar_bringup.studies.map.measures import continued
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.fields import Fields, FloatArray
 from fivebar_control.workspace.loci import Curve, Loci, Shape
 from fivebar_description.parameters import FiveBar

@@ -10,7 +10,7 @@ import numpy as np
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints, state_from_motors, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.fields import Fields
 from fivebar_control.workspace.loci import Curve, Loci
 from fivebar_description.parameters import FiveBar

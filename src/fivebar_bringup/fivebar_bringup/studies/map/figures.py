@@ -18,7 +18,7 @@ from fivebar_bringup.studies.map.measures import Measures
 from fivebar_control.model.kinematics import assembly_mode
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.fields import ASSEMBLY_MODES, Fields, FloatArray
 from fivebar_control.workspace.loci import Loci
 from fivebar_description.parameters import FiveBar

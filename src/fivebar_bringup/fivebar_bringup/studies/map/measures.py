@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.fields import Fields, FloatArray, PlatformGrid
 from fivebar_control.workspace.loci import Loci, Type3
 

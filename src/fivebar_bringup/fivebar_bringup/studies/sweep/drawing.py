@@ -11,7 +11,7 @@ import numpy as np
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.rigs import on_rig
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
-from fivebar_control.trajectory.postures import WORKING_MODES, place_at
+from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.strict_yaml import validate
 

@@ -17,7 +17,7 @@ from fivebar_bringup.studies.sweep.drawing import ROBOT
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow
 from fivebar_bringup.studies.sweep.running import CONTROLLERS, FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.studies.sweep.statistics import runs_of
-from fivebar_control.trajectory.postures import WORKING_MODES
+from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_description.parameters import load_robot
 
 LOWEST = -0.185

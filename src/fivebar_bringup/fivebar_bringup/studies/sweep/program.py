@@ -21,6 +21,7 @@ DECIDING = {
         "laws/*.py",
         "loop/*.py",
         "model/*.py",
+        "planning/*.py",
         "safety/*.py",
         "trajectory/*.py",
     ),

@@ -13,9 +13,9 @@ from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, Draw, d
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
+from fivebar_control.planning.feasibility import DWELL, REST, TORQUE, Feasibility, Figure, screen
+from fivebar_control.planning.limits import limits_of
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_control.trajectory.feasibility import DWELL, REST, TORQUE, Feasibility, Figure, screen
-from fivebar_control.trajectory.limits import limits_of
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.strict_yaml import InputError
 

@@ -18,8 +18,8 @@ from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.trajectory.postures import Place, place_at
-from fivebar_control.trajectory.sight import Point, look_along
+from fivebar_control.planning.postures import Place, place_at
+from fivebar_control.planning.sight import Point, look_along
 from fivebar_description.parameters import FiveBar
 
 SPACING = 0.006

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
+from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run
+from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.limits import MotionLimits
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 
@@ -22,10 +24,6 @@ COARSE_SAMPLES = 200
 
 CLOSE_RANGE = 0.06
 """Time (s) before and after a crossing in which every sample is evaluated."""
-
-REST_ROOM = 2.0
-"""A blended controller's rests have this many times the kappa at the edge of the widest zone: with less, motions that
-arrive quickly end beside the goal or fall back across the locus."""
 
 BOUNDARY_TOLERANCE = 1e-6
 """Time (s) to which beginning and end of a dwell near the locus are found."""
@@ -66,7 +64,7 @@ class Figure(NamedTuple):
         )
 
 
-TORQUE, SPEED, SERIAL, DWELL, ZONE_STAY, REST, DIRECTION = (
+TORQUE, SPEED, SERIAL, DWELL, ZONE_STAY, REST, DIRECTION, NEAREST, ERROR, REQUEST, MODE_CHANGES = (
     "reference torque",
     "motor speed",
     "|sin q_i2|",
@@ -74,8 +72,18 @@ TORQUE, SPEED, SERIAL, DWELL, ZONE_STAY, REST, DIRECTION = (
     "time in a blending zone",
     "1/cond(A) at rest",
     "|n.v1| where the path crosses the Type 2 locus",
+    "least 1/cond(A) under a law that is undefined on the Type 2 locus",
+    "predicted distance from the reference",
+    "predicted torque request",
+    "predicted number of unplanned changes of assembly mode",
 )
 """Names of the figures."""
+
+NEAR_PASS = 2.0 * NEAR_LOCUS
+"""Below this kappa every sample around a local minimum is evaluated."""
+
+REQUEST_TOLERANCE = 1e-9
+"""Share by which a law that keeps the torque limit itself may exceed it, from rounding."""
 
 
 class Feasibility(NamedTuple):
@@ -116,14 +124,20 @@ class Dwell(NamedTuple):
     end: float
 
 
-def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits) -> Feasibility:
-    """Judge a plan: torque, joint speeds, distance to Type 1, dwells near Type 2, rests and directions.
+def screen(
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    follower: TunedController,
+    limits: MotionLimits,
+) -> Feasibility:
+    """Judge a reference: torque, joint speeds, distance to Type 1, dwells near Type 2, rests, directions, near passes.
 
     Torque and speed are those of the reference at the samples of `rate_hz`, the only ones that a controller sees.
     """
     scan = _ReferenceScan(robot, plan, rate_hz, follower)
     zone_edge = max((2.0 * crossing.epsilon for crossing in plan.crossings), default=0.0)
-    room = REST_ROOM if follower.controller.blended else 1.0
+    room = limits.rest_room if follower.controller.blended else 1.0
     figures = [
         scan.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
         scan.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
@@ -139,7 +153,44 @@ def screen(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, 
         least = min(plan.crossings, key=lambda crossing: crossing.authority)
         place = (least.time, least.x, least.y)
         figures.append(Figure(DIRECTION, least.authority, limits.authority, False, *place))
+    if not follower.controller.needs_no_zones:
+        nearest = scan.nearest_unguarded(limits.clearance)
+        figures += [nearest] if nearest is not None else []
     return Feasibility(tuple(figures))
+
+
+def screen_run(
+    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits
+) -> Feasibility:
+    """Judge a plan as `screen` does, and where that finds nothing, by the run that it is predicted to become.
+
+    Motions that may meet Type 1 are judged by their reference alone: there the predicting model is not regular.
+    """
+    verdict = screen(robot, plan, rate_hz, follower, limits)
+    if not verdict.feasible or not is_predictable(plan):
+        return verdict
+    return with_prediction(verdict, predict_run(robot, plan, rate_hz, follower, limits.torque), plan, limits)
+
+
+def is_predictable(plan: Plan) -> bool:
+    """Return whether `predict_run` can tell what becomes of a plan."""
+    return not plan.modes
+
+
+def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, limits: MotionLimits) -> Feasibility:
+    """Return a verdict with the figures of the predicted run of a plan: error, torque, changes of assembly mode."""
+    changes = predicted.mode_changes
+    unplanned = changes._replace(value=abs(changes.value - len(plan.crossings)))
+
+    def figure(name: str, peak: Peak, limit: float, unit: str = "") -> Figure:
+        return Figure(name, peak.value, limit, True, peak.time, peak.x, peak.y, unit)
+
+    figures = (
+        figure(ERROR, predicted.error, limits.predicted_error, "m"),
+        figure(REQUEST, predicted.torque, limits.torque * (1.0 + REQUEST_TOLERANCE), "Nm"),
+        figure(MODE_CHANGES, unplanned, 0.0),
+    )
+    return Feasibility(verdict.figures + figures)
 
 
 def dwells_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Dwell]:
@@ -153,9 +204,11 @@ class _ReferenceScan:
     def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController) -> None:
         self._robot, self._plan, self._rate_hz = robot, plan, rate_hz
         self._needed = ReferenceTorque(robot, plan, rate_hz, follower)
+        self._blended = follower.controller.blended
+        self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
         self._last = plan.path.samples(rate_hz)
         self._seen: dict[int, ReferenceSample] = {}
-        self._coarse = self._coarse_samples()
+        self._coarse = self._with_near_passes(self._coarse_samples())
 
     def worst(self, name: str, field: str, limit: float, at_most: bool, unit: str = "") -> Figure:
         """Return the extreme of a field: every sample around that of the coarse pass is evaluated."""
@@ -180,6 +233,38 @@ class _ReferenceScan:
         kappa, t = min((self._kappa(t), t) for t in times)
         platform = self._plan.path.at(t)
         return Figure(REST, kappa, limit, False, t, platform.x, platform.y)
+
+    def nearest_unguarded(self, limit: float) -> Figure | None:
+        """Return where the path is nearest to the locus outside of all zones; None where it is nowhere near.
+
+        Rests, turns and near passes are minima of kappa in time, which the samples need not meet.
+        """
+        found = [
+            (kappa, t) for kappa, t in self._minima() if kappa < NEAR_PASS and not (self._blended and self._guarded(t))
+        ]
+        if not found:
+            return None
+        kappa, t = min(found)
+        platform = self._plan.path.at(t)
+        return Figure(NEAREST, kappa, limit, False, t, platform.x, platform.y)
+
+    def _minima(self) -> list[tuple[float, float]]:
+        """Return the local minima of kappa near the locus and their times (s)."""
+        times = [sample / self._rate_hz for sample in self._coarse]
+        times[-1] = min(times[-1], self._plan.path.duration)
+        kappas = [self._kappa(t) for t in times]
+        minima = []
+        for index in (index for index in _local_minima(kappas) if kappas[index] < 2.0 * NEAR_PASS):
+            low, high = times[max(index - 1, 0)], times[min(index + 1, len(times) - 1)]
+            refined = minimize_scalar(
+                self._kappa, bounds=(low, high), method="bounded", options={"xatol": BOUNDARY_TOLERANCE}
+            )
+            minima.append(min((kappas[index], times[index]), (float(refined.fun), float(refined.x))))
+        return minima
+
+    def _guarded(self, t: float) -> bool:
+        """Return whether a constraint law acts at time t (s)."""
+        return self._supervise.at(t, self._reference(t).state).sigma > 0.0
 
     def dwells(self, bound: float) -> list[Dwell]:
         """Return the stretches of time with kappa below a bound, their ends to the microsecond."""
@@ -248,6 +333,25 @@ class _ReferenceScan:
             middle = round(crossing.time * self._rate_hz)
             samples.update(range(max(middle - reach, 0), min(middle + reach, self._last) + 1))
         return sorted(samples)
+
+    def _with_near_passes(self, coarse: list[int]) -> list[int]:
+        """Return the samples with all those around the minima of kappa near the locus."""
+        kappas = [self._sample(sample).kappa for sample in coarse]
+        samples = set(coarse)
+        for index in _local_minima(kappas):
+            if kappas[index] < NEAR_PASS:
+                samples.update(range(coarse[max(index - 1, 0)], coarse[min(index + 1, len(coarse) - 1)] + 1))
+        return sorted(samples)
+
+
+def _local_minima(values: list[float]) -> list[int]:
+    """Return the indices of the local minima, the ends included."""
+    last = len(values) - 1
+    return [
+        index
+        for index, value in enumerate(values)
+        if (index == 0 or value <= values[index - 1]) and (index == last or value <= values[index + 1])
+    ]
 
 
 def _largest(*values: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
@@ -28,12 +29,16 @@ class MotionLimits(NamedTuple):
         serial_margin: least |sin q_i2|, 0 at Type 1.
         dwell: longest time near the Type 2 locus (s).
         rest: least kappa where the platform rests. It is at least that at the edge of the widest blending zone, too,
-            for a blended controller `REST_ROOM` times that.
+            for a blended controller `rest_room` times that.
+        rest_room: see `rest`. With less than twice that kappa, motions that arrive quickly may end beside the goal or
+            fall back across the locus.
         zone_stay: longest time in a blending zone (s), for the blended controllers: there the motion along the path is
             free. A passage at a steady rate takes 80 ms by a zone duration of 40 ms; one that comes in along the locus
             takes longer.
         authority: least |n . v1| at a crossing, for the blended controllers: below it the direction across the path
             cannot be held on the locus.
+        clearance: least kappa wherever a law acts that is undefined on the locus: 0.12 mm from it on the middle path.
+        predicted_error: largest distance from the reference in a predicted run (m).
     """
 
     torque: float = 2.0
@@ -42,8 +47,11 @@ class MotionLimits(NamedTuple):
     serial_margin: float = 0.15
     dwell: float = 0.2
     rest: float = 1.2 * NEAR_LOCUS
+    rest_room: float = 2.0
     zone_stay: float = 0.12
     authority: float = MIN_AUTHORITY
+    clearance: float = 0.01
+    predicted_error: float = 1e-3
 
 
 def limits_of(
@@ -72,3 +80,23 @@ def limits_of(
     if speed_step > COARSE_SPEED_STEP:
         limits = limits._replace(dwell=0.06, authority=0.5)
     return limits._replace(rest=0.1)
+
+
+def limits_of_given(
+    follower: TunedController,
+    torque: float = MotionLimits().torque,
+    motor_speed: float = MotionLimits().motor_speed,
+    speed_step: float = 0.0,
+    predictable: bool = True,
+) -> MotionLimits:
+    """Return the limits of a motion that is given, not chosen; arguments as for `limits_of`.
+
+    A planner that can choose keeps away from the singularities. A motion that is given is judged by what it asks for:
+    with exact sensors rests and dwells near the locus, and postures near Type 1, are left to the torque, the motor
+    speeds and the predicted run. With encoders the estimator needs the same limits for both, and so does a motion that
+    is not `predictable`.
+    """
+    limits = limits_of(follower, torque, motor_speed, speed_step)
+    if speed_step > 0.0 or not predictable:
+        return limits
+    return limits._replace(serial_margin=0.05, dwell=math.inf, rest=0.0, rest_room=1.0)

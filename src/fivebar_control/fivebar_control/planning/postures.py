@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
-from fivebar_control.trajectory.limits import MotionLimits
+from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 

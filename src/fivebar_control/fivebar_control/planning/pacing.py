@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.trajectory.feasibility import Feasibility, dwells_near_locus, screen
-from fivebar_control.trajectory.limits import MotionLimits
+from fivebar_control.planning.feasibility import Feasibility, dwells_near_locus, screen, screen_run
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.reference_torque import limited_to
+from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
-from fivebar_control.trajectory.sight import Point
 from fivebar_description.parameters import FiveBar
 
 LONGEST = 10.0
@@ -48,8 +49,13 @@ class Task(NamedTuple):
         return plan_motion(self.robot, self.working_mode, waypoints, durations, self.rate_hz, ZoneRule())
 
     def judge(self, plan: Plan) -> Feasibility:
-        """Return the verdict on a plan."""
+        """Return the verdict on a plan's reference."""
         return screen(self.robot, plan, self.rate_hz, self.follower, self.limits)
+
+    def judge_run(self, plan: Plan) -> Feasibility:
+        """Return the verdict on a plan's reference and predicted run, which takes longer."""
+        follower = limited_to(self.follower, self.limits.torque)
+        return screen_run(self.robot, plan, self.rate_hz, follower, self.limits)
 
 
 class Pace(NamedTuple):

@@ -16,19 +16,19 @@ from typing import NamedTuple
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.trajectory.feasibility import Feasibility
-from fivebar_control.trajectory.limits import MotionLimits
-from fivebar_control.trajectory.pacing import NoPace, Pace, Task, pace_of, slowest_pace
-from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
-from fivebar_control.trajectory.postures import (
+from fivebar_control.planning.feasibility import Feasibility
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.pacing import NoPace, Pace, Task, pace_of, slowest_pace
+from fivebar_control.planning.postures import (
     assembly_problem,
     mode_name,
     place_at,
     rest_problem,
 )
+from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
+from fivebar_control.planning.sight import Point, look_along
+from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
 from fivebar_control.trajectory.refusal import place
-from fivebar_control.trajectory.roadmap import JOIN_REACH, Gate, Way, roadmap
-from fivebar_control.trajectory.sight import Point, look_along
 from fivebar_description.parameters import FiveBar
 
 DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), MotionLimits()
@@ -238,7 +238,7 @@ class _Search:
             except PlanRefused as refusal:
                 reason = reason or str(refusal)
                 continue
-            feasibility = self._task.judge(plan)
+            feasibility = self._task.judge_run(plan)
             if feasibility.feasible:
                 return _Timed(plan, feasibility, waypoints, durations)
             reason = reason or "; ".join(feasibility.reasons)

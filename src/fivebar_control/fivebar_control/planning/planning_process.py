@@ -17,11 +17,11 @@ from multiprocessing.connection import Connection
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.trajectory.limits import limits_of
-from fivebar_control.trajectory.motion_queue import PlanningRequest
+from fivebar_control.planning.limits import limits_of
+from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.transfer import Speed, plan_transfer
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_control.trajectory.transfer import Speed, plan_transfer
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from fivebar_control.trajectory.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
+from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar

@@ -11,7 +11,7 @@ from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.trajectory.feasibility import (
+from fivebar_control.planning.feasibility import (
     DIRECTION,
     DWELL,
     REST,
@@ -24,9 +24,9 @@ from fivebar_control.trajectory.feasibility import (
     dwells_near_locus,
     screen,
 )
-from fivebar_control.trajectory.limits import MotionLimits, limits_of
+from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
-from fivebar_control.trajectory.reference_torque import ReferenceTorque
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar
 

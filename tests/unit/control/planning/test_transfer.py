@@ -14,11 +14,11 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.trajectory.limits import MotionLimits, limits_of
-from fivebar_control.trajectory.pacing import NoPace, Task, pace_of, retimed, slowest_pace
+from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.pacing import NoPace, Task, pace_of, retimed, slowest_pace
+from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
+from fivebar_control.planning.transfer import Speed, Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
-from fivebar_control.trajectory.postures import WORKING_MODES, place_at, rest_problem
-from fivebar_control.trajectory.transfer import Speed, Transfer, TransferRefused, plan_transfer
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar, load_robot
 

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.model.state import Platform
+from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_control.trajectory.sight import Point
 
 GOAL_NAMES = ("x", "y", "assembly_mode", "mode1", "mode2", "duration")
 """Fields of a request. Only x and y (m) have to be there; the rest may be left out, or be 0 or NaN for "as it comes":

@@ -11,6 +11,7 @@ what counts there is the inverse dynamics, not what the law would request withou
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from fivebar_control.laws.blend import blend
@@ -72,3 +73,18 @@ def unlimited(tuned: TunedLaw) -> TunedLaw:
     if "torque_limit" not in settings._fields:
         return tuned
     return TunedLaw(tuned.law, settings._replace(torque_limit=None))
+
+
+def limited_to(tuned: TunedController, torque: float) -> TunedController:
+    """Return a controller whose laws keep a torque limit (Nm) themselves where their settings leave it open."""
+    return tuned._replace(
+        nominal=_limited_to(tuned.nominal, torque),
+        constraint=None if tuned.constraint is None else _limited_to(tuned.constraint, torque),
+    )
+
+
+def _limited_to(tuned: TunedLaw, torque: float) -> TunedLaw:
+    settings: Any = tuned.settings
+    if getattr(settings, "torque_limit", torque) is not None or not math.isfinite(torque):
+        return tuned
+    return TunedLaw(tuned.law, settings._replace(torque_limit=torque))

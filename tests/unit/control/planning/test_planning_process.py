@@ -14,8 +14,8 @@ from multiprocessing import connection
 
 import pytest
 
-from fivebar_control.trajectory.motion_queue import PlanningRequest
-from fivebar_control.trajectory.planning_process import Conditions, Planned, PlanningProcess
+from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess
 
 CONDITIONS = Conditions("dextar", 100, 2.0, 50.0)
 NEAR = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.14), 0, 0.0)
@@ -85,8 +85,8 @@ def test_closing_ends_a_plan_under_way(planning: PlanningProcess) -> None:
 
 PARENT = f"""
 import multiprocessing, time
-from fivebar_control.trajectory.motion_queue import PlanningRequest
-from fivebar_control.trajectory.planning_process import Conditions, PlanningProcess
+from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.planning_process import Conditions, PlanningProcess
 if __name__ == "__main__":
     planning = PlanningProcess(Conditions(*{tuple(CONDITIONS)!r}))
     planning.ask(PlanningRequest(*{tuple(NEAR)!r}))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import NEAR_LOCUS, parallel_svd
-from fivebar_control.trajectory.postures import place_at
+from fivebar_control.planning.postures import place_at
 from fivebar_description.parameters import FiveBar
 
 STEP = 0.002

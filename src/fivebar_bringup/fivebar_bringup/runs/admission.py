@@ -1,0 +1,67 @@
+"""Admits a scenario to a run: what runs a scenario screens it first, as a request for a motion is screened."""
+
+from __future__ import annotations
+
+import math
+
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_control.planning.feasibility import Feasibility, is_predictable, screen_run
+from fivebar_control.planning.limits import MotionLimits, limits_of_given
+from fivebar_control.trajectory.planner import Plan, PlanRefused
+
+PREDICTED_SHARE = 0.5
+"""Part of the error tolerance that the predicted run may use; the rest is for what the prediction does not know."""
+
+ZONE_PASSAGES = 3.0
+"""A blended controller may stay in a zone this many times as long as sigma is meant to be 1: a passage at a steady rate
+takes twice that. At low rates, where a zone holds a number of samples, it is the longer limit."""
+
+
+def load_admitted(name_or_path: str) -> Scenario:
+    """Read a scenario as `load_scenario` does, and screen its motion.
+
+    Raises:
+        InputError: there is no such scenario, it is malformed, its motion is refused, or the screen refuses it and the
+            scenario does not say `force: true`.
+    """
+    scenario = load_scenario(name_or_path)
+    try:
+        refuse_unfit(scenario)
+    except PlanRefused as refusal:
+        raise PlanRefused(f"{name_or_path}: {refusal}") from refusal
+    return scenario
+
+
+def refuse_unfit(scenario: Scenario) -> None:
+    """Raise where the screen refuses a scenario's motion.
+
+    Raises:
+        PlanRefused: a figure is beyond its limit; the message gives each with place and limit.
+    """
+    if scenario.force:
+        return
+    reasons = screened(scenario, scenario.plan()).reasons
+    if reasons:
+        raise PlanRefused(f"{'; '.join(reasons)} (with force: true the scenario runs all the same)")
+
+
+def screened(scenario: Scenario, plan: Plan) -> Feasibility:
+    """Return the screen's verdict on a scenario with its plan."""
+    limits = limits_of_scenario(scenario, plan)
+    return screen_run(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
+
+
+def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
+    """Return what the motion of a scenario has to keep."""
+    counts = scenario.plant.encoder_counts
+    limits = limits_of_given(
+        scenario.tuned(),
+        torque=math.inf if scenario.torque_limit is None else scenario.torque_limit,
+        motor_speed=scenario.safety.joint_speed_limit,
+        speed_step=0.0 if counts is None else math.tau * scenario.rate_hz / counts,
+        predictable=is_predictable(plan),
+    )
+    return limits._replace(
+        zone_stay=max(limits.zone_stay, ZONE_PASSAGES * plan.zone_time),
+        predicted_error=PREDICTED_SHARE * scenario.error_tolerance,
+    )

@@ -1,0 +1,137 @@
+"""A run predicted before the robot moves: the control cycle on the robot that the controllers model, sensed exactly.
+
+The figures of a reference alone do not show what a controller makes of it: feedback near the locus, a torque limit that
+is met, timing that a virtual constraint leaves free. The model's direct dynamics is regular on the Type 2 locus, so the
+same cycle as in a run tells. What goes wrong already on the perfect robot is refused; that it goes right there is no
+promise for a real one, for which the other figures keep their margins.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.laws.registry import TunedController
+from fivebar_control.laws.torque import Torque
+from fivebar_control.loop.cycle import control_cycle
+from fivebar_control.loop.plan_sample import plan_sample
+from fivebar_control.loop.setup import cycle_settings_of, first_memory, steps_of
+from fivebar_control.model.dynamics import direct_dynamics
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.state import State
+from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, limits_of
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.friction import friction_torque
+from fivebar_description.parameters import FiveBar
+
+LONGEST_STEP = 1e-3
+"""Integration step (s) at most, as that of the plant."""
+
+HOLD = 0.1
+"""Time (s) after the motion that is predicted too: a platform that has come to rest has to stay there."""
+
+LOST = 0.05
+"""Distance (m) from the reference at which a prediction ends."""
+
+
+class Peak(NamedTuple):
+    """The largest value of a quantity, when (s since sample 0) and where (m)."""
+
+    value: float
+    time: float
+    x: float
+    y: float
+
+    def or_larger(self, value: float, time: float, x: float, y: float) -> Peak:
+        """Return the larger one of this and another value; one that is undefined is the largest of all."""
+        if value <= self.value or math.isnan(self.value):
+            return self
+        return Peak(value, time, x, y)
+
+
+class PredictedRun(NamedTuple):
+    """What a run is predicted to come to.
+
+    Attributes:
+        error: largest distance from the reference (m), infinite where the run cannot go on.
+        torque: largest torque requested of either motor before the limits (Nm).
+        mode_changes: how often the assembly mode changes; its place is that of the last change.
+    """
+
+    error: Peak
+    torque: Peak
+    mode_changes: Peak
+
+
+def predict_run(
+    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, torque_limit: float
+) -> PredictedRun:
+    """Return what becomes of a plan on the robot as modelled, without delay, from a rest at its beginning.
+
+    The plan must be in platform coordinates throughout: the model is not regular at Type 1.
+
+    Args:
+        robot: of the controllers and, here, of the plant.
+        plan: to be followed.
+        rate_hz: of the controllers.
+        follower: the controller.
+        torque_limit: to which its torque is limited (Nm), infinite for none.
+    """
+    mode1, mode2 = plan.mode1, plan.mode2
+    limits = limits_of(SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0), rate_hz)
+    settings = cycle_settings_of(robot, mode1, mode2, rate_hz, follower, limits._replace(tracking_error=LOST))
+    nominal_step, constraint_step = steps_of(follower.controller)
+    memory = first_memory(follower.controller)
+    steps = math.ceil(settings.period / LONGEST_STEP - 1e-9)
+    start = plan.path.at(0.0)
+    state = state_from_platform(robot, mode1, mode2, start.x, start.y, 0.0, 0.0)
+    error = torque = Peak(0.0, 0.0, start.x, start.y)
+    changes = Peak(0.0, 0.0, start.x, start.y)
+    side = 0.0
+    for number in range(plan.path.samples(rate_hz) + math.ceil(HOLD * rate_hz) + 1):
+        t = number / rate_hz
+        planned = plan_sample(robot, plan, t)
+        desired = planned.platform
+        error = error.or_larger(distance_from(state, desired.x, desired.y), t, state.x, state.y)
+        determinant = det_a(state)
+        if determinant * side < 0.0:
+            changes = Peak(changes.value + 1.0, t, state.x, state.y)
+        side = determinant or side
+        cycle = control_cycle(nominal_step, constraint_step, settings, memory, state, planned.reference, planned, False)
+        memory, asked = cycle.memory, cycle.requested
+        torque = torque.or_larger(max(abs(asked.tau1), abs(asked.tau2)), t, state.x, state.y)
+        if cycle.fault != NO_FAULT:
+            error = Peak(math.inf, t, state.x, state.y)
+            break
+        state = _advanced(robot, mode1, mode2, state, cycle.command, settings.period / steps, steps)
+    return PredictedRun(error, torque, changes)
+
+
+def _advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:
+    """Return the state after some Runge-Kutta steps (s) under a torque (Nm)."""
+
+    def motion(x: float, y: float, vx: float, vy: float) -> tuple[float, float, float, float]:
+        here = state_from_platform(robot, mode1, mode2, x, y, vx, vy)
+        f1, f2 = friction_torque(robot.leg1, here.leg1.dq1), friction_torque(robot.leg2, here.leg2.dq1)
+        response = direct_dynamics(robot, here, torque.tau1, torque.tau2, f1, f2)
+        return vx, vy, response.ax, response.ay
+
+    now = (state.x, state.y, state.vx, state.vy)
+    for _ in range(steps):
+        k1 = motion(*now)
+        k2 = motion(*_moved(now, k1, 0.5 * step))
+        k3 = motion(*_moved(now, k2, 0.5 * step))
+        k4 = motion(*_moved(now, k3, step))
+        x, y, vx, vy = (
+            value + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+            for value, a, b, c, d in zip(now, k1, k2, k3, k4, strict=True)
+        )
+        now = (x, y, vx, vy)
+    return state_from_platform(robot, mode1, mode2, *now)
+
+
+def _moved(
+    start: tuple[float, float, float, float], rate: tuple[float, float, float, float], step: float
+) -> tuple[float, float, float, float]:
+    x, y, vx, vy = (value + step * slope for value, slope in zip(start, rate, strict=True))
+    return x, y, vx, vy
