@@ -17,6 +17,7 @@ from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import State
+from fivebar_description.parameters import FiveBar
 
 OFF_MODEL = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 0.8}
 """A robot that is heavier, of less inertia and smoother than the controllers and the estimator believe."""
@@ -48,16 +49,18 @@ class Replayed(NamedTuple):
         return math.hypot(self.belief.estimate.x - self.truth.x, self.belief.estimate.y - self.truth.y)
 
 
-def exact_state(scenario: Scenario, sample: Any) -> State:
+def exact_state(robot: FiveBar, sample: Any) -> State:
     """Return the exact state of a sample of an offline run."""
     truth = sample.estimated.truth
-    return state_from_joints(scenario.five_bar(), *truth.position, *truth.velocity)
+    return state_from_joints(robot, *truth.position, *truth.velocity)
 
 
 def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = None) -> Iterator[Replayed]:
     """Give a run's motor readings and commands to a new estimator, by default one like that of the run."""
     settings = settings if settings is not None else scenario.ekf
-    estimator = StateEstimator(scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), settings)
+    # read from its file once
+    robot = scenario.five_bar()
+    estimator = StateEstimator(robot, scenario.homing(), scenario.rate_hz, scenario.drives(), settings)
     for sample in run.samples:
         assert sample.estimated is not None
         angles, torques = sample.estimated.motors
@@ -65,7 +68,7 @@ def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = N
         estimator.commanded(sample.number, *sample.command)
         assert estimator.belief is not None
         fault = str(estimator.fault) if estimator.fault is not None else None
-        yield Replayed(sample.number, estimator.belief, exact_state(scenario, sample), fault)
+        yield Replayed(sample.number, estimator.belief, exact_state(robot, sample), fault)
 
 
 def summary_of(scenario: Scenario) -> tuple[Summary, RunSeries]:

@@ -18,6 +18,7 @@ from graph_probe import COMMAND, PRELOADED, RATE_HZ, ChildProcess, Probe, clean_
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
+from fivebar_bringup.runs.node_starter import LONGEST_NAME
 from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND, sample_of_stamp
 from fivebar_description.ros.messages import stamp_of
 
@@ -71,7 +72,8 @@ class FivebarCommand(ChildProcess):
 
     def node(self, name: str) -> int:
         """Return the process number of a node."""
-        (pid,) = (pid for pid, line in self.processes().items() if f".nodes.{name} " in line)
+        kept = name[:LONGEST_NAME]
+        (pid,) = (pid for pid in self.processes() if Path(f"/proc/{pid}/comm").read_text().strip() == kept)
         return pid
 
     def expect_no_process(self, deadline: float) -> None:

@@ -103,13 +103,13 @@ def scenario() -> Scenario:
 def moments() -> dict[str, int]:
     """Samples of the reference away from the locus, in the blending zone and on the locus."""
     made = scenario()
-    plan = made.plan()
+    robot, plan = made.five_bar(), made.plan()
     supervise = Supervisor(plan, RATE_HZ, "condition")
     crossing = round(plan.crossings[0].time * RATE_HZ)
 
     def sigma(sample: int) -> float:
         x, y, vx, vy, *_ = plan.path.at(sample / RATE_HZ)
-        return supervise(sample, state_from_platform(made.five_bar(), plan.mode1, plan.mode2, x, y, vx, vy)).sigma
+        return supervise(sample, state_from_platform(robot, plan.mode1, plan.mode2, x, y, vx, vy)).sigma
 
     inside = [sample for sample in range(crossing) if 0.0 < sigma(sample) < 1.0]
     assert sigma(crossing) == 1.0

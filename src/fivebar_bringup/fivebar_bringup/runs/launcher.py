@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
-import os
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_bringup.nodes.run_monitor import RunMonitor
 from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, RECORDER, Mode
+from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
@@ -26,10 +22,6 @@ RECORDER_STOP_TIMEOUT = 20.0
 FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until another one reports what it misses; longer than
 the plant waits for a torque."""
-
-PR_SET_PDEATHSIG = 1
-
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 Progress = Callable[[int, int], None]
 """Called with the current sample and the last sample of the run."""
@@ -58,72 +50,6 @@ class Kill(NamedTuple):
     process: str
 
 
-class NodeProcess:
-    """A process in its own session, so that Ctrl-C in the terminal reaches only the launcher."""
-
-    def __init__(self, process: ProcessSpec, run: RunDirectory, domain: int) -> None:
-        """Start the process with its parameter file; its output goes to a log file."""
-        self.name = process.name
-        parameters = run.parameters / f"{process.name}.yaml"
-        parameters.write_text(process.parameter_file(), encoding="utf-8")
-        self._log_path = run.logs / f"{process.name}.log"
-        with self._log_path.open("wb") as log:
-            self._process = subprocess.Popen(
-                [sys.executable, *process.command, "--ros-args", "--params-file", str(parameters)],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
-                start_new_session=True,
-                preexec_fn=_prepare_node,
-            )
-
-    @property
-    def pid(self) -> int:
-        """Process id."""
-        return self._process.pid
-
-    @property
-    def status(self) -> int | None:
-        """Exit status, None while the process runs."""
-        return self._process.poll()
-
-    def last_line(self) -> str:
-        """Return the last line that the node printed."""
-        lines = self._log_path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-        return lines[-1] if lines else ""
-
-    def send(self, number: signal.Signals) -> None:
-        """Send a signal, if the process still runs."""
-        if self.status is None:
-            self._process.send_signal(number)
-
-    def wait(self, deadline: float) -> bool:
-        """Wait until the process has ended or the deadline (monotonic, s) has passed; return whether it has ended."""
-        try:
-            self._process.wait(max(0.0, deadline - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            return False
-        return True
-
-
-def _prepare_node() -> None:
-    """Ask the kernel for SIGTERM when the launcher dies, so that even a killed launcher leaves no orphaned node."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    # a process inherits its parent's signal mask
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
-
-
-@contextmanager
-def _signals_blocked() -> Iterator[None]:
-    """Block interrupts while a process is being started, which would otherwise be left running, unknown to us."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 def run_graph(
     specs: Sequence[ProcessSpec],
     run: RunDirectory,
@@ -139,17 +65,12 @@ def run_graph(
     immediately; in lockstep time does not advance until the waiting nodes time out. `kills` are processes to kill
     during the run, in order of time.
     """
-    run.parameters.mkdir(exist_ok=True)
-    run.logs.mkdir(exist_ok=True)
     began = time.monotonic()
     faults: list[str] = []
     processes: dict[str, NodeProcess] = {}
     status: dict[str, Any] = {}
     try:
-        # before the monitor: its DDS threads must not exist yet when processes are forked
-        for spec in specs:
-            with _signals_blocked():
-                processes[spec.name] = NodeProcess(spec, run, domain)
+        start_processes(specs, run, domain, processes)
         started({name: process.pid for name, process in processes.items()})
         with RunMonitor(domain) as monitor:
             # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out
@@ -161,6 +82,8 @@ def run_graph(
             with watch_processes(watched, monitor.publish_fault):
                 _watch(processes, monitor, faults, progress, list(kills))
                 status = monitor.status
+    except NodesNotStarted as error:
+        faults.append(str(error))
     except KeyboardInterrupt:
         faults.append("interrupted: stopped by a signal to the launcher")
     finally:

@@ -39,10 +39,19 @@ class ProcessSpec(NamedTuple):
     nodes: tuple[NodeSpec, ...]
 
     @property
+    def module(self) -> str:
+        """The module that runs it."""
+        return self.nodes[0].module if len(self.nodes) == 1 else NODE_GROUP
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The arguments of that module."""
+        return () if len(self.nodes) == 1 else tuple(node.module for node in self.nodes)
+
+    @property
     def command(self) -> tuple[str, ...]:
         """The interpreter's arguments that start it."""
-        modules = tuple(node.module for node in self.nodes)
-        return ("-m", *modules) if len(modules) == 1 else ("-m", NODE_GROUP, *modules)
+        return ("-m", self.module, *self.arguments)
 
     def parameter_file(self) -> str:
         """Return the parameters of its nodes in the format of `--params-file`, for any namespace."""

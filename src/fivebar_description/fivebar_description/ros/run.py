@@ -33,13 +33,19 @@ SWITCH_INTERVAL = 2e-4
 
 BAD_INPUT = 2
 
+PROFILE_VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
+FAST_DDS = "rmw_fastrtps"
+"""How the names of the ROS middlewares on Fast DDS begin; the default of Jazzy is one of them."""
+
 
 def use_local_network_only(environment: dict[str, str] | os._Environ[str] = os.environ) -> None:
     """Keep DDS on this machine unless the environment says otherwise: discovery, data and sockets on loopback."""
-    environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    profile = share_file("fivebar_description", "config", "fastdds_loopback.xml")
-    for variable in ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"):
-        environment.setdefault(variable, str(profile))
+    profile = str(share_file("fivebar_description", "config", "fastdds_loopback.xml"))
+    profiles = [environment.setdefault(variable, profile) for variable in PROFILE_VARIABLES]
+    fast_dds = environment.get("RMW_IMPLEMENTATION", FAST_DDS).startswith(FAST_DDS)
+    # the profile is enough by itself, and with LOCALHOST, ROS adds shared memory to the transports that it names
+    enough = fast_dds and profiles == [profile] * len(PROFILE_VARIABLES)
+    environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "SYSTEM_DEFAULT" if enough else "LOCALHOST")
 
 
 def run_node(make: Callable[[], GraphNode]) -> None:

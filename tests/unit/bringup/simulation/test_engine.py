@@ -62,12 +62,11 @@ def places(robot: FiveBar, joints: Any) -> np.ndarray[Any, np.dtype[np.float64]]
 
 def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineRun, Outcome]:
     """Compare sample by sample: exact platform (m), commanded and applied torques (Nm), faults."""
-    run = simulate(scenario)
+    run, robot = simulate(scenario), scenario.five_bar()
     outcome, trace = traced_crossing(*prepared(scenario))
     assert outcome.samples == len(run.samples) == len(trace)
     exact = [sample.estimated.truth if sample.estimated is not None else sample.measured for sample in run.samples]
     if scenario.estimated or scenario.plant.encoder_counts is None:
-        robot = scenario.five_bar()
         found, wanted = columns(trace, *JOINTS), [one.position for one in exact]
         np.testing.assert_allclose(places(robot, found), places(robot, wanted), rtol=0.0, atol=POSITION)
     for names, wanted in (
@@ -75,7 +74,7 @@ def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineR
         (("applied1", "applied2"), [(one.effort[0], one.effort[2]) for one in exact]),
     ):
         np.testing.assert_allclose(columns(trace, *names), wanted, rtol=0.0, atol=torque)
-    used = [state_from_joints(scenario.five_bar(), *s.measured.position, *s.measured.velocity) for s in run.samples]
+    used = [state_from_joints(robot, *s.measured.position, *s.measured.velocity) for s in run.samples]
     np.testing.assert_allclose(
         columns(trace, "estimated_x", "estimated_y"), [(one.x, one.y) for one in used], rtol=0.0, atol=POSITION
     )

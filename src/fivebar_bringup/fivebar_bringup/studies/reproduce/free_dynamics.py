@@ -58,11 +58,12 @@ def free_dynamics(cases: Sequence[ReproductionCase], seed: int = 1) -> FreeDynam
     states = 0
     for case in cases:
         scenario = case.scenario()
-        plan, loop = scenario.plan(), ClosedLoop(scenario.five_bar())
+        robot, plan = scenario.five_bar(), scenario.plan()
+        loop = ClosedLoop(robot)
         for crossing in plan.crossings:
             motion = plan.path.at(crossing.time)
-            state = state_from_platform(scenario.five_bar(), plan.mode1, plan.mode2, *motion[:4])
-            here_along, here_force = _largest(loop, state, scenario.five_bar().mass, random)
+            state = state_from_platform(robot, plan.mode1, plan.mode2, *motion[:4])
+            here_along, here_force = _largest(loop, state, robot.mass, random)
             along, force, states = max(along, here_along), max(force, here_force), states + 1
     return FreeDynamics(states, TORQUES, along, force, *_beside_the_locus(cases[0], random))
 

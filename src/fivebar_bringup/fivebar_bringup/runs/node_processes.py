@@ -1,0 +1,140 @@
+"""The processes of a run as the launcher holds them: starts them all at once, signals them and waits for them."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from fivebar_bringup.runs.node_starter import NodeCommand, StartRequest
+from fivebar_bringup.runs.processes import ProcessSpec
+from fivebar_bringup.runs.run_directory import RunDirectory
+
+STARTER = "fivebar_bringup.runs.node_starter"
+
+PR_SET_CHILD_SUBREAPER = 36
+
+PIPE_SIZE = 65536
+
+
+class NodesNotStarted(Exception):
+    """No process of a run has been started; the text says why."""
+
+
+class NodeProcess:
+    """A child process in its own session, so that Ctrl-C in the terminal reaches only the launcher."""
+
+    def __init__(self, name: str, pid: int, log: Path) -> None:
+        """Take over a child that nobody has waited for; its output goes to a log file."""
+        self.name = name
+        self.pid = pid
+        self._log = log
+        self._status: int | None = None
+
+    @property
+    def status(self) -> int | None:
+        """Exit status, or the negative number of the signal that ended it; None while the process runs."""
+        if self._status is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid:
+                self._status = os.waitstatus_to_exitcode(status)
+        return self._status
+
+    def last_line(self) -> str:
+        """Return the last line that the node printed."""
+        lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        return lines[-1] if lines else ""
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal, if the process still runs."""
+        if self.status is None:
+            os.kill(self.pid, number)
+
+    def wait(self, deadline: float) -> bool:
+        """Wait until the process has ended or the deadline (monotonic, s) has passed; return whether it has ended."""
+        if self.status is not None:
+            return True
+        descriptor = os.pidfd_open(self.pid)
+        try:
+            poller = select.poll()
+            poller.register(descriptor, select.POLLIN)
+            poller.poll(max(0.0, deadline - time.monotonic()) * 1e3)
+        finally:
+            os.close(descriptor)
+        return self.status is not None
+
+
+def start_processes(
+    specs: Sequence[ProcessSpec], run: RunDirectory, domain: int, processes: dict[str, NodeProcess]
+) -> None:
+    """Write the parameter file of every process, start them all, and add them to `processes`.
+
+    They begin only when all of them have been added: an interrupt before that leaves none of them running.
+
+    Raises:
+        NodesNotStarted: the process that starts them has failed.
+    """
+    run.parameters.mkdir(exist_ok=True)
+    run.logs.mkdir(exist_ok=True)
+    commands = []
+    for spec in specs:
+        parameters = run.parameters / f"{spec.name}.yaml"
+        parameters.write_text(spec.parameter_file(), encoding="utf-8")
+        arguments = (*spec.arguments, "--ros-args", "--params-file", str(parameters))
+        commands.append(NodeCommand(spec.name, spec.module, arguments, str(run.logs / f"{spec.name}.log")))
+    report, reported = os.pipe()
+    gate, release = os.pipe()
+    try:
+        with _adopting_orphans():
+            _fork(StartRequest(os.getpid(), reported, gate, tuple(commands)), domain)
+        # the starter has ended, so all its lines are in the pipe
+        started = dict(line.split()[::-1] for line in os.read(report, PIPE_SIZE).decode().splitlines())
+        for command in commands:
+            processes[command.name] = NodeProcess(command.name, int(started[command.name]), Path(command.log))
+        os.write(release, bytes(len(commands)))
+    finally:
+        for descriptor in (report, reported, gate, release):
+            os.close(descriptor)
+
+
+def _fork(request: StartRequest, domain: int) -> None:
+    """Have the starter fork the nodes; when this returns, they are children of this process.
+
+    Raises:
+        NodesNotStarted: it has failed.
+    """
+    starter = subprocess.Popen(
+        [sys.executable, "-m", STARTER, json.dumps(request.as_dict())],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        # the starter loads numpy, whose linear algebra otherwise starts threads that a fork does not copy
+        env={**os.environ, "ROS_DOMAIN_ID": str(domain), "OPENBLAS_NUM_THREADS": "1"},
+        pass_fds=(request.reported, request.gate),
+        start_new_session=True,
+    )
+    try:
+        status = starter.wait()
+    finally:
+        starter.kill()
+        starter.wait()
+    if status != 0:
+        raise NodesNotStarted(f"nodes_not_started: the process that starts them ended with status {status}")
+
+
+@contextmanager
+def _adopting_orphans() -> Iterator[None]:
+    """Make processes whose parent ends children of this process, instead of children of the system's first one."""
+    libc = ctypes.CDLL(None)
+    libc.prctl(PR_SET_CHILD_SUBREAPER, 1)
+    try:
+        yield
+    finally:
+        libc.prctl(PR_SET_CHILD_SUBREAPER, 0)

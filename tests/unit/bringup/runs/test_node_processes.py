@@ -1,0 +1,156 @@
+"""How the processes of a run start, run and end, with processes that are no nodes."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fivebar_bringup.runs.graph import NodeSpec
+from fivebar_bringup.runs.node_processes import STARTER, NodeProcess, NodesNotStarted, start_processes
+from fivebar_bringup.runs.node_starter import COMMON_MODULES, LONGEST_NAME, NodeCommand, StartRequest
+from fivebar_bringup.runs.processes import ProcessSpec
+from fivebar_bringup.runs.run_directory import RunDirectory
+
+DOMAIN = 42
+PACKAGE = "processes_of_this_test"
+DEADLINE = 60.0
+
+PROGRAMS = {
+    "tells_what_it_is": """
+        import json, os, pathlib, sys
+        def main():
+            print(json.dumps({
+                "arguments": sys.argv[1:],
+                "parameters": pathlib.Path(sys.argv[-1]).read_text(),
+                "domain": os.environ["ROS_DOMAIN_ID"],
+                "pid": os.getpid(),
+                "parent": os.getppid(),
+                "session": os.getsid(0),
+                "name": pathlib.Path("/proc/self/comm").read_text().strip(),
+            }))
+            print("that is all", file=sys.stderr)
+    """,
+    "exits": "import sys\ndef main(): sys.exit(3)",
+    "raises": "def main(): raise ValueError('no such thing')",
+    "waits": "import signal\ndef main():\n    print('waiting', flush=True)\n    signal.pause()",
+}
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RunDirectory:
+    folder = tmp_path / "modules" / PACKAGE / "nodes"
+    folder.mkdir(parents=True)
+    for name, program in PROGRAMS.items():
+        (folder / f"{name}.py").write_text(textwrap.dedent(program), encoding="utf-8")
+    before = os.environ.get("PYTHONPATH")
+    path = os.pathsep.join(filter(None, (str(tmp_path / "modules"), before)))
+    monkeypatch.setenv("PYTHONPATH", path)
+    (tmp_path / "run").mkdir()
+    return RunDirectory(tmp_path / "run")
+
+
+@pytest.fixture
+def processes() -> Iterator[dict[str, NodeProcess]]:
+    started: dict[str, NodeProcess] = {}
+    yield started
+    for process in started.values():
+        process.send(signal.SIGKILL)
+        assert process.wait(time.monotonic() + DEADLINE)
+
+
+def spec(name: str) -> ProcessSpec:
+    return ProcessSpec(name, (NodeSpec(PACKAGE, name, {"rate_hz": 500}, (), ()),))
+
+
+def wait(process: NodeProcess) -> int | None:
+    assert process.wait(time.monotonic() + DEADLINE)
+    return process.status
+
+
+def test_a_process_has_what_its_own_command_would_have_given_it(
+    run: RunDirectory, processes: dict[str, NodeProcess]
+) -> None:
+    start_processes([spec("tells_what_it_is")], run, DOMAIN, processes)
+    process = processes["tells_what_it_is"]
+    assert wait(process) == 0
+    told = json.loads((run.logs / "tells_what_it_is.log").read_text(encoding="utf-8").splitlines()[0])
+    parameters = run.parameters / "tells_what_it_is.yaml"
+    assert told == {
+        "arguments": ["--ros-args", "--params-file", str(parameters)],
+        "parameters": spec("tells_what_it_is").parameter_file(),
+        "domain": str(DOMAIN),
+        "pid": process.pid,
+        "parent": os.getpid(),
+        "session": process.pid,
+        "name": "tells_what_it_is"[:LONGEST_NAME],
+    }
+    assert process.last_line() == "that is all"
+
+
+def test_how_a_process_has_ended(run: RunDirectory, processes: dict[str, NodeProcess]) -> None:
+    start_processes([spec(name) for name in PROGRAMS], run, DOMAIN, processes)
+    assert list(processes) == list(PROGRAMS)
+    assert wait(processes["exits"]) == 3
+    assert wait(processes["raises"]) == 1
+    assert processes["raises"].last_line() == "ValueError: no such thing"
+    waiting = processes["waits"]
+    assert waiting.status is None
+    assert not waiting.wait(time.monotonic() + 0.05)
+    waiting.send(signal.SIGKILL)
+    assert wait(waiting) == -signal.SIGKILL
+    # one that has ended can be asked again, waited for and sent signals
+    waiting.send(signal.SIGINT)
+    assert wait(waiting) == -signal.SIGKILL
+
+
+def test_where_the_starter_fails_nothing_runs(
+    run: RunDirectory, processes: dict[str, NodeProcess], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(NodesNotStarted, match="status 1"):
+        start_processes([spec("waits")], run, DOMAIN, processes)
+    assert not processes
+
+
+def test_without_the_launcher_a_started_process_does_nothing(run: RunDirectory, tmp_path: Path) -> None:
+    """The launcher, which would open the gate, has been interrupted or killed."""
+    log = tmp_path / "log"
+    report, reported = os.pipe()
+    gate, release = os.pipe()
+    request = StartRequest(os.getpid(), reported, gate, (NodeCommand("waits", f"{PACKAGE}.nodes.waits", (), str(log)),))
+    command = [sys.executable, "-m", STARTER, json.dumps(request.as_dict())]
+    subprocess.run(command, pass_fds=(reported, gate), check=True, timeout=DEADLINE)
+    pid, name = os.read(report, 1000).decode().split()
+    assert name == "waits"
+    ended = os.pidfd_open(int(pid))
+    os.close(release)
+    assert select.select([ended], [], [], DEADLINE)[0]
+    assert log.read_text(encoding="utf-8") == ""
+    for descriptor in (report, reported, gate, ended):
+        os.close(descriptor)
+
+
+def test_what_is_loaded_before_the_fork_starts_no_thread() -> None:
+    """Nor is it part of ROS, whose libraries start some."""
+    program = f"""
+import sys
+from importlib import import_module
+from pathlib import Path
+for module in {COMMON_MODULES}:
+    import_module(module)
+assert "rclpy" not in sys.modules
+print(len(list(Path("/proc/self/task").iterdir())))
+"""
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("1\n", "")
