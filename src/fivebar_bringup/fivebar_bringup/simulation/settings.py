@@ -7,6 +7,7 @@ from fivebar_control.laws.law import Step, no_step
 from fivebar_control.laws.registry import SIGMOID, Controller
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings
+from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import limits_of
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import as_numbers
@@ -21,15 +22,16 @@ def steps_of(controller: Controller) -> tuple[Step, Step]:
 def first_memory(controller: Controller) -> CycleMemory:
     """Return the memory of a controller before the first sample."""
     constraint = controller.constraint
-    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO)
+    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO, 0)
 
 
 def cycle_settings(scenario: Scenario) -> CycleSettings:
     """Return the constants of the control cycle."""
-    tuned = scenario.tuned()
+    tuned, safety = scenario.tuned(), scenario.safety_settings()
+    robot = with_floats(scenario.five_bar())
     mode1, mode2 = scenario.working_mode
     return CycleSettings(
-        robot=with_floats(scenario.five_bar()),
+        robot=robot,
         mode1=int(mode1),
         mode2=int(mode2),
         period=1.0 / scenario.rate_hz,
@@ -37,7 +39,8 @@ def cycle_settings(scenario: Scenario) -> CycleSettings:
         constraint=None if tuned.constraint is None else as_numbers(tuned.constraint.settings),
         blended=tuned.controller.blended,
         weighted_in_time=tuned.controller.weighting == SIGMOID,
-        limits=limits_of(scenario.safety_settings(), scenario.rate_hz),
+        limits=limits_of(safety, scenario.rate_hz),
+        brake=brake_of(safety, robot, scenario.rate_hz),
     )
 
 

@@ -18,6 +18,7 @@ from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
+from fivebar_control.safety.brake import Brake, braking_after, stopping
 from fivebar_control.safety.stages import NO_FAULT, Limits, first_fault, limited_torque
 from fivebar_description.parameters import FiveBar
 
@@ -33,6 +34,7 @@ class CycleSettings(NamedTuple):
         blended: whether there is a constraint law.
         weighted_in_time: sigma from the plan's time weight instead of from cond(A).
         limits: of the guard.
+        brake: of the guard.
     """
 
     robot: FiveBar
@@ -44,14 +46,22 @@ class CycleSettings(NamedTuple):
     blended: bool
     weighted_in_time: bool
     limits: Limits
+    brake: Brake
 
 
 class CycleMemory(NamedTuple):
-    """State of the control cycle: the memories of both laws, and the last command (Nm)."""
+    """State of the control cycle.
+
+    Attributes:
+        nominal, constraint: memories of the laws.
+        command: last command (Nm).
+        braking: for how many more samples the robot may be braked; 0 before a fault.
+    """
 
     nominal: Any
     constraint: Any
     command: Torque
+    braking: int
 
 
 class Cycle(NamedTuple):
@@ -85,6 +95,7 @@ def control_cycle(
     reference: Reference,
     plan: PlanSample,
     latched: bool,
+    sound: bool,
 ) -> Cycle:
     """Return the result of one control cycle.
 
@@ -95,7 +106,8 @@ def control_cycle(
         state: measured or estimated state.
         reference: desired instant, that of the plan or with a disturbance compensated.
         plan: the plan at this sample.
-        latched: whether a fault is latched, which commands zero torque.
+        latched: whether a fault is latched, which brakes the robot or commands zero torque.
+        sound: whether nothing is known that speaks against the state.
     """
     kappa = inverse_condition(state)
     zone_weight = blending_weight(kappa, plan.epsilon)
@@ -106,12 +118,16 @@ def control_cycle(
     nominal, nominal_memory = nominal_step(robot, instant, memory.nominal, settings.nominal)
     constraint, constraint_memory = constraint_step(robot, instant, memory.constraint, settings.constraint)
     requested = blend(sigma, nominal, constraint) if settings.blended else nominal
-    command, fault = ZERO, NO_FAULT
+    command, fault, braking = ZERO, NO_FAULT, memory.braking
     if not latched:
         fault = first_fault(
             settings.limits, robot, settings.mode1, settings.mode2, state, plan.platform.x, plan.platform.y, requested
         )
         if fault == NO_FAULT:
             command = limited_torque(settings.limits, requested, memory.command)
-    kept = CycleMemory(nominal_memory, constraint_memory, command)
+        else:
+            braking = braking_after(settings.brake, fault)
+    if latched or fault != NO_FAULT:
+        command, braking = stopping(settings.brake, robot, state, braking if sound else 0)
+    kept = CycleMemory(nominal_memory, constraint_memory, command, braking)
     return Cycle(sigma, kappa, nominal, constraint, requested, command, fault, kept)
