@@ -13,11 +13,23 @@ from typing import NamedTuple
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
-from fivebar_control.safety.stages import NO_FAULT, OVER_SPEED, SafetySettings, is_in_reach, limited
+from fivebar_control.safety.stages import (
+    NEAR_TYPE_1,
+    OUT_OF_WORKSPACE,
+    TORQUE_UNDEFINED,
+    TRACKING_LOST,
+    SafetySettings,
+    is_in_reach,
+    limited,
+)
 from fivebar_description.parameters import FiveBar
 
 LEAST_SAMPLES = 10
 """Least time constant of the brake in samples: a stronger damping would not be one with a few samples of delay."""
+
+BRAKED_FAULTS = ("torque_undefined", "out_of_workspace", "near_type_1", "tracking_lost")
+"""Faults of the stages that leave state and drives sound. After `over_speed` it is not known whether the motor or its
+reading is so fast."""
 
 
 class Brake(NamedTuple):
@@ -60,11 +72,8 @@ def brake_of(settings: SafetySettings, robot: FiveBar, rate_hz: int) -> Brake:
 
 
 def braking_after(brake: Brake, fault: int) -> int:
-    """Return for how many samples the robot may be braked after a fault of the stages.
-
-    Not after `OVER_SPEED`: whether the motor or its reading is so fast is not known.
-    """
-    return 0 if fault in (NO_FAULT, OVER_SPEED) else brake.samples
+    """Return for how many samples the robot may be braked after a fault of the stages, by its number."""
+    return brake.samples if fault in (TORQUE_UNDEFINED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST) else 0
 
 
 def stopping(brake: Brake, robot: FiveBar, state: State, left: int) -> Stopping:

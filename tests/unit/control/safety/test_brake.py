@@ -15,8 +15,25 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import JointAngles, State
-from fivebar_control.safety.brake import Brake, brake_of, braking_after, is_at_rest, joint_speed, stopping
-from fivebar_control.safety.stages import NEAR_TYPE_1, NO_FAULT, OVER_SPEED, TRACKING_LOST, SafetySettings
+from fivebar_control.safety.brake import (
+    BRAKED_FAULTS,
+    Brake,
+    brake_of,
+    braking_after,
+    is_at_rest,
+    joint_speed,
+    stopping,
+)
+from fivebar_control.safety.stages import (
+    NEAR_TYPE_1,
+    NO_FAULT,
+    OVER_SPEED,
+    TORQUE_UNDEFINED,
+    TRACKING_LOST,
+    SafetySettings,
+    fault_of,
+    limits_of,
+)
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import load_robot
 from fivebar_sim.plant import Plant
@@ -67,6 +84,10 @@ def test_a_slow_motor_is_braked_with_the_time_constant_and_a_fast_one_with_the_l
 def test_which_faults_brake_and_for_how_long() -> None:
     assert braking_after(BRAKE, TRACKING_LOST) == braking_after(BRAKE, NEAR_TYPE_1) == RATE_HZ
     assert braking_after(BRAKE, NO_FAULT) == braking_after(BRAKE, OVER_SPEED) == 0
+    limits = limits_of(SafetySettings(), RATE_HZ)
+    for number in range(TORQUE_UNDEFINED, TRACKING_LOST + 1):
+        fault = fault_of(number, limits, ROBOT, 1, -1, moving(1.0, 1.0), *AWAY, ZERO, 0.0)
+        assert (fault.name in BRAKED_FAULTS) == (braking_after(BRAKE, number) > 0)
     assert braking_after(brake_of(SafetySettings(brake=False), ROBOT, RATE_HZ), TRACKING_LOST) == 0
     assert brake_of(SafetySettings(brake_duration=0.2), ROBOT, RATE_HZ).samples == 100
 
