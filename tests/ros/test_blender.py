@@ -15,6 +15,8 @@ from std_srvs.srv import Trigger
 
 from fivebar_control.laws.blend import blend
 from fivebar_control.laws.torque import Torque
+from fivebar_control.safety.brake import brake_of, stopping
+from fivebar_control.safety.stages import SafetySettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -43,12 +45,16 @@ REST = 0.5
 class Rig:
     """A blender, and the rest of the graph played by a probe."""
 
-    def __init__(self, bench: Bench, motion: MiddleMotion, namespace: str = "", **more: Any) -> None:
+    def __init__(
+        self, bench: Bench, motion: MiddleMotion, namespace: str = "", rest_speed: float = REST, **more: Any
+    ) -> None:
         self.bench = bench
         self.motion = motion
         self.node = f"{namespace}/blender"
         # the robot of the motion is never quite at rest
-        self.process = bench.start("blender", namespace, candidate_deadline_ms=DEADLINE_MS, rest_speed=REST, **more)
+        self.process = bench.start(
+            "blender", namespace, candidate_deadline_ms=DEADLINE_MS, rest_speed=rest_speed, **more
+        )
         self.probe: Probe = bench.probe(namespace)
         self.probe.join(
             "blender", [*INPUTS, FAULTS, DRIVES_STATE], [TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE]
@@ -188,6 +194,51 @@ def test_a_platform_far_from_its_reference_is_a_fault(rig: Rig) -> None:
     assert fault.endswith("limit 50.0 mm")
     assert 50.8 < float(fault.split()[4]) < 53.2
     rig.expect_latched_until_reset("tracking_lost")
+
+
+def test_a_moving_robot_is_braked_until_something_else_goes_wrong(bench: Bench, motion: MiddleMotion) -> None:
+    """From the sample of the fault on, by the joint states alone; then by nothing, for good."""
+    rig = Rig(bench, motion, rest_speed=0.01)
+    brake = brake_of(SafetySettings(rest_speed=0.01), motion.robot, 500)
+    wanted = {}
+
+    def expected(sample: int) -> Torque:
+        wanted[sample] = stopping(brake, motion.robot, motion.state(sample), 100).torque
+        assert min(map(abs, wanted[sample])) > 0.0
+        return wanted[sample]
+
+    assert rig.command(rig.publish()) != ZERO
+    sample = rig.publish(dx=0.06)
+    assert rig.command(sample) == expected(sample)
+    assert rig.next_fault().startswith("tracking_lost: ")
+    for _ in range(3):
+        sample = rig.publish(without=CTC_TORQUE.name)
+        assert rig.command(sample) == expected(sample)
+    before = len(rig.probe.got(TORQUE_COMMAND))
+    rig.probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+    rig.probe.wait_for(lambda: len(rig.probe.got(TORQUE_COMMAND)) > before, "an answer to the repeated sample")
+    assert tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == wanted[sample]
+    assert rig.ask("emergency_stop").message.startswith("zero torque: tracking_lost: ")
+    rig.probe.wait_for(lambda: tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO, "zero torque at once")
+    for _ in range(2):
+        assert rig.command(rig.publish()) == ZERO
+
+
+@pytest.mark.parametrize("by", ["another fault", "drives"])
+def test_braking_ends_with_what_makes_it_unsound(bench: Bench, motion: MiddleMotion, by: str) -> None:
+    rig = Rig(bench, motion, rest_speed=0.01)
+    assert rig.command(rig.publish(vhc=UNDEFINED)) != ZERO
+    rig.next_fault()
+    if by == "drives":
+        rig.probe.publish(DRIVES_STATE, String(data="drive_fault: q11 is hot"))
+    else:
+        rig.probe.publish(FAULTS, String(data="estimate_lost: mirrored"))
+
+    def no_torque() -> bool:
+        return rig.command(rig.publish()) == ZERO
+
+    rig.probe.wait_for(no_torque, "zero torque")
+    assert rig.command(rig.publish()) == ZERO
 
 
 @pytest.mark.parametrize("topic", [CTC_TORQUE, SUPERVISOR_STATE], ids=lambda topic: topic.name)

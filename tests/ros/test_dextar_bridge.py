@@ -210,6 +210,40 @@ def test_a_fault_of_another_node_stops_the_drives(rig: Rig) -> None:
     assert "command_stale" not in rig.faults()
 
 
+def test_the_drives_follow_the_brake_until_it_commands_zero(bench: Bench, tmp_path: Path, bus_section: Any) -> None:
+    """A fault that the blender brakes for stops the drives with its zero torque, another one at once."""
+    rig = Rig(bench, tmp_path, bus_section, brake_limit_s=60.0)
+    activated(rig)
+    rig.torque = (0.5, 0.5)
+    rig.wait_for_effort(rig.torque)
+    rig.probe.publish(FAULTS, String(data="tracking_lost: 60 mm"))
+    rig.torque = (-0.4, 0.2)
+    rig.wait_for_effort(rig.torque)
+    assert rig.probe.got(DRIVES_STATE)[-1].data == ALL_WELL
+    rig.torque = (0.0, 0.0)
+    rig.wait_for_state("tracking_lost: 60 mm")
+    assert rig.ask("reset").success
+    assert rig.ask("enable").success
+    rig.torque = (0.5, 0.5)
+    rig.wait_for_effort(rig.torque)
+    rig.probe.publish(FAULTS, String(data="near_type_1: 0.1"))
+    rig.probe.publish(FAULTS, String(data="estimate_lost: mirrored"))
+    rig.wait_for_state("estimate_lost: mirrored")
+    rig.wait_for_effort((0.0, 0.0))
+
+
+def test_the_drives_do_not_follow_a_brake_for_longer_than_its_limit(
+    bench: Bench, tmp_path: Path, bus_section: Any
+) -> None:
+    rig = Rig(bench, tmp_path, bus_section, brake_limit_s=0.1)
+    activated(rig)
+    rig.torque = (0.5, 0.5)
+    rig.wait_for_effort(rig.torque)
+    rig.probe.publish(FAULTS, String(data="tracking_lost: 60 mm"))
+    rig.wait_for_state("tracking_lost: 60 mm")
+    rig.wait_for_effort((0.0, 0.0))
+
+
 def test_an_emergency_stop_needs_reset_and_enable(rig: Rig) -> None:
     activated(rig)
     rig.torque = (0.5, 0.5)

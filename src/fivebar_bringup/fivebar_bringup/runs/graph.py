@@ -213,6 +213,7 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
 
 def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
     """Return the bridge to drives, with a configuration by name or path; it starts once the awaited nodes are ready."""
+    safety = scenario.safety
     return NodeSpec(
         "fivebar_control",
         BRIDGE,
@@ -220,7 +221,9 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
             BridgeSettings(
                 rate_hz=scenario.rate_hz,
                 drives=drives,
-                command_timeout_ms=scenario.safety.stop_cycles * 1e3 / scenario.rate_hz,
+                command_timeout_ms=safety.stop_cycles * 1e3 / scenario.rate_hz,
+                # the last cycle of the brake, and its answer
+                brake_limit_s=safety.brake_duration + safety.stop_cycles / scenario.rate_hz if safety.brake else 0.0,
                 autostart=bool(awaited),
                 wait_for_nodes=tuple(awaited),
             )

@@ -138,7 +138,8 @@ def run_loop(
         if fault == NO_FAULT and trip != NO_FAULT:
             fault, fault_sample = trip, number
         latched = fault != NO_FAULT
-        cycle = control_cycle(nominal_step, constraint_step, control, kept, state, reference, planned, latched)
+        sound = trip == NO_FAULT
+        cycle = control_cycle(nominal_step, constraint_step, control, kept, state, reference, planned, latched, sound)
         kept, command, sigma, kappa = cycle.memory, cycle.command, cycle.sigma, cycle.kappa
         requested = UNDEFINED if latched else cycle.requested
         if cycle.fault != NO_FAULT:

@@ -158,8 +158,10 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         reference = planned.reference
         if estimated is not None and scenario.compensates_disturbance:
             reference = against_disturbance(reference, *estimated.disturbance)
-        latched = bool(faults)
-        cycle = control_cycle(nominal_step, constraint_step, settings, memory, state, reference, planned, latched)
+        latched, sound = bool(faults), estimator is None or estimator.fault is None
+        cycle = control_cycle(
+            nominal_step, constraint_step, settings, memory, state, reference, planned, latched, sound
+        )
         memory = cycle.memory
         if cycle.fault != NO_FAULT:
             faults.append(_fault_text(number, settings, state, planned, cycle))

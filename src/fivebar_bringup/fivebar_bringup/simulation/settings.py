@@ -5,10 +5,18 @@ from __future__ import annotations
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.setup import cycle_settings_of
+from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import limits_of
 
 
 def cycle_settings(scenario: Scenario) -> CycleSettings:
     """Return the constants of the control cycle."""
-    limits = limits_of(scenario.safety_settings(), scenario.rate_hz)
-    return cycle_settings_of(scenario.five_bar(), *scenario.working_mode, scenario.rate_hz, scenario.tuned(), limits)
+    safety, robot, rate_hz = scenario.safety_settings(), scenario.five_bar(), scenario.rate_hz
+    return cycle_settings_of(
+        robot,
+        *scenario.working_mode,
+        rate_hz,
+        scenario.tuned(),
+        limits_of(safety, rate_hz),
+        brake_of(safety, robot, rate_hz),
+    )

@@ -42,7 +42,8 @@ class DriveSession:
 
     While active, `cycle` exchanges with the drives once per period. Sample 0 is repeated at zero torque until it is
     answered: a run begins where the robot stands. The command that answers sample k is written at once and acts from
-    sample k + 1 on. The first fault is latched: zero torque and a quick stop, until `reset` and `enable`.
+    sample k + 1 on. The first fault is latched: zero torque and a quick stop, until `reset` and `enable`. A fault of
+    another node that is braking the robot is latched once it commands zero torque.
     """
 
     def __init__(
@@ -73,6 +74,8 @@ class DriveSession:
         self.sample = 0
         """Number of the present sample."""
         self._written = False
+        self._brakes: Fault | None = None
+        self._brakes_until = 0.0
         self._overruns = self._incomplete = 0
         self._began = self._repeated = 0.0
 
@@ -127,6 +130,7 @@ class DriveSession:
             self.latch(error.fault)
             return False
         self._watch.begin()
+        self._brakes = None
         self.sample = 0
         self._written = False
         self._began = clock()
@@ -162,6 +166,8 @@ class DriveSession:
         stale = self._watch.fault(self.sample, now)
         if stale is not None:
             self.latch(stale)
+        if self._brakes is not None and now >= self._brakes_until:
+            self.latch(self._brakes, own=False)
         if self.fault is not None:
             self.bus.write(ZERO)
         elif not self._written:
@@ -191,13 +197,25 @@ class DriveSession:
         if not self.active or sample is None or not self._watch.accepts(sample, self.sample):
             return False
         self._watch.take(sample, torques, now)
+        self._end_of_braking()
         if self.fault is None:
             self.bus.write(torques)
             self._written = True
         return True
 
+    def follow_brake(self, fault: Fault, until: float) -> None:
+        """Latch another node's fault once that node, which brakes the robot, commands zero torque, or at a time (s)."""
+        if self.fault is None and self._brakes is None:
+            self._brakes, self._brakes_until = fault, until
+            self._end_of_braking()
+
+    def _end_of_braking(self) -> None:
+        if self._brakes is not None and self._watch.torques == ZERO:
+            self.latch(self._brakes, own=False)
+
     def latch(self, fault: Fault, own: bool = True) -> None:
         """Stop the drives and latch why, unless a fault is latched already."""
+        self._brakes = None
         if self.fault is not None:
             return
         self.fault = fault

@@ -1,12 +1,15 @@
 """Virtual holonomic constraint with joint controlled variables, u2 (2.5 to 2.11, 3.1 to 3.19), anywhere on the locus.
 
 The constraint ties each motor to the platform's progress s along the path: h_i = q_i1 - phi_i(s), phi the inverse
-geometry of the path point at arc length s. Two constraints meet one controllable direction, so the accelerations that
-keep both are exact on the locus with h = 0 and a least-squares compromise otherwise, as the thesis says of 3.14.
+geometry of the path point at arc length s. Two constraints meet one controllable direction, so what is asked of both is
+met where they agree and by least squares otherwise, as the thesis says of 3.14. They agree to first order: beside the
+path at a distance eps, h = p(s) eps with p = dq/deps across the path. As p changes along the path, gains on h and its
+rate would not be gains on eps; the law leaves out the parts of both that come from the change of p.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.adaptive_gain import (
@@ -27,46 +30,73 @@ from fivebar_control.laws.resolution import resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.laws.vhc_cartesian import RESOLUTION
 from fivebar_control.model.geometry import wrap
-from fivebar_control.model.kinematics import joint_acceleration, state_from_platform
+from fivebar_control.model.kinematics import leg_from_platform, state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, LegParameters
 
 
 class JointConstraint(NamedTuple):
-    """One motor's virtual constraint: h (rad), its rate (rad/s), phi' (rad/m) and phi'' sdot^2 (rad/s^2)."""
+    """One motor's virtual constraint at the path point.
+
+    Attributes:
+        h, dh: the constraint (rad) and its rate (rad/s).
+        slope: phi', change of the motor's angle along the path (rad/m).
+        across: p, its change across the path, along the normal (rad/m).
+        across_rate: rate of p as the path point moves (rad/(m s)).
+    """
 
     h: float
     dh: float
     slope: float
-    bend: float
+    across: float
+    across_rate: float
 
 
-def joint_constraint(measured: Leg, on_path: Leg, speed: float) -> JointConstraint:
-    """Return a motor's constraint (2.5, 3.1) from its leg and the leg at the path point, run through at unit speed.
+def joint_constraint(
+    parameters: LegParameters, measured: Leg, on_path: Leg, speed: float, n_x: float, n_y: float
+) -> JointConstraint:
+    """Return a motor's constraint (2.5, 3.1) from its leg and the leg at the path point.
 
-    At unit speed along the straight path xddot = 0, so phi' is the leg's rate and phi'' = c_i / b_i (3.8).
+    With the path point's rates at unit speed along the path and across it, phi' and p are rates of the motor. While the
+    platform moves straight on, ddq_i1 = c_i / b_i is quadratic in the velocity (3.8); its mixed part is dp/ds.
+
+    Args:
+        parameters: of the leg.
+        measured: the leg as it is.
+        on_path: the leg at the path point, run through at unit speed along the path.
+        speed: of the path point (m/s).
+        n_x, n_y: unit normal of the path.
     """
+    aside = leg_from_platform(parameters, on_path.q1, on_path.q2, n_x, n_y)
+    twist = math.nan
+    if on_path.b != 0.0:
+        distal = parameters.distal * on_path.dtheta * aside.dtheta
+        twist = (distal + parameters.proximal * on_path.cos_q2 * on_path.dq1 * aside.dq1) / on_path.b
     return JointConstraint(
         h=wrap(measured.q1 - on_path.q1),
         dh=measured.dq1 - on_path.dq1 * speed,
         slope=on_path.dq1,
-        bend=joint_acceleration(on_path, 0.0, 0.0) * speed * speed,
+        across=aside.dq1,
+        across_rate=twist * speed,
     )
 
 
 def path_constraints(
     robot: FiveBar, mode1: int, mode2: int, state: State, line: Line
 ) -> tuple[JointConstraint, JointConstraint]:
-    """Return both motors' constraints for the path point at the platform's arc length along a line."""
+    """Return both motors' constraints for the path point at the platform's arc length along a line.
+
+    All is NaN where the path point is out of reach or at Type 1.
+    """
     d_x, d_y = line.direction_x, line.direction_y
     s = d_x * (state.x - line.x) + d_y * (state.y - line.y)
     speed = d_x * state.vx + d_y * state.vy
     on_path = state_from_platform(robot, mode1, mode2, line.x + s * d_x, line.y + s * d_y, d_x, d_y)
     return (
-        joint_constraint(state.leg1, on_path.leg1, speed),
-        joint_constraint(state.leg2, on_path.leg2, speed),
+        joint_constraint(robot.leg1, state.leg1, on_path.leg1, speed, d_y, -d_x),
+        joint_constraint(robot.leg2, state.leg2, on_path.leg2, speed, d_y, -d_x),
     )
 
 
@@ -85,26 +115,29 @@ def vhc_joint_torque(
 
     Undefined (NaN) at Type 1, where the path runs across t_s, or where the path point is out of reach.
 
-    The constraints ask for qddot = phi'' sdot^2 + phi' sddot - Kp h - Kd hdot (3.3, 3.18; 3.17 drops the term in
-    sddot). With xddot = alpha v1 and its sddot = alpha d . v1, that is (N v1 - phi' d . v1) alpha = v - B^-1 c for
-    v = phi'' sdot^2 - Kp h - Kd hdot: two equations for alpha, solved by least squares (3.14).
+    With xddot = alpha v1 the motors get qddot = N v1 alpha + B^-1 c and the path point sddot = alpha d . v1, so that
+    hddot = (N v1 - phi' d . v1) alpha beyond what it is while the platform coasts. Asked for is the h that belongs to
+    the distance eps from the path with epsddot = -(Kp eps + Kd epsdot): two equations for alpha, solved by least
+    squares (3.14), with p epsdot = hdot - pdot eps and eps from both h.
     """
     if state.leg1.b == 0.0 or state.leg2.b == 0.0:
         return UNDEFINED
     svd = parallel_svd(state)
     first, second = path_constraints(robot, mode1, mode2, state, line)
-    v1 = first.bend - kp * first.h - kd * first.dh
-    v2 = second.bend - kp * second.h - kd * second.dh
     n1 = (state.leg1.u_x * svd.v_x + state.leg1.u_y * svd.v_y) / state.leg1.b
     n2 = (state.leg2.u_x * svd.v_x + state.leg2.u_y * svd.v_y) / state.leg2.b
-    drift1, drift2 = state.leg1.c / state.leg1.b, state.leg2.c / state.leg2.b
     along = line.direction_x * svd.v_x + line.direction_y * svd.v_y
     e1, e2 = n1 - first.slope * along, n2 - second.slope * along
     authority = e1 * e1 + e2 * e2
-    if authority == 0.0:
+    spread = first.across * first.across + second.across * second.across
+    if authority == 0.0 or spread == 0.0:
         return UNDEFINED
-    alpha = (e1 * (v1 - drift1) + e2 * (v2 - drift2)) / authority
-    ddq11, ddq21 = n1 * alpha + drift1, n2 * alpha + drift2
+    distance = (first.across * first.h + second.across * second.h) / spread
+    v1 = -kp * first.h - kd * (first.dh - first.across_rate * distance)
+    v2 = -kp * second.h - kd * (second.dh - second.across_rate * distance)
+    alpha = (e1 * v1 + e2 * v2) / authority
+    ddq11 = n1 * alpha + state.leg1.c / state.leg1.b
+    ddq21 = n2 * alpha + state.leg2.c / state.leg2.b
     return resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, reference.f1, reference.f2)
 
 

@@ -18,6 +18,7 @@ from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
+from fivebar_control.safety.brake import Brake, braking_after, stopping
 from fivebar_control.safety.stages import NO_FAULT, Limits, excess_samples, first_fault, limited_torque
 from fivebar_description.parameters import FiveBar
 
@@ -33,6 +34,7 @@ class CycleSettings(NamedTuple):
         blended: whether there is a constraint law.
         weighted_in_time: sigma from the plan's time weight instead of from cond(A).
         limits: of the guard.
+        brake: of the guard.
     """
 
     robot: FiveBar
@@ -44,15 +46,24 @@ class CycleSettings(NamedTuple):
     blended: bool
     weighted_in_time: bool
     limits: Limits
+    brake: Brake
 
 
 class CycleMemory(NamedTuple):
-    """State of the control cycle: the memories of both laws, the last command (Nm), the excessive requests in a row."""
+    """State of the control cycle.
+
+    Attributes:
+        nominal, constraint: memories of the laws.
+        command: last command (Nm).
+        excess: excessive requests in a row.
+        braking: for how many more samples the robot may be braked; 0 before a fault.
+    """
 
     nominal: Any
     constraint: Any
     command: Torque
     excess: int
+    braking: int
 
 
 class Cycle(NamedTuple):
@@ -86,6 +97,7 @@ def control_cycle(
     reference: Reference,
     plan: PlanSample,
     latched: bool,
+    sound: bool,
 ) -> Cycle:
     """Return the result of one control cycle.
 
@@ -96,7 +108,8 @@ def control_cycle(
         state: measured or estimated state.
         reference: desired instant, that of the plan or with a disturbance compensated.
         plan: the plan at this sample.
-        latched: whether a fault is latched, which commands zero torque.
+        latched: whether a fault is latched, which brakes the robot or commands zero torque.
+        sound: whether nothing is known that speaks against the state.
     """
     kappa = inverse_condition(state)
     zone_weight = blending_weight(kappa, plan.epsilon)
@@ -108,7 +121,7 @@ def control_cycle(
     constraint, constraint_memory = constraint_step(robot, instant, memory.constraint, settings.constraint)
     requested = blend(sigma, nominal, constraint) if settings.blended else nominal
     excess = excess_samples(settings.limits, requested, memory.excess)
-    command, fault = ZERO, NO_FAULT
+    command, fault, braking = ZERO, NO_FAULT, memory.braking
     if not latched:
         fault = first_fault(
             settings.limits,
@@ -123,5 +136,9 @@ def control_cycle(
         )
         if fault == NO_FAULT:
             command = limited_torque(settings.limits, requested, memory.command)
-    kept = CycleMemory(nominal_memory, constraint_memory, command, excess)
+        else:
+            braking = braking_after(settings.brake, fault)
+    if latched or fault != NO_FAULT:
+        command, braking = stopping(settings.brake, robot, state, braking if sound else 0)
+    kept = CycleMemory(nominal_memory, constraint_memory, command, excess, braking)
     return Cycle(sigma, kappa, nominal, constraint, requested, command, fault, kept)

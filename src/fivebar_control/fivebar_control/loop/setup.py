@@ -6,6 +6,7 @@ from fivebar_control.laws.law import Step, no_step
 from fivebar_control.laws.registry import SIGMOID, Controller, TunedController
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings
+from fivebar_control.safety.brake import Brake
 from fivebar_control.safety.stages import Limits
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import as_numbers
@@ -20,13 +21,20 @@ def steps_of(controller: Controller) -> tuple[Step, Step]:
 def first_memory(controller: Controller) -> CycleMemory:
     """Return the memory of a controller before the first sample."""
     constraint = controller.constraint
-    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO, 0)
+    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO, 0, 0)
 
 
 def cycle_settings_of(
-    robot: FiveBar, mode1: int, mode2: int, rate_hz: int, tuned: TunedController, limits: Limits
+    robot: FiveBar, mode1: int, mode2: int, rate_hz: int, tuned: TunedController, limits: Limits, brake: Brake
 ) -> CycleSettings:
-    """Return the constants of the control cycle: nominal robot and its working mode, rate (Hz), controller, limits."""
+    """Return the constants of the control cycle.
+
+    Args:
+        robot, mode1, mode2: nominal robot and its working mode.
+        rate_hz: sampling rate (Hz).
+        tuned: controller.
+        limits, brake: of the last node.
+    """
     return CycleSettings(
         robot=with_floats(robot),
         mode1=int(mode1),
@@ -37,6 +45,7 @@ def cycle_settings_of(
         blended=tuned.controller.blended,
         weighted_in_time=tuned.controller.weighting == SIGMOID,
         limits=limits,
+        brake=brake,
     )
 
 

@@ -1,4 +1,4 @@
-"""Blends the candidate torques into the torque command (4.1, 4.2), and commands zero torque after a fault."""
+"""Blends the candidate torques into the torque command (4.1, 4.2), and stops the robot after a fault."""
 
 from __future__ import annotations
 
@@ -55,8 +55,9 @@ MIN_CHECKS_PER_DEADLINE = 2
 class Blender(SamplingNode):
     """The last node before the drives.
 
-    While a fault is latched, every sample is answered immediately with zero torque. The inputs are still joined, so
-    that a reset can check whether the cause is gone.
+    While a fault is latched, every sample is answered immediately: with the brake's torque until the robot is at rest
+    where its state is sound, else with zero torque. The inputs are still joined, so that a reset can check whether the
+    cause is gone.
     """
 
     def __init__(self) -> None:
@@ -116,15 +117,16 @@ class Blender(SamplingNode):
         self._guard.begin_run()
         self._first = 0
 
-    def admit(self, sample: int, driving: bool) -> bool:
-        """Start the deadline of a sample; while a fault is latched, answer it immediately with zero torque."""
+    def admit(self, sample: int, driving: bool, values: Any) -> bool:
+        """Start the deadline of a sample; while a fault is latched, answer it immediately with what stops the robot."""
         if driving:
             late = self._watchdog.joined_late(sample)
             self._watchdog.received(sample, self._deadline_clock.read())
             if late is not None and self._guard.fault is None:
                 self._stop_robot(late)
             elif self._guard.fault is not None:
-                self._reply_with(sample, ZERO)
+                position, velocity = values
+                self._reply_with(sample, self._guard.stop(state_from_joints(self._robot, *position, *velocity)))
             self._check_deadlines()
         return True
 
@@ -150,16 +152,19 @@ class Blender(SamplingNode):
             self._announce_fault()
 
     def repeat(self) -> None:
-        """Publish the same command again, or zero torque if a fault has been latched since."""
-        if self._guard.fault is not None:
+        """Publish the same command again, or zero torque if a fault has been latched since that does not brake."""
+        if self._guard.fault is not None and not self._guard.brakes:
             self._reply = self._message(self.last_sample, ZERO)
         if self._reply is not None:
             self._command.publish(self._reply)
 
     def _on_fault(self, message: String) -> None:
         """Stop the robot when another node reports a fault; the node's own faults are received too, without effect."""
-        known = self._guard.fault
+        known, braked = self._guard.fault, self._guard.brakes
         self._guard.trip(Fault.from_text(message.data))
+        if known is not None and braked and not self._guard.brakes:
+            # what one fault has left sound, a further one may not have
+            self._reply_with(self._watchdog.newest, ZERO)
         if known is None:
             # a sample that still waits for its candidates is answered as well
             self._reply_with(self._watchdog.newest, ZERO)
@@ -167,6 +172,9 @@ class Blender(SamplingNode):
 
     def _on_drives_state(self, message: String) -> None:
         self._drives_state = message.data
+        if message.data != ALL_WELL:
+            # drives that do not follow their commands brake nothing
+            self._guard.stop_braking()
         # drives that were off have sent nothing: the deadline of their next sample starts now
         self._watchdog.rearm(self._deadline_clock.read())
 
@@ -198,7 +206,8 @@ class Blender(SamplingNode):
     def _announce_fault(self) -> None:
         self._faults.publish(String(data=str(self._guard.fault)))
         self._publish_state()
-        self.get_logger().error(f"zero torque: {self._guard.fault}")
+        stop = "brakes" if self._guard.brakes else "zero torque"
+        self.get_logger().error(f"{stop}: {self._guard.fault}")
 
     def _publish_state(self) -> None:
         fault = self._guard.fault
@@ -207,6 +216,9 @@ class Blender(SamplingNode):
     def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._guard.fault is None:
             self._stop_robot(Fault("emergency_stop", "requested by blender/emergency_stop"))
+        elif self._guard.brakes:
+            self._guard.stop_braking()
+            self._reply_with(self._watchdog.newest, ZERO)
         response.success = True
         response.message = f"zero torque: {self._guard.fault}"
         return response

@@ -24,6 +24,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
 from fivebar_control.ros.node_settings import BridgeSettings
+from fivebar_control.safety.brake import BRAKED_FAULTS
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_QOS,
@@ -74,6 +75,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
                 f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {drives.rate_hz}, which is"
                 f" sync_period_us {drives.sync_period_us} of {settings.drives}"
             )
+        self._brake_limit = settings.brake_limit_s
         self._heartbeat_period = drives.master.heartbeat_ms / 2e3
         timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
         self._session = DriveSession(drives, timeout, enable_timeout, self._on_latch)
@@ -237,9 +239,17 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self.get_logger().error(f"zero torque and quick stop: {fault}")
 
     def _on_fault(self, message: String) -> None:
-        """Stop the drives for another node's fault; this node's own faults arrive here too, without effect."""
-        if self._session.active:
-            self._session.latch(Fault.from_text(message.data), own=False)
+        """Stop the drives for another node's fault; this node's own faults arrive here too, without effect.
+
+        Where the blender brakes the robot for it, the drives follow its torque until that is zero.
+        """
+        if not self._session.active:
+            return
+        fault = Fault.from_text(message.data)
+        if fault.name in BRAKED_FAULTS and self._brake_limit > 0.0:
+            self._session.follow_brake(fault, time.monotonic() + self._brake_limit)
+        else:
+            self._session.latch(fault, own=False)
 
     def _publish_state(self) -> None:
         """Publish on drives/state whether the drives follow torque commands, and if not why, when that has changed."""

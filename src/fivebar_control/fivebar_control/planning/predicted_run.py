@@ -19,6 +19,7 @@ from fivebar_control.loop.setup import cycle_settings_of, first_memory, steps_of
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
+from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, limits_of
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.friction import friction_torque
@@ -78,8 +79,10 @@ def predict_run(
         torque_limit: to which its torque is limited (Nm), infinite for none.
     """
     mode1, mode2 = plan.mode1, plan.mode2
-    limits = limits_of(SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0), rate_hz)
-    settings = cycle_settings_of(robot, mode1, mode2, rate_hz, follower, limits._replace(tracking_error=LOST))
+    # the prediction ends at the first fault, so that nothing is braked
+    safety = SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0, brake=False)
+    limits, brake = limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
+    settings = cycle_settings_of(robot, mode1, mode2, rate_hz, follower, limits, brake)
     nominal_step, constraint_step = steps_of(follower.controller)
     memory = first_memory(follower.controller)
     steps = math.ceil(settings.period / LONGEST_STEP - 1e-9)
@@ -97,7 +100,9 @@ def predict_run(
         if determinant * side < 0.0:
             changes = Peak(changes.value + 1.0, t, state.x, state.y)
         side = determinant or side
-        cycle = control_cycle(nominal_step, constraint_step, settings, memory, state, planned.reference, planned, False)
+        cycle = control_cycle(
+            nominal_step, constraint_step, settings, memory, state, planned.reference, planned, False, True
+        )
         memory, asked = cycle.memory, cycle.requested
         torque = torque.or_larger(max(abs(asked.tau1), abs(asked.tau2)), t, state.x, state.y)
         if cycle.fault != NO_FAULT:

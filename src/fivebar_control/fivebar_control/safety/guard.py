@@ -1,4 +1,4 @@
-"""The guard before the drives: limits the commanded torque, and commands zero torque once a fault is latched."""
+"""The guard before the drives: limits the commanded torque, and stops the robot once a fault is latched."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.laws.blend import blend
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.state import State
+from fivebar_control.safety.brake import brake_of, braking_after, stopping
 from fivebar_control.safety.stages import (
     NO_FAULT,
     SafetySettings,
@@ -53,6 +54,8 @@ class Guard:
         self._mode1, self._mode2 = working_mode
         self._settings = settings if settings is not None else SafetySettings()
         self._limits = limits_of(self._settings, rate_hz)
+        self._brake = brake_of(self._settings, robot, rate_hz)
+        self._braking = 0
         self._last_command = ZERO
         self._limited_samples = 0
         self._excess = 0
@@ -66,8 +69,22 @@ class Guard:
         """Samples whose torque was reduced by the torque limit or the rate limit."""
         return self._limited_samples
 
+    @property
+    def brakes(self) -> bool:
+        """Whether the robot is being braked after a fault."""
+        return self._braking > 0
+
+    def stop_braking(self) -> None:
+        """Command zero torque from now on."""
+        self._braking = 0
+
     def trip(self, fault: Fault) -> None:
-        """Latch a fault, unless one is latched already."""
+        """Latch a fault that was found elsewhere, unless one is latched already; there is no torque from now on."""
+        if fault != self.fault:
+            self._braking = 0
+            self._latch(fault)
+
+    def _latch(self, fault: Fault) -> None:
         if fault.name in FINAL_FAULTS and self._final is None:
             self._final = fault
         if self.fault is None:
@@ -80,6 +97,7 @@ class Guard:
         self._final = None
         self._last_command = ZERO
         self._excess = 0
+        self._braking = 0
 
     def reset(self) -> str | None:
         """Clear the latched fault if its cause is gone; else keep it and return the reason."""
@@ -90,12 +108,20 @@ class Guard:
         if self._obstacle is not None:
             return self._obstacle
         self.fault = None
+        self._braking = 0
         return None
+
+    def stop(self, state: State) -> Torque:
+        """Return the torque of a sample while a fault is latched: that of the brake, or zero; once for each sample."""
+        torque, self._braking = stopping(self._brake, self._robot, state, self._braking)
+        return torque
 
     def command(
         self, sample: int, state: State, desired: tuple[float, float], sigma: float, nominal: Torque, constraint: Torque
     ) -> Decision:
-        """Return the torques of a sample: the blend before and after the limits, or zero once a fault is latched.
+        """Return the torques of a sample: the blend before and after the limits; with a fault, what stops the robot.
+
+        While a fault is latched, the inputs are only checked; the torque is that of `stop`.
 
         Args:
             sample: number of the sample, for the fault's text.
@@ -116,8 +142,9 @@ class Guard:
             self._obstacle = str(found) if found is not None else self._motion_left(state)
             return Decision(None, ZERO)
         if found is not None:
-            self.trip(Fault(found.name, f"at sample {sample}: {found.detail}"))
-            return Decision(requested, ZERO)
+            self._latch(Fault(found.name, f"at sample {sample}: {found.detail}"))
+            self._braking = braking_after(self._brake, number)
+            return Decision(requested, self.stop(state))
         torque = limited_torque(limits, requested, self._last_command)
         self._last_command = torque
         self._limited_samples += torque != requested

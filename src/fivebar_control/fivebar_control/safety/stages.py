@@ -147,6 +147,35 @@ class SafetySettings(NamedTuple):
             at_most=1e3,
         ),
     ] = 0.1
+    brake: Annotated[
+        bool,
+        Setting(
+            "Whether a fault that leaves state and drives sound brakes the robot before torque is zero, instead of"
+            " letting it coast."
+        ),
+    ] = True
+    brake_time: Annotated[
+        float,
+        Setting(
+            "Time constant with which the brake stops a motor alone, at least ten samples; with links and platform it"
+            " is longer. Smaller values brake harder.",
+            "s",
+            at_least=1e-3,
+            at_most=10.0,
+        ),
+    ] = 0.02
+    brake_kappa: Annotated[
+        float,
+        Setting(
+            "1/cond(A) below which the brake gives no torque, so that the robot runs out of the Type 2 locus first.",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = 0.1
+    brake_duration: Annotated[
+        float,
+        Setting("Longest braking, after which torque is zero in any case.", "s", at_least=1e-3, at_most=60.0),
+    ] = 1.0
     stop_cycles: Annotated[
         int,
         Setting(

@@ -62,8 +62,8 @@ class SamplingNode(GraphNode):
     def restart(self) -> None:
         """Reset the state: the driving input starts a new run at sample 0."""
 
-    def admit(self, sample: int, driving: bool) -> bool:
-        """Inspect an input of a new sample before it is joined; False discards it."""
+    def admit(self, sample: int, driving: bool, values: Any) -> bool:
+        """Inspect an input of a new sample and its values before it is joined; False discards it."""
         return True
 
     @property
@@ -117,7 +117,7 @@ class SamplingNode(GraphNode):
         return receive
 
     def _take(self, topic: Topic, sample: int, values: Any, driving: bool) -> None:
-        if not self.admit(sample, driving):
+        if not self.admit(sample, driving, values):
             return
         complete = self._join.put(topic.name, sample, values)
         if complete is not None:

@@ -21,6 +21,7 @@ from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome, TraceRow
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
@@ -149,6 +150,29 @@ def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
 )
 def test_faults_come_at_the_same_sample(fault: str, fields: dict[str, Any]) -> None:
     expect_fault(changed("middle", **fields), fault)
+
+
+def test_a_braked_robot_stops_as_in_the_offline_runner() -> None:
+    """Away from the locus at speed: torque until it is at rest, within the limit, and then none."""
+    plant = DIFFERENT | {"torque_limit": 2.0}
+
+    def stopped(**safety: Any) -> tuple[list[Torque], float]:
+        """Return the commands from the fault on, and how far (m) the robot has gone from there."""
+        area = {"workspace": [-0.1, 0.1, 0.12, 0.2]}
+        run, outcome = expect_agreement(changed("middle", plant, segment_duration=0.5, safety=area | safety))
+        assert FAULT_NAMES[outcome.fault] == "out_of_workspace"
+        after = run.samples[outcome.fault_sample :]
+        ways = places(load_scenario("middle").five_bar(), [sample.measured.position for sample in after])
+        return [sample.command for sample in after], float(np.linalg.norm(ways[-1] - ways[0]))
+
+    commands, way = stopped()
+    braked = [torque != ZERO for torque in commands]
+    assert braked[0]
+    assert not any(braked[braked.index(False) :])
+    assert max(abs(tau) for torque in commands for tau in torque) <= 2.0
+    coasting, longer = stopped(brake=False)
+    assert set(coasting) == {ZERO}
+    assert way < 0.5 * longer
 
 
 def test_an_undefined_torque_is_found_at_the_same_sample() -> None:

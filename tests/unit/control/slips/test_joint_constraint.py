@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from slip_cases import CENTRE_Y, FRICTION, MASS, MODE, ROBOT, ZZ, Vector, beside, case, centre, pinocchio_motion
 
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.vhc_joint import path_constraints, vhc_joint_torque
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 
@@ -121,12 +125,66 @@ def test_qddot_of_3_18_is_not_hddot() -> None:
     assert np.linalg.norm(straight_on[1]) < 1e-10
     np.testing.assert_allclose(straight_on[0], bend, atol=1e-2)
     assert np.abs(bend / 2500.0).max() == pytest.approx(4.73e-3, abs=1e-5)
-    constraints = path_constraints(ROBOT, *MODE, at.state, Line(0.0, 0.15, 0.0, -1.0))
-    assert [one.bend for one in constraints] == pytest.approx(at.drift.tolist(), abs=1e-9)
+    reference = reference_from_platform(ROBOT, *MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
+    line, resolve = Line(0.0, 0.15, 0.0, -1.0), RESOLUTIONS["full_inverse"]
+    torque = vhc_joint_torque(ROBOT, *MODE, at.state, reference, line, 2500.0, 100.0, resolve)
+    net = np.array([torque.tau1 - reference.f1, torque.tau2 - reference.f2])
+    np.testing.assert_allclose(np.linalg.solve(ZZ, net), at.drift, atol=1e-9)
+
+
+def held_by(speed: float, y_near: float, x: float, angle: float) -> tuple[float, float]:
+    """Stiffness across a path over Kp where it meets the locus, as 3.18 asks and by the joint law.
+
+    3.18 is taken with S25, S27 and S28 mended, the torque such that the platform gets alpha v1 exactly.
+    """
+    y = float(brentq(lambda y: det_a(case(x, y, 0.0, 0.0).state), y_near - 2e-3, y_near + 2e-3, xtol=1e-17))
+    kp, kd, off = 2500.0, 100.0, 1e-6
+    d = np.array([math.cos(angle), math.sin(angle)])
+    n = np.array([d[1], -d[0]])
+    line, (vx, vy) = Line(x, y, *d.tolist()), (speed * d).tolist()
+    reference = reference_from_platform(ROBOT, *MODE, Platform(x, y, vx, vy, 0.0, 0.0))
+    friction = np.array([reference.f1, reference.f2])
+    bend = case(x, y, vx, vy).drift
+
+    def pulled(off: float) -> tuple[float, float]:
+        aside_x, aside_y = (np.array([x, y]) + off * n).tolist()
+        at = case(aside_x, aside_y, vx, vy)
+        both = path_constraints(ROBOT, *MODE, at.state, line)
+        left, values, right = np.linalg.svd(at.a)
+        column = np.linalg.solve(at.b, at.a @ right[0])
+        asked = column - np.array([one.slope for one in both]) * (d @ right[0])
+        v = bend + np.array([-kp * one.h - kd * one.dh for one in both])
+        alpha = float(asked @ (v - at.drift) / (asked @ asked))
+        printed = ZZ @ (column * alpha + at.drift) + at.b @ left[:, 0] * (MASS * alpha / values[0])
+        torque = vhc_joint_torque(ROBOT, *MODE, at.state, reference, line, kp, kd, RESOLUTIONS["full_inverse"])
+        mended = np.array(torque) - friction
+        return float(n @ pinocchio_motion(at.state, printed)[1]), float(n @ pinocchio_motion(at.state, mended)[1])
+
+    before, after = pulled(-off), pulled(off)
+    return (before[0] - after[0]) / (2.0 * off * kp), (before[1] - after[1]) / (2.0 * off * kp)
+
+
+def test_gains_on_h_of_3_18_are_not_gains_on_the_distance_from_the_path() -> None:
+    """h_i = p_i(s) eps: what 3.18 asks of h leaves eps without stiffness where p shrinks along the path.
+
+    At the centre 1.05 of Kp at 0.3 m/s; on an oblique path through the locus at (40, -13) mm 0.12, and at 0.4 m/s less
+    than nothing.
+    """
+    printed, law = held_by(0.3, CENTRE_Y, 0.0, -0.5 * math.pi)
+    assert printed == pytest.approx(1.0489, abs=1e-3)
+    assert law == pytest.approx(1.0, abs=1e-4)
+    oblique = {speed: held_by(speed, -0.0127, 0.04, 5.7) for speed in (0.01, 0.3, 0.4)}
+    assert oblique[0.01][0] == pytest.approx(0.9786, abs=1e-3)
+    assert oblique[0.3][0] == pytest.approx(0.120, abs=2e-3)
+    assert oblique[0.4][0] < 0.0
+    assert [law for _, law in oblique.values()] == pytest.approx([1.0] * 3, abs=1e-4)
 
 
 def test_the_brackets_of_3_19_add_a_vector_to_a_scalar() -> None:
-    """The row must multiply v_1 + Phi'' ydot^2; so mended, with the signs of 3.15 and 3.18, it is the joint law."""
+    """The row must multiply v_1 + Phi'' ydot^2; so mended, with the signs of 3.15 and 3.18, it is the joint law.
+
+    But for S47: with the platform drifting aside, the motors' own drift takes the place of Phi'' ydot^2.
+    """
     at = case(0.0, CENTRE_Y, 0.02, -0.3)
     row = np.linalg.solve(at.b, np.array([1.0, -1.0]))
     reference = reference_from_platform(ROBOT, *MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
@@ -137,13 +195,14 @@ def test_the_brackets_of_3_19_add_a_vector_to_a_scalar() -> None:
     bend = phi_derivatives(at.state.y)[1] * 0.3**2
     back = np.linalg.pinv(row[:, None])[0]
     bracket = row @ ZZ + MASS * back
-    mended = row / (row @ row) * (bracket @ (v_1 + bend) - MASS * back @ at.drift + row @ f)
+    drifting = at.drift - bend
+    mended = row / (row @ row) * (bracket @ (v_1 + bend + drifting) - MASS * back @ at.drift + row @ f)
     wanted = vhc_joint_torque(ROBOT, *MODE, at.state, reference, line, 2500.0, 100.0, RESOLUTIONS["min_norm"])
     np.testing.assert_allclose(mended, wanted, atol=1e-5)
     assert (bracket @ v_1).shape == ()
     assert bend.shape == (2,)
     # numpy would let it pass and give motor 1 another sum than motor 2
-    printed = row / (row @ row) * (bracket @ v_1 + bend - MASS * back @ at.drift + row @ f)
+    printed = row / (row @ row) * (bracket @ (v_1 + drifting) + bend - MASS * back @ at.drift + row @ f)
     assert np.abs(printed - wanted).max() == pytest.approx(0.5, abs=0.01)
 
 
