@@ -141,7 +141,7 @@ def worst_moment(scenario: Scenario) -> Moment:
 
 def _places(scenario: Scenario, trace: FloatArray) -> list[tuple[float, ...]]:
     """Return the actual platform (m), the estimated one at the same time, and 1/cond(A), sample by sample."""
-    robot, lead = scenario.five_bar(), scenario.lead_samples
+    robot, lead = scenario.actual_robot(), scenario.lead_samples
     estimated = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
     places: list[tuple[float, ...]] = []
     for number, joints in enumerate(trace[:, :8].tolist()):

@@ -14,7 +14,7 @@ from fivebar_description.parameters import load_robot
 
 DECIDING = {
     fivebar_description: ("*.py",),
-    fivebar_sim: ("*.py",),
+    fivebar_sim: ("*.py", "effects/*.py"),
     fivebar_control: (
         "fault.py",
         "estimation/*.py",
