@@ -21,7 +21,14 @@ from fivebar_bringup.simulation.case import (
     X,
     Y,
 )
-from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_LOST, PLANT_DIVERGED, Outcome, TraceRow
+from fivebar_bringup.simulation.outcome import (
+    ESTIMATE_AMBIGUOUS,
+    ESTIMATE_LOST,
+    LEFT,
+    PLANT_DIVERGED,
+    Outcome,
+    TraceRow,
+)
 from fivebar_bringup.simulation.robot import Later, Sense, Start, ideal_later, ideal_sensed, ideal_start
 from fivebar_control.estimation.step import first_update, next_update, prediction
 from fivebar_control.laws.law import Step, no_step
@@ -95,7 +102,7 @@ def run_loop(
     assembly, estimator = assembly_mode(at_home), case.estimation.model
     memory = first_update(estimator, assembly, home.q11, home.q21)
 
-    fault, fault_sample = NO_FAULT, -1
+    fault, fault_sample, left_sample = NO_FAULT, -1, -1
     samples = mode_changes = saturated = 0
     side = 0.0
     error_x = error_y = error_peak = error_final = constraint_error = 0.0
@@ -143,6 +150,8 @@ def run_loop(
         error_x, error_y = largest(error_x, off_x), largest(error_y, off_y)
         error_final = math.sqrt(off_x * off_x + off_y * off_y)
         error_peak = max(error_peak, error_final)
+        if left_sample < 0 and not error_final <= LEFT:
+            left_sample = number
         determinant = det_a(truth)
         if determinant * side < 0.0:
             mode_changes += 1
@@ -221,6 +230,7 @@ def run_loop(
         error_y=error_y,
         error_peak=error_peak,
         error_final=error_final,
+        left_sample=left_sample,
         constraint_error=constraint_error,
         requested1=requested1,
         requested2=requested2,

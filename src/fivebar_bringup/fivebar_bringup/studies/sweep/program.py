@@ -29,6 +29,7 @@ DECIDING = {
         "scenario.py",
         "studies/compare/rigs.py",
         "studies/sweep/drawing.py",
+        "studies/sweep/rigs.py",
         "studies/sweep/rows.py",
         "studies/sweep/running.py",
     ),
