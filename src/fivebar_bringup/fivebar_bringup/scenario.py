@@ -39,6 +39,7 @@ from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.settings import PlantSettings
 
 Sign = Literal[-1, 1]
@@ -173,6 +174,10 @@ class Scenario(StrictModel):
     def five_bar(self) -> FiveBar:
         """Return the robot that the controllers believe in."""
         return load_robot(self.robot)
+
+    def actual_robot(self) -> FiveBar:
+        """Return the robot that is simulated: scaled, with its actual geometry."""
+        return actual_robot(self.five_bar(), self.plant)
 
     def plan(self) -> Plan:
         """Return the checked motion.

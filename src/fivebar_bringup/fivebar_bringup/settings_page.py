@@ -5,11 +5,12 @@ from __future__ import annotations
 import inspect
 import json
 import math
+from collections.abc import Collection
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_description.settings import REQUIRED, Declared, Keys, declared, declared_as
+from fivebar_description.settings import REQUIRED, Declared, Keys, declared, declared_as, sections
 
 INTRODUCTION = """\
 # Settings
@@ -35,13 +36,17 @@ def settings_page() -> str:
         if keys is None or field.annotation is None:
             continue
         kind: Any = field.annotation
-        settings = declared(kind)
-        parts += [
-            f"## `{name}`\n",
-            f"{inspect.getdoc(kind)}\n",
-            _table([one for one in settings if one.name not in keys.without]),
-        ]
+        parts += _section(name, kind, keys.without)
     return "\n".join(parts)
+
+
+def _section(name: str, kind: Any, without: Collection[str] = (), level: str = "##") -> list[str]:
+    """Return a section and those within it; `name` is its path in the file, with dots."""
+    rows = [one for one in declared(kind) if one.name not in without]
+    parts = [f"{level} `{name}`\n", f"{inspect.getdoc(kind)}\n", _table(rows)]
+    for inner, settings in sections(kind).items():
+        parts += _section(f"{name}.{inner}", settings, level=f"{level}#")
+    return parts
 
 
 def _default(name: str) -> Any:

@@ -195,19 +195,32 @@ def made_of(kind: Any, value: Any) -> Any:
 
 @cache
 def declared(settings: type[tuple[Any, ...]]) -> tuple[Declared, ...]:
-    """Return the settings that a NamedTuple declares.
+    """Return the settings that a NamedTuple declares, without those of its `sections`.
 
     Raises:
         TypeError: a field carries no `Setting`.
     """
     defaults = cast(Any, settings)._field_defaults
+    within = sections(settings)
     found = []
     for name, hint in get_type_hints(settings, include_extras=True).items():
+        if name in within:
+            continue
         one = declared_as(name, hint, defaults.get(name, REQUIRED))
         if one is None:
             raise TypeError(f"{settings.__name__}.{name}: expected Annotated[..., Setting(...)]")
         found.append(one)
     return tuple(found)
+
+
+@cache
+def sections(settings: type[tuple[Any, ...]]) -> dict[str, type[tuple[Any, ...]]]:
+    """Return the fields of a NamedTuple that are sections of their own (`Section[...]`): NamedTuples, by name."""
+    return {
+        name: get_args(hint)[0]
+        for name, hint in get_type_hints(settings, include_extras=True).items()
+        if any(isinstance(one, Keys) for one in get_args(hint)[1:])
+    }
 
 
 def setting_named(settings: type[tuple[Any, ...]], name: str) -> Declared:
@@ -242,33 +255,42 @@ def as_numbers(settings: S) -> S:
     Words become their place among the choices, an absent limit becomes infinite, an absent count 0, and an integer that
     stands for a float becomes one.
     """
-    values: list[Any] = []
-    for one, value in zip(declared(type(settings)), settings, strict=True):
+    values: dict[str, Any] = {name: as_numbers(getattr(settings, name)) for name in sections(type(settings))}
+    for one in declared(type(settings)):
+        value: Any = getattr(settings, one.name)
         if one.kind is str:
-            values.append(one.setting.choices.index(cast(str, value)))
+            values[one.name] = one.setting.choices.index(value)
         elif value is None:
-            values.append(0 if one.kind is int else math.inf)
+            values[one.name] = 0 if one.kind is int else math.inf
         elif one.kind is float:
-            values.append(float(cast(float, value)))
+            values[one.name] = float(value)
         else:
-            values.append(value)
-    return type(settings)(*values)
+            values[one.name] = value
+    return type(settings)(**values)
 
 
 def to_parameters(settings: tuple[Any, ...], prefix: str = "", without: Collection[str] = ()) -> dict[str, Any]:
-    """Return settings as a node's parameters take them, which `specs_of` declares with the same arguments."""
-    return {
-        prefix + one.name: one.to_parameter(value)
-        for one, value in zip(declared(type(settings)), settings, strict=True)
+    """Return settings as a node's parameters take them, which `specs_of` declares with the same arguments.
+
+    Those of a section have its name as a prefix: SECTION_NAME.
+    """
+    values = {
+        prefix + one.name: one.to_parameter(getattr(settings, one.name))
+        for one in declared(type(settings))
         if one.name not in without
     }
+    for name in sections(type(settings)):
+        values |= to_parameters(getattr(settings, name), f"{prefix}{name}_")
+    return values
 
 
 def from_parameters(settings: type[S], values: Mapping[str, Any], prefix: str = "", without: Collection[str] = ()) -> S:
     """Return settings from a node's parameters, which may be among others; what is left out has its default."""
-    found = {
+    found: dict[str, Any] = {
         one.name: one.from_parameter(values[prefix + one.name]) for one in declared(settings) if one.name not in without
     }
+    for name, section in sections(settings).items():
+        found[name] = from_parameters(section, values, f"{prefix}{name}_")
     return settings(**found)
 
 
@@ -309,6 +331,10 @@ class Keys:
             if one.default is not REQUIRED:
                 schema = core_schema.with_default_schema(schema, default=one.default)
             fields[one.name] = core_schema.typed_dict_field(schema, required=one.default is REQUIRED)
+        for name, section in sections(source).items():
+            inner: Any = Annotated[section, Keys()]
+            schema = core_schema.with_default_schema(handler.generate_schema(inner), default=section())
+            fields[name] = core_schema.typed_dict_field(schema, required=False)
         keys = core_schema.typed_dict_schema(fields, extra_behavior="forbid", config=STRICT)
         plain = partial(_plain, without=self.without)
         return core_schema.no_info_before_validator_function(
@@ -327,11 +353,12 @@ def _mapping(content: Any, plain: Callable[[Any], dict[str, Any]]) -> Any:
 
 
 def _plain(settings: tuple[Any, ...], without: Collection[str] = ()) -> dict[str, Any]:
-    return {
-        one.name: None if value == math.inf else value
-        for one, value in zip(declared(type(settings)), settings, strict=True)
+    values = {
+        one.name: None if (value := getattr(settings, one.name)) == math.inf else value
+        for one in declared(type(settings))
         if one.name not in without
     }
+    return values | {name: _plain(getattr(settings, name)) for name in sections(type(settings))}
 
 
 Section = Annotated[S, Keys()]

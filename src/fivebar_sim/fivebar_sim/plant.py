@@ -1,4 +1,7 @@
-"""The simulated five-bar: Pinocchio's closed loop with friction, integrated from sample to sample."""
+"""The simulated five-bar: Pinocchio's closed loop with friction, integrated from sample to sample.
+
+With effects (see `fivebar_sim.effects`) their mechanism moves in its place.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +16,14 @@ from fivebar_description.closed_loop import ClosedLoop, Vector
 from fivebar_description.friction import friction_torque
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import JOINTS
-from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.bus import lost_commands
+from fivebar_sim.effects.mechanism import actual_robot
+from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.sensors import Encoder, TorqueOutput
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.settings import PlantSettings, has_effects
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
@@ -66,19 +72,25 @@ class Plant:
     ) -> None:
         """Initialise the robot in a posture (q11, q12, q21, q22) in rad, at rest or with joint velocities (rad/s).
 
-        The velocities are projected onto the closed loop.
+        The velocities are projected onto the closed loop. With effects the robot starts at rest, where its motors'
+        encoders read the angles of the posture.
 
         Raises:
             InputError: the posture or the velocities are malformed, or the loop is open.
         """
         settings = settings if settings is not None else PlantSettings()
-        self._robot = scaled(robot, settings.mass_scale, settings.inertia_scale, settings.friction_scale)
+        self._robot = actual_robot(robot, settings)
         self._loop = ClosedLoop(self._robot)
-        self._q, self._v = self._closed_posture(joints, velocities)
+        self._effects: EffectsMotion | None = None
+        if has_effects(settings):
+            self._effects = EffectsMotion(robot, settings, rate_hz, joints)
+            self._q, self._v = self._effects.joints
+        else:
+            self._q, self._v = self._closed_posture(joints, velocities)
         period = 1.0 / rate_hz
         self._steps = math.ceil(period / MAX_STEP - 1e-9)
         self._step = period / self._steps
-        self._drives = TorqueOutput(settings)
+        self._drives = TorqueOutput(settings, lost_commands(settings.bus, settings.seed, rate_hz))
         self._imu = Imu(imu if imu is not None else ImuSettings(), rate_hz, settings.seed)
         self._encoders = (
             None if settings.encoder_counts is None else [Encoder(settings.encoder_counts, period) for _ in JOINTS]
@@ -106,20 +118,30 @@ class Plant:
     def measure(self) -> Measurement:
         """Return the joint readings of the current sample; call it once per sample."""
         effort = (self._applied[0], 0.0, self._applied[1], 0.0)
+        angles, speeds = self.seen()
         if self._encoders is None:
-            return Measurement(tuple(self._q.tolist()), tuple(self._v.tolist()), effort)
-        readings = [encoder.read(angle) for encoder, angle in zip(self._encoders, self._q.tolist(), strict=True)]
+            return Measurement(angles, speeds, effort)
+        readings = [encoder.read(angle) for encoder, angle in zip(self._encoders, angles, strict=True)]
         return Measurement(
             tuple(position for position, _ in readings), tuple(velocity for _, velocity in readings), effort
         )
 
+    def seen(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return angles (rad) and velocities (rad/s) as encoders on all joints see them, before they count."""
+        if self._effects is not None:
+            return self._effects.seen
+        return tuple(self._q.tolist()), tuple(self._v.tolist())
+
     def truth(self) -> Measurement:
-        """Return the exact joint states of the current sample, without encoder quantisation."""
+        """Return the exact joint states of the current sample, on the links' side, without encoders."""
         effort = (self._applied[0], 0.0, self._applied[1], 0.0)
         return Measurement(tuple(self._q.tolist()), tuple(self._v.tolist()), effort)
 
     def measure_imu(self) -> ImuReading:
         """Return the IMU reading of the current sample, under the torque applied up to it."""
+        if self._effects is not None:
+            tip = self._effects.imu_motion()
+            return self._imu.read((tip.along, tip.across), tip.rate, tip.rate_change)
         acceleration = self._acceleration(self._q, self._v)
         model, data = self._loop.model, self._loop.data
         pin.forwardKinematics(model, data, self._q, self._v, acceleration)
@@ -139,6 +161,13 @@ class Plant:
             PlantDiverged: the motion is too fast for an accurate integration.
         """
         self._applied = self._drives.apply(command)
+        if self._effects is not None:
+            gap = self._effects.advance(self._applied)
+            if math.isinf(gap):
+                raise self._diverged(self._effects.mechanism.step, gap)
+            self._q, self._v = self._effects.joints
+            self.closure_error = max(self.closure_error, gap)
+            return
         for _ in range(self._steps):
             self._integrate(self._step, MAX_HALVINGS)
 
@@ -151,10 +180,13 @@ class Plant:
             self._integrate(0.5 * h, halvings - 1)
             self._integrate(0.5 * h, halvings - 1)
         else:
-            raise PlantDiverged(
-                f"motor speeds {self._v[0]:.3g} and {self._v[2]:.3g} rad/s under {self._applied[0]:.3g} and"
-                f" {self._applied[1]:.3g} Nm open the loop by {gap:.3g} m in {h:.3g} s"
-            )
+            raise self._diverged(h, gap)
+
+    def _diverged(self, h: float, gap: float) -> PlantDiverged:
+        return PlantDiverged(
+            f"motor speeds {self._v[0]:.3g} and {self._v[2]:.3g} rad/s under {self._applied[0]:.3g} and"
+            f" {self._applied[1]:.3g} Nm open the loop by {gap:.3g} m in {h:.3g} s"
+        )
 
     def _runge_kutta_step(self, h: float) -> tuple[Vector, Vector, float]:
         q, v = self._q, self._v

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Collection
 
 from fivebar_sim.settings import PlantSettings
 
@@ -49,10 +50,13 @@ class Encoder:
 
 
 class TorqueOutput:
-    """The two motor drives: a delay in whole samples, a torque step and a torque limit."""
+    """The two motor drives: a delay in whole samples, a torque step and a torque limit, and commands that are lost."""
 
-    def __init__(self, settings: PlantSettings) -> None:
-        """Start at zero torque."""
+    def __init__(self, settings: PlantSettings, lost: Collection[int] = ()) -> None:
+        """Start at zero torque; `lost` are the samples whose commands do not arrive, so that the one before is held."""
+        self._lost = lost
+        self._number = -settings.delay_samples
+        self._held = (0.0, 0.0)
         self._quantum = settings.torque_quantum
         self._limit = drive_limit(settings)
         self._waiting = deque([(0.0, 0.0)] * settings.delay_samples)
@@ -66,5 +70,9 @@ class TorqueOutput:
         if math.isnan(command[0]) or math.isnan(command[1]):
             raise ValueError(f"torque command {command} Nm is not a number")
         self._waiting.append(command)
-        tau1, tau2 = self._waiting.popleft()
+        arrived = self._waiting.popleft()
+        if self._number not in self._lost:
+            self._held = arrived
+        self._number += 1
+        tau1, tau2 = self._held
         return shaped(tau1, self._quantum, self._limit), shaped(tau2, self._quantum, self._limit)

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from fivebar_description.settings import Setting
+from fivebar_description.settings import Section, Setting, sections
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, DelaySamples, DriveTorqueLimit, EncoderCounts
+from fivebar_sim.effects.bus import BusEffects
+from fivebar_sim.effects.encoders import EncoderErrors
+from fivebar_sim.effects.friction import FrictionEffects
+from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.loads import Push, Tilt
+from fivebar_sim.effects.motors import MotorEffects
+from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.transmission import Transmission
 
 MassScale = Annotated[float, Setting("Factor on the platform's mass.", at_least=1e-3, at_most=1e3)]
 InertiaScale = Annotated[float, Setting("Factor on the legs' inertias.", at_least=1e-3, at_most=1e3)]
@@ -16,7 +24,8 @@ class PlantSettings(NamedTuple):
     """How the simulated robot differs from its parameter file, and the properties of its encoders and drives.
 
     With encoder counts, positions are rounded down to a count and velocities are differences of two samples. The seed
-    is that of all random streams, one per sensor.
+    is that of all random streams, one per sensor. The sections within are effects, each off by default; what one of
+    them says replaces Pinocchio's rigid robot by the mechanism of `fivebar_sim.effects`.
     """
 
     mass_scale: MassScale = 1.0
@@ -29,3 +38,23 @@ class PlantSettings(NamedTuple):
     encoder_counts: EncoderCounts = None
     delay_samples: DelaySamples = 0
     seed: Annotated[int, Setting("Seed of the sensors' noise.", at_least=0, at_most=2**31 - 1)] = 0
+    links: Section[LinkErrors] = LinkErrors()
+    friction: Section[FrictionEffects] = FrictionEffects()
+    motors: Section[MotorEffects] = MotorEffects()
+    transmission: Section[Transmission] = Transmission()
+    platform_joint: Section[PlatformJoint] = PlatformJoint()
+    encoders: Section[EncoderErrors] = EncoderErrors()
+    tilt: Section[Tilt] = Tilt()
+    push: Section[Push] = Push()
+    bus: Section[BusEffects] = BusEffects()
+
+
+def has_effects(settings: PlantSettings) -> bool:
+    """Return whether any section of effects differs from its default."""
+    return any(getattr(settings, name) != kind() for name, kind in sections(PlantSettings).items())
+
+
+def without_effects(settings: PlantSettings) -> PlantSettings:
+    """Return settings whose sections of effects are empty."""
+    empty: dict[str, Any] = {name: kind() for name, kind in sections(PlantSettings).items()}
+    return settings._replace(**empty)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ import yaml
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.safety.stages import Area
 from fivebar_description.settings import Declared, Keys, declared, from_parameters, to_parameters
+from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
 
 GOOD = {"name": "any", "waypoints": [[0.0, 0.15], [0.0, 0.02]]}
@@ -26,12 +28,14 @@ def sections() -> dict[str, tuple[Any, Keys]]:
     }
 
 
-SETTINGS = [
-    (section, one)
-    for section, (settings, keys) in sections().items()
-    for one in declared(settings)
-    if one.name not in keys.without
-]
+def within(path: str, settings: Any, without: Collection[str] = ()) -> Iterator[tuple[str, Declared]]:
+    """The settings of a section and of those within it, each with the path of its section."""
+    yield from ((path, one) for one in declared(settings) if one.name not in without)
+    for name, inner in settings_sections(settings).items():
+        yield from within(f"{path}.{name}", inner)
+
+
+SETTINGS = [one for section, (settings, keys) in sections().items() for one in within(section, settings, keys.without)]
 IDS = [f"{section}-{one.name}" for section, one in SETTINGS]
 
 
@@ -40,8 +44,12 @@ def scenario(**content: Any) -> Scenario:
 
 
 def allowed_in_a_file(section: str, name: str, value: Any) -> bool:
+    content: Any = {name: value}
+    outer, *inner = section.split(".")
+    for key in reversed(inner):
+        content = {key: content}
     try:
-        scenario(**{section: {name: value}})
+        scenario(**{outer: content})
     except InputError as error:
         assert str(error).startswith(f"any.yaml: {section}.{name}")
         return False
@@ -82,7 +90,7 @@ def test_a_file_refuses_what_is_no_value_at_all(section: str, one: Declared, val
 def test_defaults_come_through_file_and_parameters(section: str) -> None:
     settings, keys = sections()[section]
     written = yaml.safe_load(scenario().to_yaml())
-    assert set(written[section]) == {one.name for one in declared(settings)} - set(keys.without)
+    assert set(written[section]) == set(settings._fields) - set(keys.without)
     assert getattr(validate(written, Scenario, "again"), section) == settings()
     parameters = {name: tuple(v) if isinstance(v, list) else v for name, v in to_parameters(settings(), "p_").items()}
     assert from_parameters(settings, parameters, "p_") == settings()

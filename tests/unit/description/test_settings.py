@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fivebar_description.ros.parameters import specs_of
 from fivebar_description.settings import Section, Setting, as_numbers, declared, from_parameters, to_parameters
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
@@ -28,10 +29,25 @@ class Settings(NamedTuple):
     bounds: Annotated[tuple[float, float] | None, Setting("Where.", "m", check=ordered)] = None
 
 
+class Inner(NamedTuple):
+    """A section within another."""
+
+    share: Annotated[float, Setting("Share.", at_least=0.0, at_most=1.0)] = 0.5
+    law: Annotated[str, Setting("Law.", choices=("first", "second"))] = "first"
+
+
+class Outer(NamedTuple):
+    """A section with another in it."""
+
+    gain: Annotated[float, Setting("Gain.")] = 5.0
+    part: Section[Inner] = Inner()
+
+
 class File(StrictModel):
-    """A file with one section."""
+    """A file with two sections."""
 
     component: Section[Settings] = Settings()
+    nested: Section[Outer] = Outer()
 
 
 def read(**content: Any) -> Settings:
@@ -92,6 +108,29 @@ def test_parameters_of_a_node_hold_the_same_settings(settings: Settings) -> None
     # arrays come back from ROS as tuples
     came = {name: tuple(value) if isinstance(value, list) else value for name, value in parameters.items()}
     assert from_parameters(Settings, {**came, "of_another": 1}) == settings
+
+
+def test_a_section_within_a_section_is_read_and_written_by_its_name() -> None:
+    nested = validate({"nested": {"part": {"share": 0.25}}}, File, "file.yaml").nested
+    assert nested == Outer(part=Inner(0.25))
+    assert File(nested=nested).model_dump(mode="json")["nested"] == {
+        "gain": 5.0,
+        "part": {"share": 0.25, "law": "first"},
+    }
+    assert validate({"nested": nested._asdict()}, File, "again").nested == nested
+    with pytest.raises(InputError, match=r"file.yaml: nested.part.share: 2.0: input should be less than or equal to 1"):
+        validate({"nested": {"part": {"share": 2.0}}}, File, "file.yaml")
+    with pytest.raises(InputError, match=r"file.yaml: nested.part.shore: unknown key"):
+        validate({"nested": {"part": {"shore": 0.5}}}, File, "file.yaml")
+
+
+def test_parameters_of_a_section_within_a_section_have_its_name_before_them() -> None:
+    nested = Outer(2.0, Inner(0.25, "second"))
+    parameters = to_parameters(nested, "p_")
+    assert parameters == {"p_gain": 2.0, "p_part_share": 0.25, "p_part_law": "second"}
+    assert from_parameters(Outer, parameters, "p_") == nested
+    assert [spec.name for spec in specs_of(Outer, "p_")] == list(parameters)
+    assert as_numbers(nested) == (2.0, (0.25, 1))
 
 
 def test_compiled_code_gets_numbers_of_fixed_types() -> None:

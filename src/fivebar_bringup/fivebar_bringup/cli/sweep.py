@@ -13,6 +13,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
 from fivebar_bringup.runs.results import finite
+from fivebar_bringup.studies.sweep.rigs import RIGS
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.strict_yaml import InputError
 
@@ -55,6 +56,15 @@ def sweep(
     jobs: Annotated[
         int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
     ] = None,
+    rig: Annotated[
+        str | None,
+        typer.Option(
+            "--rig",
+            help=f"Whose robots to draw: {', '.join(RIGS)}; docs/sweeps.md says what each has and what it leaves out."
+            " Without a rig the robots differ in mass, inertia and friction by 15 %, and all else is exact but the"
+            " encoders' rounding. [default: none, or that of the sweep in --out]",
+        ),
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help=f"The same as --cases {QUICK_CASES}.")] = False,
     case: Annotated[
         int | None,
@@ -76,13 +86,17 @@ def sweep(
 
     Example: `fivebar sweep --quick --out runs/sweep`
 
+    Example: `fivebar sweep --rig middling --out runs/middling`
+
     Example: `fivebar sweep --case 137 --controller unified --out runs/case-137`
     """
     with input_errors(), ending_on_sigterm():
         if quick and cases is not None:
             raise InputError("--quick: has its own number of cases: expected either --quick or --cases")
+        if rig is not None and rig not in RIGS:
+            raise InputError(f"--rig: {rig!r}: expected one of {', '.join(RIGS)}")
         if case is not None:
-            _one_case(case, seed, controller, out, as_json)
+            _one_case(case, seed, controller, out, as_json, rig or "")
             return
         if controller is not None:
             raise InputError("--controller: a sweep runs all of them: expected --case with it")
@@ -91,7 +105,7 @@ def sweep(
 
         processes = jobs if jobs is not None else os.cpu_count() or 1
         with progress_bar("sweep", as_json) as progress:
-            made = make(out, seed, QUICK_CASES if quick else cases, processes, progress)
+            made = make(out, seed, QUICK_CASES if quick else cases, processes, progress, rig)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
@@ -108,7 +122,7 @@ def sweep(
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 
-def _one_case(number: int, seed: int | None, controller: str | None, out: Path | None, as_json: bool) -> None:
+def _one_case(number: int, seed: int | None, controller: str | None, out: Path | None, as_json: bool, rig: str) -> None:
     """Print a case, and write its scenarios and figures with --out.
 
     Raises:
@@ -122,8 +136,8 @@ def _one_case(number: int, seed: int | None, controller: str | None, out: Path |
         raise InputError(f"--controller: {controller!r}: expected one of {', '.join(CONTROLLERS)}")
     controllers = tuple(CONTROLLERS) if controller is None else (controller,)
     number_seed = DEFAULT_SEED if seed is None else seed
-    rows = rows_of(number_seed, number, controllers)
-    written = [] if out is None else save_case(number_seed, number, controllers, out)
+    rows = rows_of(number_seed, number, controllers, rig)
+    written = [] if out is None else save_case(number_seed, number, controllers, out, rig)
     if as_json:
         print(json.dumps(finite([row._asdict() for row in rows]), indent=2, allow_nan=False))
         return

@@ -123,7 +123,8 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
     )
     reference = _at_their_own_time(reference, join.sample, scenario, plan)
     supervisor = join.values(SUPERVISOR_STATE, SUPERVISOR_NAMES, "position")
-    states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
+    there = scenario.actual_robot() if scenario.estimated else robot
+    states = [state_from_joints(there, *row) for row in np.hstack([position, velocity]).tolist()]
     platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
     constraint = _rows(
         [_constraint_errors(robot, plan, t, state) for t, state in zip(time.tolist(), states, strict=True)],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +19,17 @@ from fivebar_control.loop.setup import with_floats
 from fivebar_control.model.state import Leg
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
+from fivebar_sim.effects.bus import lost_commands
+from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.imu import gyro_errors, gyro_stream, lost_readings
 from fivebar_sim.plant import MAX_STEP
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.settings import PlantSettings, has_effects, without_effects
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 X, Y, VX, VY, AX, AY, DIRECTION_X, DIRECTION_Y, EPSILON, WEIGHT = range(10)
 """Columns of a sampled plan: the reference (m, s), the direction of its straight segment (NaN where it is none), the
@@ -75,7 +79,9 @@ class Numbers(NamedTuple):
         actual: the simulated robot, whose parameters, lengths included, may differ from the nominal ones.
         rate_hz: samples per second.
         steps, step: integration steps per sample, and their length (s).
-        equipment: encoders and drives, as numbers.
+        equipment: encoders and drives, as numbers; its sections of effects are empty.
+        mechanism: the robot with effects (`Mechanism`), None without any.
+        lost: bool[N + 1 + lead], the samples whose commands do not reach the drives.
         estimation: see there.
         stop_at_fault: end the run at its first fault; the offline runner lets the robot coast instead.
     """
@@ -86,6 +92,8 @@ class Numbers(NamedTuple):
     steps: int
     step: float
     equipment: PlantSettings
+    mechanism: Any
+    lost: BoolArray
     estimation: Estimation
     stop_at_fault: bool
 
@@ -122,7 +130,12 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     control = cycle_settings(scenario)
     plant, nominal = scenario.plant, control.robot
     if actual is None:
-        actual = scaled(nominal, plant.mass_scale, plant.inertia_scale, plant.friction_scale)
+        actual = actual_robot(nominal, plant)
+    else:
+        plant = _unchanged_by(plant)
+    mechanism = None
+    if has_effects(plant):
+        mechanism = mechanism_of(nominal if plant is scenario.plant else actual, plant, scenario.rate_hz)
     steps = math.ceil(control.period / MAX_STEP - 1e-9)
     numbers = Numbers(
         control=control,
@@ -130,7 +143,9 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         rate_hz=scenario.rate_hz,
         steps=steps,
         step=control.period / steps,
-        equipment=as_numbers(plant),
+        equipment=as_numbers(without_effects(plant)),
+        mechanism=mechanism,
+        lost=_lost(scenario, plant),
         estimation=Estimation(
             scenario.estimated,
             scenario.compensates_disturbance,
@@ -149,6 +164,20 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         stop_at_fault=stop_at_fault,
     )
     return Case(scenario.scheme(), numbers)
+
+
+def _lost(scenario: Scenario, plant: PlantSettings) -> BoolArray:
+    """Return which samples' commands are lost, for a sample longer than any run of the scenario."""
+    lost = np.zeros(round(sum(scenario.durations()) * scenario.rate_hz) + 2, dtype=np.bool_)
+    numbers = [one for one in lost_commands(plant.bus, plant.seed, scenario.rate_hz) if one < len(lost)]
+    lost[numbers] = True
+    return lost
+
+
+def _unchanged_by(plant: PlantSettings) -> PlantSettings:
+    """Return settings that leave the parameters of a robot as they are: it is the actual one already."""
+    links = LinkErrors(distal_inertia=plant.links.distal_inertia)
+    return plant._replace(mass_scale=1.0, inertia_scale=1.0, friction_scale=1.0, links=links)
 
 
 def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> Sampled:

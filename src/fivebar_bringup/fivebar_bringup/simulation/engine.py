@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -11,15 +12,36 @@ from fivebar_bringup.simulation.case import Case, FloatArray, Sampled
 from fivebar_bringup.simulation.compiling import compiled_and_kept
 from fivebar_bringup.simulation.loop import run_bound
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
+from fivebar_bringup.simulation.robot import (
+    ideal_later,
+    ideal_sensed,
+    ideal_start,
+    later_with_effects,
+    sensed_with_effects,
+    start_with_effects,
+)
 from fivebar_control.laws.law import Step
 from fivebar_control.loop.setup import first_memory, steps_of
+
+IDEAL: Mapping[str, Callable[..., Any]] = {
+    "robot_start": ideal_start,
+    "robot_later": ideal_later,
+    "robot_sensed": ideal_sensed,
+}
+WITH_EFFECTS: Mapping[str, Callable[..., Any]] = {
+    "robot_start": start_with_effects,
+    "robot_later": later_with_effects,
+    "robot_sensed": sensed_with_effects,
+}
+"""The robots that the loop can have, by the names under which it knows their functions."""
 
 NO_TRACE = np.zeros((0, len(TraceRow._fields)))
 
 
 @cache
-def _loop(nominal: Step, constraint: Step) -> Any:
-    return compiled_and_kept(run_bound, nominal_step=nominal, constraint_step=constraint)
+def _loop(nominal: Step, constraint: Step, effects: bool) -> Any:
+    robot = WITH_EFFECTS if effects else IDEAL
+    return compiled_and_kept(run_bound, nominal_step=nominal, constraint_step=constraint, **robot)
 
 
 def crossing(case: Case, plan: Sampled) -> Outcome:
@@ -40,6 +62,6 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 
 
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
-    loop = _loop(*steps_of(case.controller))
+    loop = _loop(*steps_of(case.controller), case.numbers.mechanism is not None)
     outcome: Outcome = loop(first_memory(case.controller), case.numbers, plan, trace)
     return outcome

@@ -25,11 +25,12 @@ from fivebar_bringup.simulation.outcome import (
     ESTIMATE_AMBIGUOUS,
     ESTIMATE_INCONSISTENT,
     ESTIMATE_LOST,
+    LEFT,
     PLANT_DIVERGED,
     Outcome,
     TraceRow,
 )
-from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at, closed
+from fivebar_bringup.simulation.robot import Later, Sense, Start, ideal_later, ideal_sensed, ideal_start
 from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors, with_rate
 from fivebar_control.laws.law import Step, no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
@@ -47,21 +48,31 @@ from fivebar_description.parameters import FiveBar
 from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
 
 nominal_step = constraint_step = no_step
-"""The laws of :func:`run_bound`, to be replaced before it is compiled."""
+robot_start, robot_later, robot_sensed = ideal_start, ideal_later, ideal_sensed
+"""The laws and the robot of :func:`run_bound`, to be replaced before it is compiled."""
 
 
 def run_bound(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatArray) -> Outcome:
-    """Make a run with the laws bound to this module's names; arguments as for :func:`run_loop`."""
-    return run_loop(nominal_step, constraint_step, first, case, sampled, trace)
+    """Make a run with the laws and the robot bound to this module's names; arguments as for :func:`run_loop`."""
+    return run_loop(nominal_step, constraint_step, robot_start, robot_later, robot_sensed, first, case, sampled, trace)
 
 
 def run_loop(
-    nominal_step: Step, constraint_step: Step, first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatArray
+    nominal_step: Step,
+    constraint_step: Step,
+    robot_start: Start,
+    robot_later: Later,
+    robot_sensed: Sense,
+    first: CycleMemory,
+    case: Numbers,
+    sampled: Sampled,
+    trace: FloatArray,
 ) -> Outcome:
     """Make a run.
 
     Args:
         nominal_step, constraint_step: the laws.
+        robot_start, robot_later, robot_sensed: the simulated robot, see `simulation/robot.py`.
         first: memory before the first sample.
         case: the crossing.
         sampled: its plan.
@@ -72,12 +83,15 @@ def run_loop(
     lead = delay if estimating else 0
     plan = sampled.rows
     state_is_exact = (
-        not estimating and encoder_resolution(case.equipment) == 0.0 and same_lengths(control.robot, case.actual)
+        not estimating
+        and case.mechanism is None
+        and encoder_resolution(case.equipment) == 0.0
+        and same_lengths(control.robot, case.actual)
     )
     last = plan.shape[0] - 1 - lead
     period, resolution, limit = 1.0 / case.rate_hz, encoder_resolution(case.equipment), drive_limit(case.equipment)
-    plant = posture(case.actual, control.mode1, control.mode2, plan[0, X], plan[0, Y])
-    exact = joints_in(plant)
+    plant = robot_start(case, plan[0, X], plan[0, Y])
+    exact, seen = robot_sensed(case, plant)
     readings = measured = exact
     commands = np.zeros((delay + 1, 2))
     estimated_places = np.zeros((lead + 1, 2))
@@ -91,7 +105,7 @@ def run_loop(
     # no reading at sample 0, which is the start of the filter
     rates = np.full(case.estimation.gyro_errors.shape[0], math.nan)
 
-    fault, fault_sample = NO_FAULT, -1
+    fault, fault_sample, left_sample = NO_FAULT, -1, -1
     samples = mode_changes = saturated = 0
     side = 0.0
     error_x = error_y = error_peak = error_final = constraint_error = 0.0
@@ -99,7 +113,7 @@ def run_loop(
     type1_least = deviations_least = math.inf
 
     for number in range(last + 1):
-        readings = read(exact, readings, resolution, period, number == 0) if resolution > 0.0 else exact
+        readings = read(seen, readings, resolution, period, number == 0) if resolution > 0.0 else seen
         measured_before, measured = measured, readings
         trip = NO_FAULT
         if estimating:
@@ -151,6 +165,8 @@ def run_loop(
         error_x, error_y = largest(error_x, off_x), largest(error_y, off_y)
         error_final = math.sqrt(off_x * off_x + off_y * off_y)
         error_peak = max(error_peak, error_final)
+        if left_sample < 0 and not error_final <= LEFT:
+            left_sample = number
         determinant = det_a(truth)
         if determinant * side < 0.0:
             mode_changes += 1
@@ -205,17 +221,18 @@ def run_loop(
 
         commands[number % (delay + 1), 0], commands[number % (delay + 1), 1] = command.tau1, command.tau2
         waiting = (number + 1) % (delay + 1)
-        applied1 = shaped(commands[waiting, 0], case.equipment.torque_quantum, limit)
-        applied2 = shaped(commands[waiting, 1], case.equipment.torque_quantum, limit)
+        if number < delay or not case.lost[number - delay]:
+            applied1 = shaped(commands[waiting, 0], case.equipment.torque_quantum, limit)
+            applied2 = shaped(commands[waiting, 1], case.equipment.torque_quantum, limit)
         peak1, peak2 = max(peak1, abs(applied1)), max(peak2, abs(applied2))
-        after = advanced_plant(case.actual, plant, case.steps, case.step, applied1, applied2)
+        after = robot_later(case, plant, number, applied1, applied2)
         if math.isinf(after.gap):
             if fault == NO_FAULT:
                 fault, fault_sample = PLANT_DIVERGED, number
             break
         plant = after.state
         loop_gap = max(loop_gap, after.gap)
-        now = joints_in(plant)
+        now, seen = robot_sensed(case, plant)
         work += abs(applied1 * (now.q11 - exact.q11)) + abs(applied2 * (now.q21 - exact.q21))
         exact = now
 
@@ -228,6 +245,7 @@ def run_loop(
         error_y=error_y,
         error_peak=error_peak,
         error_final=error_final,
+        left_sample=left_sample,
         constraint_error=constraint_error,
         requested1=requested1,
         requested2=requested2,
@@ -285,18 +303,6 @@ def reference_at(control: CycleSettings, sampled: Sampled, moment: int, platform
     return Reference(
         State(leg1, leg2, r[24], r[25], r[26], r[27]), r[28], r[29], r[30], r[31], r[32] != 0.0, r[33], r[34]
     )
-
-
-def posture(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> PlantState:
-    """Return the robot at rest with its platform at (x, y) m in a working mode, on the closed loop."""
-    q = inverse_geometry(robot, mode1, mode2, x, y)
-    return closed(robot, PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))).state
-
-
-def joints_in(plant: PlantState) -> Joints:
-    """Return the exact joints."""
-    one, two = plant.leg1, plant.leg2
-    return Joints(one.q1, one.q2, two.q1, two.q2, one.dq1, one.dq2, two.dq1, two.dq2)
 
 
 def read(exact: Joints, before: Joints, resolution: float, period: float, first: bool) -> Joints:

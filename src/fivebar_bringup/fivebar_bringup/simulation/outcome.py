@@ -31,6 +31,10 @@ FAULT_NAMES = {
 """By these numbers and those of `fivebar_control.safety.stages`; the names are those of the node graph."""
 
 
+LEFT = 5e-3
+"""Distance (m) from its reference at which a robot has left it."""
+
+
 class Outcome(NamedTuple):
     """Metrics of a run; errors are those of the actual robot, independent of its sensors.
 
@@ -40,6 +44,7 @@ class Outcome(NamedTuple):
         mode_changes: changes of the sign of det A.
         error_x, error_y, error_peak: largest tracking error along x, along y, and distance (m).
         error_final: distance (m) from the reference at the last sample.
+        left_sample: the first one with more than `LEFT` (m) to the reference, -1 without one.
         constraint_error: largest distance (m) from the current path segment while sigma > 0, 0 where that never was.
         requested1, requested2: largest torque requested of each motor, before all limits (Nm).
         applied1, applied2: largest torque applied (Nm).
@@ -63,6 +68,7 @@ class Outcome(NamedTuple):
     error_y: float
     error_peak: float
     error_final: float
+    left_sample: int
     constraint_error: float
     requested1: float
     requested2: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -11,7 +12,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from fivebar_description.settings import REQUIRED, Declared, declared
+from fivebar_description.settings import REQUIRED, Declared, declared, sections
 from fivebar_description.strict_yaml import InputError
 
 
@@ -83,7 +84,9 @@ def specs_of(
         without: fields that are no parameters of the node.
         defaults: of the node where they are not those of the settings, by field.
     """
-    return tuple(_spec(one, prefix, defaults) for one in declared(settings) if one.name not in without)
+    own = tuple(_spec(one, prefix, defaults) for one in declared(settings) if one.name not in without)
+    within = (specs_of(section, f"{prefix}{name}_") for name, section in sections(settings).items())
+    return (*own, *chain.from_iterable(within))
 
 
 def _spec(one: Declared, prefix: str, defaults: Mapping[str, Any]) -> Spec:

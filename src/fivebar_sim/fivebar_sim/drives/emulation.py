@@ -148,7 +148,6 @@ class Emulation:
                 drive.trip(OVERSPEED_EMERGENCY)
 
     def _sense(self) -> None:
-        q11, _, q21, _ = self.plant.joints.tolist()
-        v11, _, v21, _ = self.plant.joint_velocities.tolist()
+        (q11, _, q21, _), (v11, _, v21, _) = self.plant.seen()
         self.drives[0].sense(q11, v11)
         self.drives[1].sense(q21, v21)

@@ -11,76 +11,28 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engine_agreement import JOINTS, POSITION, changed, columns, expect_agreement, places, prepared
 from estimate_replay import OFF_MODEL, summary_of
 
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.scenario import Scenario, load_scenario
-from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
-from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome, TraceRow
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.model.kinematics import state_from_joints, state_from_platform
+from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
 from fivebar_sim.settings import PlantSettings
 
-POSITION = 1e-9
-"""m; what one source of equations and two plants must agree to."""
-
 STEP = 1e-3
 WIDTH = 0.02
 DIFFERENT = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 1.2}
-JOINTS = TraceRow._fields[:4]
-
 
 ANY_REQUEST = {"request_ratio": None}
 """Without the stage that watches the requested torque."""
-
-
-def changed(name: str, plant: dict[str, Any] | None = None, **fields: Any) -> Scenario:
-    content = load_scenario(name).model_dump(mode="json") | fields
-    content["plant"] |= plant or {}
-    return Scenario.model_validate(content)
-
-
-def prepared(scenario: Scenario, **options: Any) -> tuple[Case, Sampled]:
-    plan = sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples)
-    return case_of(scenario, **options), plan
-
-
-def columns(trace: np.ndarray[Any, np.dtype[np.float64]], *names: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    return trace[:, [TraceRow._fields.index(name) for name in names]]
-
-
-def places(robot: FiveBar, joints: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
-    states = [state_from_joints(robot, *row, 0.0, 0.0, 0.0, 0.0) for row in np.asarray(joints).tolist()]
-    return np.array([(state.x, state.y) for state in states])
-
-
-def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineRun, Outcome]:
-    """Compare sample by sample: exact platform (m), commanded and applied torques (Nm), faults."""
-    run, robot = simulate(scenario), scenario.five_bar()
-    outcome, trace = traced_crossing(*prepared(scenario))
-    assert outcome.samples == len(run.samples) == len(trace)
-    exact = [sample.estimated.truth if sample.estimated is not None else sample.measured for sample in run.samples]
-    if scenario.estimated or scenario.plant.encoder_counts is None:
-        found, wanted = columns(trace, *JOINTS), [one.position for one in exact]
-        np.testing.assert_allclose(places(robot, found), places(robot, wanted), rtol=0.0, atol=POSITION)
-    for names, wanted in (
-        (("command1", "command2"), [sample.command for sample in run.samples]),
-        (("applied1", "applied2"), [(one.effort[0], one.effort[2]) for one in exact]),
-    ):
-        np.testing.assert_allclose(columns(trace, *names), wanted, rtol=0.0, atol=torque)
-    used = [state_from_joints(robot, *s.measured.position, *s.measured.velocity) for s in run.samples]
-    np.testing.assert_allclose(
-        columns(trace, "estimated_x", "estimated_y"), [(one.x, one.y) for one in used], rtol=0.0, atol=POSITION
-    )
-    assert [fault.partition(":")[0] for fault in run.faults] == [FAULT_NAMES[outcome.fault]] * (outcome.fault != 0)
-    return run, outcome
 
 
 def test_the_stated_step_and_friction_width_are_those_of_the_cases() -> None:

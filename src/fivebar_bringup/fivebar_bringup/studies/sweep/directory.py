@@ -12,6 +12,7 @@ from typing import NamedTuple
 from fivebar_bringup.runs.bag.tail import replace_file
 from fivebar_bringup.runs.results import json_text, new_directory, write_results
 from fivebar_bringup.studies.study_directory import StudyDirectory
+from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.program import program_digest
 from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
@@ -27,11 +28,13 @@ class SweepSettings(NamedTuple):
         seed: of all cases.
         cases: crossings judged feasible for unified after which the sweep is done.
         program: digest of the code that decides the rows.
+        rig: whose robots are drawn, "" for none.
     """
 
     seed: int
     cases: int
     program: str
+    rig: str = VARIED
 
 
 class SweepDirectory(StudyDirectory):
@@ -53,7 +56,9 @@ class SweepDirectory(StudyDirectory):
         """
         try:
             content = json.loads(self.content.read_text(encoding="utf-8"))["settings"]
-            return SweepSettings(int(content["seed"]), int(content["cases"]), str(content["program"]))
+            return SweepSettings(
+                int(content["seed"]), int(content["cases"]), str(content["program"]), str(content["rig"])
+            )
         except OSError as error:
             raise InputError(f"{self.content}: cannot be read: {error.strerror}") from error
         except (ValueError, KeyError, TypeError) as error:
@@ -104,13 +109,16 @@ class SweepDirectory(StudyDirectory):
             file.write(as_lines(rows).encode("utf-8"))
 
 
-def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[SweepDirectory, SweepSettings]:
+def opened(
+    out: Path | None, seed: int | None, cases: int | None, rig: str | None = None
+) -> tuple[SweepDirectory, SweepSettings]:
     """Return a new sweep's directory, or that of one to resume, with its settings.
 
     Args:
         out: new or empty directory, or that of a sweep; by default runs/sweep-<date>-<time>.
         seed: by default that of the resumed sweep, else 1.
         cases: by default those of the resumed sweep, else 2000.
+        rig: by default that of the resumed sweep, else none.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
@@ -119,7 +127,7 @@ def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[Sweep
     if out is not None and SweepDirectory(out).content.is_file():
         begun = SweepDirectory(out)
         settings = begun.read_settings()
-        wanted = {"seed": seed, "cases": cases, "program": program}
+        wanted = {"seed": seed, "cases": cases, "program": program, "rig": rig}
         for name, value in wanted.items():
             found = getattr(settings, name)
             if value is not None and value != found:
@@ -128,7 +136,12 @@ def opened(out: Path | None, seed: int | None, cases: int | None) -> tuple[Sweep
                 )
         return begun, settings
     new = SweepDirectory(new_directory(out, "sweep"))
-    settings = SweepSettings(DEFAULT_SEED if seed is None else seed, DEFAULT_CASES if cases is None else cases, program)
+    settings = SweepSettings(
+        DEFAULT_SEED if seed is None else seed,
+        DEFAULT_CASES if cases is None else cases,
+        program,
+        VARIED if rig is None else rig,
+    )
     write_results(new.path, {new.content.name: json_text({"settings": settings._asdict(), "finished": False})})
     return new, settings
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from functools import cache
-from typing import NamedTuple
+from collections.abc import Mapping
+from functools import cache, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.rigs import on_rig
+from fivebar_bringup.studies.sweep.rigs import DELAY_SAMPLES, ENCODER_COUNTS, RIGS, drawn_effects, drawn_scales
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
+from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.strict_yaml import validate
 
@@ -36,6 +40,15 @@ ENCODERS = (None, 8192, 20_000, 65_536)
 DELAYS = (0, 1)
 """Samples between a command and its effect."""
 
+VARIED = ""
+"""In place of a rig: robots that differ in mass, inertia and friction only, with any of the encoders and delays."""
+
+SCALES, EFFECTS = 1, 2
+"""Random streams of a case besides that of its motion."""
+
+PLANNED_FOR = next(iter(CONTROLLERS))
+"""The controller of the scenario that is planned; the plan does not depend on it."""
+
 XY = tuple[float, float]
 
 
@@ -58,6 +71,8 @@ class Draw(NamedTuple):
         mass_scale, inertia_scale, friction_scale: actual over modelled.
         encoder_counts: per revolution, None for exact sensors.
         delay_samples: of the drives.
+        rig: whose robots are drawn from, "" for those whose encoders and delay vary.
+        seed: of the sweep; with number and rig it determines the robot.
     """
 
     number: int
@@ -73,13 +88,22 @@ class Draw(NamedTuple):
     friction_scale: float
     encoder_counts: int | None
     delay_samples: int
+    rig: str = VARIED
+    seed: int = 1
 
     def scenario(self, controller: str) -> DrawnScenario:
         """Return the scenario for a controller; with encoders it has estimator and gains of the rig with encoders.
 
         Raises:
-            InputError: there is no such controller.
+            InputError: there is no such controller, or the motion of a rig's case is refused, so that it has no robot.
         """
+        return self._scenario(controller, _effects(self))
+
+    def motion(self) -> DrawnScenario:
+        """Return a scenario with the case's motion, without the effects of its robot, which follow from the motion."""
+        return self._scenario(PLANNED_FOR, {})
+
+    def _scenario(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
         rig = on_rig(_given(), "ideal" if self.encoder_counts is None else "encoders")
         rig["plant"] |= {
             "mass_scale": self.mass_scale,
@@ -87,8 +111,12 @@ class Draw(NamedTuple):
             "friction_scale": self.friction_scale,
             "encoder_counts": self.encoder_counts,
             "delay_samples": self.delay_samples,
+            **effects,
         }
         rig["unified"]["weight"] = UNIFIED_WEIGHT
+        if self.rig != VARIED:
+            for section, keys in RIGS[self.rig].sections.items():
+                rig[section] |= keys
         rig |= {
             "name": f"case-{self.number}-{controller}",
             "controller": controller,
@@ -99,11 +127,12 @@ class Draw(NamedTuple):
         return validate(rig, DrawnScenario, f"case {self.number}")
 
 
-def draw(seed: int, number: int) -> Draw:
+def draw(seed: int, number: int, rig: str = VARIED) -> Draw:
     """Return a case of a sweep.
 
     Working mode, encoders and delay are equally likely; the start is uniform over where both legs reach, the end over
-    that part of it which is in the other assembly mode; the duration is uniform on a logarithmic scale.
+    that part of it which is in the other assembly mode; the duration is uniform on a logarithmic scale. A rig has its
+    own robots; the motion is the same on all of them.
     """
     random = np.random.default_rng((seed, number))
     mode1, mode2 = WORKING_MODES[random.integers(len(WORKING_MODES))]
@@ -114,7 +143,7 @@ def draw(seed: int, number: int) -> Draw:
     while place_at(robot, (mode1, mode2), *end).assembly == assembly:
         end = _reachable(robot, random)
     mass, inertia, friction = random.uniform(1.0 - SPREAD, 1.0 + SPREAD, 3).tolist()
-    return Draw(
+    case = Draw(
         number,
         mode1,
         mode2,
@@ -126,7 +155,41 @@ def draw(seed: int, number: int) -> Draw:
         friction,
         ENCODERS[random.integers(len(ENCODERS))],
         DELAYS[random.integers(len(DELAYS))],
+        seed=seed,
     )
+    return case if rig == VARIED else _on(case, rig)
+
+
+def _on(case: Draw, name: str) -> Draw:
+    """Return a case with a robot of a rig."""
+    rig = RIGS[name]
+    mass, inertia, friction = drawn_scales(rig.spread, np.random.default_rng((case.seed, case.number, SCALES)))
+    return case._replace(
+        mass_scale=mass,
+        inertia_scale=inertia,
+        friction_scale=friction,
+        encoder_counts=ENCODER_COUNTS if rig.sensed else None,
+        delay_samples=DELAY_SAMPLES if rig.sensed else 0,
+        rig=name,
+    )
+
+
+@lru_cache(maxsize=16)
+def plan_of(case: Draw) -> Plan:
+    """Return the plan of a case, the same for all controllers.
+
+    Raises:
+        InputError: the planner refuses the motion.
+    """
+    return case.motion().plan()
+
+
+def _effects(case: Draw) -> Mapping[str, Any]:
+    """Return the effects of a case's robot, as keys of the section `plant`."""
+    if case.rig in (VARIED, "ideal"):
+        return {}
+    random = np.random.default_rng((case.seed, case.number, EFFECTS))
+    return drawn_effects(RIGS[case.rig].spread, random, plan_of(case).crossings[0].time)
 
 
 @cache

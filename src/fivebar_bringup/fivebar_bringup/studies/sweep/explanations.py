@@ -17,6 +17,12 @@ from fivebar_bringup.studies.sweep.running import made
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.effects.bus import BusEffects
+from fivebar_sim.effects.encoders import EncoderErrors
+from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.loads import Push, Tilt
+from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.transmission import Transmission
 
 CONTROLLER = "unified"
 """Whose failures are explained one by one."""
@@ -31,6 +37,28 @@ def _exact_parameters(content: Content) -> None:
 def _exact_sensors(content: Content) -> None:
     content["plant"] |= {"encoder_counts": None, "torque_quantum": 0.0}
     content["estimator"] = "none"
+
+
+def _exact_geometry(content: Content) -> None:
+    content["plant"]["links"] = LinkErrors()
+    content["plant"]["encoders"] = EncoderErrors()
+
+
+def _rigid(content: Content) -> None:
+    content["plant"]["transmission"] = Transmission()
+    content["plant"]["platform_joint"] = PlatformJoint()
+
+
+def _no_passive_friction(content: Content) -> None:
+    content["plant"]["friction"] = {**content["plant"]["friction"], "passive": 0.0}
+
+
+def _no_loads(content: Content) -> None:
+    content["plant"]["tilt"], content["plant"]["push"] = Tilt(), Push()
+
+
+def _no_losses(content: Content) -> None:
+    content["plant"]["bus"] = BusEffects()
 
 
 def _no_delay(content: Content) -> None:
@@ -52,6 +80,11 @@ def _quicker(content: Content) -> None:
 CHANGES: Mapping[str, Callable[[Content], None]] = {
     "exact parameters": _exact_parameters,
     "exact sensors": _exact_sensors,
+    "exact lengths and encoder zeros": _exact_geometry,
+    "rigid transmissions and loop": _rigid,
+    "no friction in the passive joints": _no_passive_friction,
+    "no tilt and no push": _no_loads,
+    "no lost commands": _no_losses,
     "no delay": _no_delay,
     "twice the torque": _twice_the_torque,
     "a quarter slower": _slower,
@@ -111,8 +144,15 @@ class Explanation(NamedTuple):
 def explained(row: SweepRow) -> Explanation:
     """Return why the run of a row failed."""
     scenario = row.draw.scenario(row.controller)
-    saved_by = [name for name in CHANGES if _succeeds(scenario, name)]
+    saved_by = [name for name in CHANGES if _changes(scenario, name) and _succeeds(scenario, name)]
     return Explanation(row, worst_moment(scenario), tuple(saved_by))
+
+
+def _changes(scenario: Scenario, change: str) -> bool:
+    """Return whether a change makes another robot or another motion of a scenario."""
+    content = scenario.model_dump()
+    CHANGES[change](content)
+    return validate(content, DrawnScenario, scenario.name) != scenario
 
 
 def _succeeds(scenario: Scenario, change: str) -> bool:
@@ -141,7 +181,7 @@ def worst_moment(scenario: Scenario) -> Moment:
 
 def _places(scenario: Scenario, trace: FloatArray) -> list[tuple[float, ...]]:
     """Return the actual platform (m), the estimated one at the same time, and 1/cond(A), sample by sample."""
-    robot, lead = scenario.five_bar(), scenario.lead_samples
+    robot, lead = scenario.actual_robot(), scenario.lead_samples
     estimated = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
     places: list[tuple[float, ...]] = []
     for number, joints in enumerate(trace[:, :8].tolist()):

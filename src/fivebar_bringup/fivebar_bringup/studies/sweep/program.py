@@ -14,7 +14,7 @@ from fivebar_description.parameters import load_robot
 
 DECIDING = {
     fivebar_description: ("*.py",),
-    fivebar_sim: ("*.py",),
+    fivebar_sim: ("*.py", "effects/*.py"),
     fivebar_control: (
         "fault.py",
         "estimation/*.py",
@@ -30,6 +30,7 @@ DECIDING = {
         "scenario.py",
         "studies/compare/rigs.py",
         "studies/sweep/drawing.py",
+        "studies/sweep/rigs.py",
         "studies/sweep/rows.py",
         "studies/sweep/running.py",
     ),

@@ -13,6 +13,10 @@ REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
 """By the planner, for all controllers; by the controller's screen, and run nevertheless; judged feasible."""
 
 
+FAULT_DELAY = 0.05
+"""A failure is silent if no fault comes within this time (s) of leaving 5 mm."""
+
+
 class SweepRow(NamedTuple):
     """A line of sweep.csv; empty entries are None.
 
@@ -23,7 +27,7 @@ class SweepRow(NamedTuple):
         reason: why it was refused or screened out.
         success: of the run, by the rule of `success`.
         why_not: how it falls short of a success.
-        mode1 ... delay_samples: as in `Draw`, lengths in m.
+        mode1 ... seed: as in `Draw`, lengths in m.
         crossings: planned changes of assembly mode.
         authority: least |n.v1| at the planned crossings.
         crossing_x, crossing_y: of the first one (m).
@@ -36,6 +40,7 @@ class SweepRow(NamedTuple):
         error_peak, error_final: distance of the actual platform from the reference (m).
         requested, applied: larger of both motors' peaks (Nm).
         saturated: samples, of `samples`, that requested more than the limit.
+        left_time: when the robot was first more than 5 mm from its reference (s).
         estimate_error: largest error of the estimated platform (m).
         type1_distance: least distance from Type 1 (m).
         work: spent by the motors (J).
@@ -59,6 +64,8 @@ class SweepRow(NamedTuple):
     friction_scale: float
     encoder_counts: int | None
     delay_samples: int
+    rig: str = ""
+    seed: int = 1
     crossings: int | None = None
     authority: float | None = None
     crossing_x: float | None = None
@@ -77,9 +84,17 @@ class SweepRow(NamedTuple):
     applied: float | None = None
     saturated: int | None = None
     samples: int | None = None
+    left_time: float | None = None
     estimate_error: float | None = None
     type1_distance: float | None = None
     work: float | None = None
+
+    @property
+    def silent(self) -> bool:
+        """Whether the run was lost without a word: 5 mm off, or in another mode than planned, and no fault in time."""
+        if self.left_time is not None:
+            return self.fault_time is None or self.fault_time > self.left_time + FAULT_DELAY
+        return self.fault_time is None and self.mode_changes != self.crossings
 
     @property
     def draw(self) -> Draw:

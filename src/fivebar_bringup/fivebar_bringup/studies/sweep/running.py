@@ -9,7 +9,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, Draw, draw
+from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, VARIED, Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
@@ -36,21 +36,22 @@ SUCCESS_RULE = (
 
 
 class Batch(NamedTuple):
-    """Cases of a sweep for one process: from `first` to before `end`."""
+    """Cases of a sweep on a rig for one process: from `first` to before `end`."""
 
     seed: int
     first: int
     end: int
+    rig: str = VARIED
 
 
 def run_batch(batch: Batch) -> list[SweepRow]:
     """Return the rows of a batch, in order of case and controller."""
-    return [row for number in range(batch.first, batch.end) for row in run_case(batch.seed, number)]
+    return [row for number in range(batch.first, batch.end) for row in run_case(batch.seed, number, batch.rig)]
 
 
-def run_case(seed: int, number: int) -> list[SweepRow]:
+def run_case(seed: int, number: int, rig: str = VARIED) -> list[SweepRow]:
     """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
-    case = draw(seed, number)
+    case = draw(seed, number, rig)
     try:
         plan = planned(case)
     except InputError as refusal:
@@ -65,8 +66,8 @@ def planned(case: Draw) -> Plan:
     Raises:
         InputError: the planner refuses the motion, or the estimator its start.
     """
+    plan = plan_of(case)
     scenario = case.scenario(CONTROLLERS[0])
-    plan = scenario.plan()
     if scenario.estimated:
         check_declared(scenario.five_bar(), scenario.homing())
     return plan
@@ -129,6 +130,7 @@ def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> SweepRow:
         applied=max(outcome.applied1, outcome.applied2),
         saturated=outcome.saturated,
         samples=outcome.samples,
+        left_time=outcome.left_sample / RATE_HZ if outcome.left_sample >= 0 else None,
         estimate_error=outcome.estimate_error,
         type1_distance=outcome.type1_distance,
         work=outcome.work,

@@ -16,7 +16,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
-from fivebar_bringup.studies.sweep.drawing import draw
+from fivebar_bringup.studies.sweep.drawing import VARIED, draw
 from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
 from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
 from fivebar_control.model.kinematics import state_from_joints
@@ -27,29 +27,30 @@ LOWEST = -0.185
 """Lower edge of the map (m)."""
 
 
-def rows_of(seed: int, number: int, controllers: Sequence[str]) -> list[SweepRow]:
+def rows_of(seed: int, number: int, controllers: Sequence[str], rig: str = VARIED) -> list[SweepRow]:
     """Run a case with the controllers and return the rows; a single row where the planner refuses it."""
-    return [row for row in run_case(seed, number) if row.status == REFUSED or row.controller in controllers]
+    return [row for row in run_case(seed, number, rig) if row.status == REFUSED or row.controller in controllers]
 
 
-def save_case(seed: int, number: int, controllers: Sequence[str], out: Path) -> list[Path]:
+def save_case(seed: int, number: int, controllers: Sequence[str], out: Path, rig: str = VARIED) -> list[Path]:
     """Write CONTROLLER.yaml and CONTROLLER.png for each controller: scenario and figure of the run.
 
     Args:
         seed, number: of the case.
         controllers: for which.
         out: new or empty directory.
+        rig: whose robot it is.
 
     Raises:
         InputError: the planner refuses the case, or the directory cannot be used.
     """
-    rows = rows_of(seed, number, controllers)
+    rows = rows_of(seed, number, controllers, rig)
     if rows[0].status == REFUSED:
         raise InputError(f"case {number}: is refused, so there is nothing to save: {rows[0].reason}")
     directory = new_directory(out, "case")
     files: dict[str, str | bytes] = {}
     for row in rows:
-        scenario = draw(seed, number).scenario(row.controller)
+        scenario = draw(seed, number, rig).scenario(row.controller)
         files[f"{row.controller}.yaml"] = scenario.to_yaml()
         files[f"{row.controller}.png"] = trace_png(scenario, row)
     write_results(directory, files)
@@ -62,7 +63,7 @@ def trace_png(scenario: Scenario, row: SweepRow) -> bytes:
     plan = sampled(robot, scenario.plan(), rate_hz, scenario.lead_samples)
     _, trace = traced_crossing(case_of(scenario), plan)
     times = np.arange(len(trace)) / rate_hz
-    states = [state_from_joints(robot, *joints) for joints in trace[:, :8].tolist()]
+    states = [state_from_joints(scenario.actual_robot(), *joints) for joints in trace[:, :8].tolist()]
     places = np.array([(state.x, state.y) for state in states])
     wanted = plan.rows[: len(trace), :2]
     with house_style():

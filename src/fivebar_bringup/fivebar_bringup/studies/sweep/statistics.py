@@ -77,6 +77,34 @@ def overview_table(rows: Sequence[SweepRow]) -> Table:
     )
 
 
+def silence_table(rows: Sequence[SweepRow]) -> Table:
+    """Return how many runs were lost, and how many of them without a word, screened out or not."""
+    lines = []
+    for controller in CONTROLLERS:
+        for words, statuses in (("feasible", (FEASIBLE,)), ("all planned", (FEASIBLE, SCREENED_OUT))):
+            runs = runs_of(rows, controller, *statuses)
+            lost = sum(row.left_time is not None or row.mode_changes != row.crossings for row in runs)
+            silent = sum(row.silent for row in runs)
+            lines.append(
+                (
+                    Cell(controller, controller),
+                    Cell(words, words),
+                    Cell(str(len(runs)), len(runs)),
+                    Cell(str(lost), lost),
+                    Cell(str(silent), silent),
+                    _share(silent, len(runs)),
+                )
+            )
+    return Table(
+        "silence",
+        "Silent failures",
+        "A run is lost where the robot leaves its reference by more than 5 mm or ends in another assembly mode than"
+        " planned. It is lost silently where no fault comes within 50 ms.",
+        ("controller", "of the crossings", "runs", "lost", "silently", "share of runs"),
+        tuple(lines),
+    )
+
+
 def error_table(rows: Sequence[SweepRow]) -> Table:
     """Return percentiles of errors and torques of the feasible crossings."""
     figures: tuple[tuple[str, Callable[[SweepRow], float | None], str], ...] = (
@@ -104,6 +132,8 @@ def error_table(rows: Sequence[SweepRow]) -> Table:
 def equipment_table(rows: Sequence[SweepRow]) -> Table:
     """Return success by encoders and delay."""
     kinds = [(counts, delay) for counts in ENCODERS for delay in DELAYS]
+    if any(row.rig for row in rows):
+        kinds = list(dict.fromkeys((row.encoder_counts, row.delay_samples) for row in rows))
     lines = []
     for controller in CONTROLLERS:
         runs = runs_of(rows, controller, FEASIBLE)

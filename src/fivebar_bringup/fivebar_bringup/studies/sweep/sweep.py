@@ -14,8 +14,10 @@ from fivebar_bringup.runs.results import finite, write_errors
 from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSettings, opened
+from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.explanations import CONTROLLER, explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
+from fivebar_bringup.studies.sweep.rigs import rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
 from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, Batch, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
@@ -28,6 +30,7 @@ from fivebar_bringup.studies.sweep.statistics import (
     rate_of,
     refusals_table,
     runs_of,
+    silence_table,
 )
 
 BATCH = 10
@@ -51,6 +54,7 @@ def sweep(
     cases: int | None = None,
     workers: int = 1,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    rig: str | None = None,
 ) -> Sweep:
     """Start or resume a sweep, and write sweep.csv, sweep.json, sweep.html and the figures.
 
@@ -63,11 +67,12 @@ def sweep(
             sweep, else 2000.
         workers: processes to use; fewer than two run everything in this one.
         progress: called with the number of feasible crossings so far and of those requested.
+        rig: whose robots to draw; by default that of the resumed sweep, else none.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
     """
-    directory, settings = opened(out, seed, cases)
+    directory, settings = opened(out, seed, cases, rig)
     with directory.alone(), write_errors(directory.path):
         rows = _all_rows(directory, settings, workers, progress)
         return _written(directory, settings, rows)
@@ -103,10 +108,10 @@ class Tally:
             self.feasible += len(runs_of(self._batches[self._counted], CONTROLLER, FEASIBLE))
             self._counted += 1
 
-    def missing(self, seed: int) -> Iterator[Batch]:
+    def missing(self, seed: int, rig: str = VARIED) -> Iterator[Batch]:
         """Yield the missing batches, endlessly."""
         there = frozenset(self._batches)
-        return (Batch(seed, BATCH * n, BATCH * (n + 1)) for n in count() if n not in there)
+        return (Batch(seed, BATCH * n, BATCH * (n + 1), rig) for n in count() if n not in there)
 
 
 def _all_rows(
@@ -124,8 +129,8 @@ def _all_rows(
     if not tally.enough:
         directory.replace_rows(kept)
         # compile the closed loop once, not in every process
-        next(rows for number in count() if len(rows := run_case(settings.seed, number)) > 1)
-        with closing(stream(run_batch, tally.missing(settings.seed), workers)) as coming:
+        next(rows for number in count() if len(rows := run_case(settings.seed, number, settings.rig)) > 1)
+        with closing(stream(run_batch, tally.missing(settings.seed, settings.rig), workers)) as coming:
             for batch in coming:
                 directory.append_rows(batch)
                 tally.add(batch)
@@ -139,9 +144,11 @@ def _all_rows(
 def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
     explanations = [explained(row) for row in runs_of(rows, CONTROLLER, FEASIBLE) if not row.success]
     overview = overview_table(rows)
-    tables = [overview, error_table(rows), equipment_table(rows)]
+    tables = [overview, silence_table(rows), error_table(rows), equipment_table(rows)]
+    on_rig, of_rig = (f" --rig {settings.rig}", f"rig {settings.rig} · ") if settings.rig else ("", "")
+    command = f"fivebar sweep --seed {settings.seed}{on_rig}"
     details = [
-        explanations_table(explanations, lambda number: f"fivebar sweep --seed {settings.seed} --case {number}"),
+        explanations_table(explanations, lambda number: f"{command} --case {number}"),
         failures_table(rows),
         refusals_table(rows),
     ]
@@ -164,14 +171,14 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
     page = render(
         "sweep.html",
         title="Random crossings",
-        setting=f"seed {settings.seed} · {drawn} cases drawn, {runs} runs · simulated by the compiled engine",
-        drawn=_drawn_words(),
+        setting=f"{of_rig}seed {settings.seed} · {drawn} cases drawn, {runs} runs · simulated by the compiled engine",
+        drawn=_drawn_words(settings.rig),
         met=met,
         verdict=verdict,
         tables=tables,
         pictures=pictures,
         details=details,
-        command=f"fivebar sweep --seed {settings.seed} --cases {settings.cases}",
+        command=f"fivebar sweep --seed {settings.seed} --cases {settings.cases}{on_rig}",
     )
     directory.write(page, content, pictures)
     return Sweep(directory.page, overview, content)
@@ -186,14 +193,18 @@ def _verdict(rows: Sequence[SweepRow]) -> tuple[bool, str]:
     return good >= TARGET * everything, text
 
 
-def _drawn_words() -> str:
+def _drawn_words(rig: str) -> str:
     encoders = ", ".join("none, with exact sensors" if one is None else f"{one}" for one in drawing.ENCODERS)
+    robots = (
+        f"mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of the controllers' model; encoder counts"
+        f" {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0 or 1 sample"
+    )
+    if rig:
+        robots = f"robots of the rig {rig}: {rig_words(rig)} Besides"
     return (
         f"Straight segments of the robot {drawing.ROBOT} between two random rest points in different assembly modes, in"
         f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
-        f" scale; mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of the controllers' model;"
-        f" encoder counts {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0"
-        f" or 1 sample; torque limit {drawing.TORQUE_LIMIT:g} Nm, {drawing.RATE_HZ} samples/s; unified with weight"
+        f" scale; {robots}; torque limit {drawing.TORQUE_LIMIT:g} Nm, {drawing.RATE_HZ} samples/s; unified with weight"
         f" {drawing.UNIFIED_WEIGHT:g}. Every case that the planner accepts is run, also those that a controller's"
         " screen judges infeasible."
     )

@@ -1,0 +1,232 @@
+"""The rigs of a sweep: from which robots it draws, what they have and what they leave out.
+
+Every error is uniform between minus and plus its bound, or between 0 and its bound, and independent of the others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fivebar_sim.effects.loads import LOCUS
+
+ENCODER_COUNTS, TORQUE_QUANTUM, DELAY_SAMPLES = 20_000, 0.002, 1
+PUSH_LENGTH = 0.05
+"""s. The push begins in this time before the first crossing, so that the robot meets it on the locus."""
+
+LOSSES = 0.2
+"""s, around the first crossing, in which commands are lost."""
+
+DEGREE = math.pi / 180.0
+
+TOLERANCES = (
+    "lengths and bases ±{:g} mm, encoder zeros ±{:g}°, friction of each passive joint {:g} Nm, base tilted by up to"
+    " {:g}°, a push of up to {:g} N for 50 ms on the locus, {} lost commands around it"
+)
+DRIVES = (
+    "mass and inertia ±5 %, Coulomb friction ±15 %, break-away 1.3 times Coulomb, viscous friction 0.01 Nm s/rad,"
+    " torque constants ±5 %, ripple 3 %, cogging {:g} % of 2 Nm, current loop of 1 kHz"
+)
+ELASTICITY = (
+    "transmissions of {:g} Hz (rotor share 0.5 to 0.85, damping ratio 0.04) with {:g}° of backlash, a loop of {:g} N/m"
+    " with {:g} µm of clearance"
+)
+
+
+class Spread(NamedTuple):
+    """The distribution of a rig's robots.
+
+    Attributes:
+        scale, friction: bounds of mass and inertia, and of Coulomb friction, relative to the model.
+        length: bound of each link's and base's error (m).
+        zero: bound of each encoder's zero (rad).
+        passive: friction of each passive joint (Nm).
+        tilt, force: largest tilt (rad) and push (N).
+        lost: lost commands.
+        constant: bound of the torque constants' errors.
+        cogging: Nm.
+        frequency, backlash, stiffness, clearance: of transmissions and loop (Hz, rad, N/m, m), 0 for rigid ones.
+        worn: whether motors and friction are real: Stribeck curve, viscous friction, ripple, current loop.
+    """
+
+    scale: float = 0.0
+    friction: float = 0.0
+    length: float = 0.0
+    zero: float = 0.0
+    passive: float = 0.0
+    tilt: float = 0.0
+    force: float = 0.0
+    lost: int = 0
+    constant: float = 0.0
+    cogging: float = 0.0
+    frequency: float = 0.0
+    backlash: float = 0.0
+    stiffness: float = 0.0
+    clearance: float = 0.0
+    worn: bool = False
+
+    def words(self) -> str:
+        """Return the distribution in words."""
+        parts = [
+            TOLERANCES.format(
+                1e3 * self.length, self.zero / DEGREE, self.passive, self.tilt / DEGREE, self.force, self.lost
+            )
+        ]
+        if self.frequency > 0.0:
+            numbers = self.frequency, self.backlash / DEGREE, self.stiffness, 1e6 * self.clearance
+            parts.append(ELASTICITY.format(*numbers))
+        return "; ".join([*parts, DRIVES.format(100.0 * self.cogging / 2.0)])
+
+
+class Rig(NamedTuple):
+    """A rig.
+
+    Attributes:
+        name: as in `--rig`.
+        words: what its robots have.
+        leaves_out: what they do not have, though robots do.
+        spread: of its robots.
+        sensed: whether the controllers have only the motors' encoders, with an estimator; else all joints exactly.
+        sections: sections of the scenario that replace others key by key.
+    """
+
+    name: str
+    words: str
+    leaves_out: str
+    spread: Spread
+    sensed: bool = True
+    sections: Mapping[str, Mapping[str, Any]] = {}
+
+
+ENCODERS_WORDS = (
+    f"only the motors' encoders with {ENCODER_COUNTS} counts, estimator ekf, torque in steps of 2 mNm, a sample of"
+    " delay"
+)
+CALIBRATED = Spread(
+    scale=0.05,
+    friction=0.15,
+    length=2e-5,
+    zero=0.01 * DEGREE,
+    passive=0.003,
+    tilt=2.0 * DEGREE,
+    force=1.0,
+    lost=2,
+    constant=0.05,
+    cogging=0.04,
+    worn=True,
+)
+GOOD = CALIBRATED._replace(frequency=250.0, backlash=0.005 * DEGREE, stiffness=1e6, clearance=5e-6)
+MIDDLING = CALIBRATED._replace(
+    length=2e-4,
+    zero=0.2 * DEGREE,
+    passive=0.01,
+    tilt=4.0 * DEGREE,
+    force=2.0,
+    lost=3,
+    cogging=0.06,
+    frequency=60.0,
+    backlash=0.03 * DEGREE,
+    stiffness=3e5,
+    clearance=2e-5,
+)
+POOR = MIDDLING._replace(
+    length=3e-4, zero=0.3 * DEGREE, frequency=40.0, backlash=0.1 * DEGREE, stiffness=1e5, clearance=2e-5
+)
+RIGID = "elasticity, backlash and clearance"
+NOT_HERE = "eccentric encoders, the distal links' own inertia, presliding, heat and wear"
+
+RIGS = {
+    rig.name: rig
+    for rig in (
+        Rig(
+            "ideal",
+            "exact sensors on all four joints, exact parameters, no delay",
+            "every fault that robots have: a check of the laws, no promise for a robot",
+            Spread(),
+            sensed=False,
+        ),
+        Rig(
+            "encoders",
+            f"{ENCODERS_WORDS}; mass, inertia and friction ±15 %",
+            "wrong lengths and encoder zeros, above all, of which 0.02 mm decide whether an estimator from encoders"
+            f" alone is lost; passive friction, tilt, pushes, lost commands, {RIGID}, {NOT_HERE}",
+            Spread(scale=0.15, friction=0.15),
+        ),
+        Rig("calibrated", f"{ENCODERS_WORDS}; {CALIBRATED.words()}", f"{RIGID}, {NOT_HERE}", CALIBRATED),
+        Rig("good", f"{ENCODERS_WORDS}; {GOOD.words()}", NOT_HERE, GOOD),
+        Rig("middling", f"{ENCODERS_WORDS}; {MIDDLING.words()}", NOT_HERE, MIDDLING),
+        Rig("poor", f"{ENCODERS_WORDS}; {POOR.words()}", NOT_HERE, POOR),
+    )
+}
+"""By name, from the best robot to the worst."""
+
+
+class Scales(NamedTuple):
+    """Mass, inertia and friction of a robot, actual over modelled."""
+
+    mass: float
+    inertia: float
+    friction: float
+
+
+def drawn_scales(spread: Spread, random: np.random.Generator) -> Scales:
+    """Return the scales of a robot."""
+    mass, inertia, friction = random.uniform(-1.0, 1.0, 3).tolist()
+    return Scales(1.0 + spread.scale * mass, 1.0 + spread.scale * inertia, 1.0 + spread.friction * friction)
+
+
+def drawn_effects(spread: Spread, random: np.random.Generator, crossing: float) -> dict[str, Any]:
+    """Return the sections of effects of a robot in `plant`, and its seed, for a first crossing at a time (s).
+
+    Equal random numbers make the same robot of any rig, with errors in proportion to the rig's bounds.
+    """
+    lengths, zeros, constants = random.uniform(-1.0, 1.0, 6), random.uniform(-1.0, 1.0, 2), random.uniform(-1.0, 1.0, 2)
+    tilt, force, share, before = random.uniform(0.0, 1.0, 4).tolist()
+    tilted, pushed = random.uniform(-math.pi, math.pi, 2).tolist()
+    effects: dict[str, Any] = {"seed": int(random.integers(2**31))}
+    if spread.length > 0.0:
+        names = ("l_11", "l_12", "l_21", "l_22", "base_1", "base_2")
+        effects["links"] = dict(zip(names, (spread.length * lengths).tolist(), strict=True))
+    if spread.zero > 0.0:
+        effects["encoders"] = dict(zip(("zero_1", "zero_2"), (spread.zero * zeros).tolist(), strict=True))
+    if spread.worn:
+        effects["friction"] = {"stribeck": 1.3, "viscous": 0.01, "passive": spread.passive}
+        constant_1, constant_2 = (spread.constant * constants).tolist()
+        effects["motors"] = {
+            "constant_1": constant_1,
+            "constant_2": constant_2,
+            "ripple": 0.03,
+            "cogging": spread.cogging,
+            "current_loop_hz": 1000.0,
+        }
+    if spread.tilt > 0.0:
+        effects["tilt"] = {"angle": spread.tilt * tilt, "heading": tilted}
+    if spread.force > 0.0:
+        effects["push"] = {
+            "force": spread.force * force,
+            "heading": pushed,
+            "along": LOCUS,
+            "start": max(0.0, crossing - PUSH_LENGTH * before),
+            "length": PUSH_LENGTH,
+        }
+    if spread.lost > 0:
+        begin = max(0.0, crossing - 0.5 * LOSSES)
+        effects["bus"] = {"lost_commands": spread.lost, "lost_from": begin, "lost_within": LOSSES}
+    if spread.frequency > 0.0:
+        effects["transmission"] = {
+            "frequency": spread.frequency,
+            "damping": 0.04,
+            "rotor_share": 0.5 + 0.35 * share,
+            "backlash": spread.backlash,
+        }
+        effects["platform_joint"] = {"stiffness": spread.stiffness, "clearance": spread.clearance}
+    return effects
+
+
+def rig_words(name: str) -> str:
+    """Return what a rig contains and what it leaves out."""
+    rig = RIGS[name]
+    return f"{rig.words}. Left out: {rig.leaves_out}."

@@ -1,0 +1,77 @@
+"""Loads from outside: weight on a tilted base, and a push against the platform."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from fivebar_description.imu import STANDARD_GRAVITY
+from fivebar_description.settings import Setting
+from fivebar_sim.effects.platform_joint import Force
+
+PLANE, LOCUS = "plane", "locus"
+
+
+class Tilt(NamedTuple):
+    """A base that is not level, so that a part of the weight acts in the robot's plane."""
+
+    angle: Annotated[
+        float,
+        Setting(
+            "Angle between the robot's plane and the horizontal; typical: 0.02 on a table.",
+            "rad",
+            at_least=0.0,
+            at_most=math.pi / 2,
+        ),
+    ] = 0.0
+    heading: Annotated[
+        float, Setting("Direction downhill, from the x axis.", "rad", at_least=-2.0 * math.pi, at_most=2.0 * math.pi)
+    ] = 0.0
+    leg_moment: Annotated[
+        float,
+        Setting(
+            "First mass moment of each proximal link about its motor axis, with the distal link's mass at the elbow, 0"
+            " where only the platform weighs; typical: 0.02 to 0.05.",
+            "kg m",
+            at_least=0.0,
+            at_most=10.0,
+        ),
+    ] = 0.0
+
+
+class Push(NamedTuple):
+    """A constant force on the platform for some time."""
+
+    force: Annotated[
+        float, Setting("The force; typical: 0.5 to 2 for a cable that drags.", "N", at_least=0.0, at_most=1e4)
+    ] = 0.0
+    heading: Annotated[
+        float, Setting("Its direction, from that of `along`.", "rad", at_least=-2.0 * math.pi, at_most=2.0 * math.pi)
+    ] = 0.0
+    along: Annotated[
+        str,
+        Setting(
+            "Where headings count from: the x axis of the plane, or the direction across the distal link of leg 1, on"
+            " the Type 2 locus the one that no motor torque accelerates.",
+            choices=(PLANE, LOCUS),
+        ),
+    ] = PLANE
+    start: Annotated[float, Setting("When it begins, from sample 0.", "s", at_least=0.0, at_most=1e6)] = 0.0
+    length: Annotated[float, Setting("How long it lasts; typical: 0.05.", "s", at_least=0.0, at_most=1e6)] = 0.05
+
+
+def weight_of(tilt: Tilt) -> Force:
+    """Return the part of gravity in the robot's plane, per mass (N/kg)."""
+    along = STANDARD_GRAVITY * math.sin(tilt.angle)
+    return Force(along * math.cos(tilt.heading), along * math.sin(tilt.heading))
+
+
+def push_at(push: Push, time: float, distal_x: float, distal_y: float) -> Force:
+    """Return the force (N) at a time (s), with leg 1's distal link along the given unit vector; `push` as numbers."""
+    if push.force == 0.0 or time < push.start or time >= push.start + push.length:
+        return Force(0.0, 0.0)
+    along, across = push.force * math.cos(push.heading), push.force * math.sin(push.heading)
+    if push.along:
+        # from the direction (-u_y, u_x) across the link
+        return Force(-distal_y * along - distal_x * across, distal_x * along - distal_y * across)
+    return Force(along, across)

@@ -1,0 +1,63 @@
+"""The robot with effects in motion, for the plant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fivebar_description.closed_loop import Vector
+from fivebar_description.parameters import FiveBar
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.mechanism import mechanism_of
+from fivebar_sim.effects.motion import ImuMotion, advanced, imu_motion, joints_of, joints_seen, started
+from fivebar_sim.settings import PlantSettings
+
+POSTURE_TOLERANCE = 1e-9
+"""Largest closure gap (m) in the initial posture."""
+
+
+class EffectsMotion:
+    """The mechanism of some settings, from sample to sample."""
+
+    def __init__(self, robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Sequence[float]) -> None:
+        """Put the robot where its motors' encoders read those of a posture (rad).
+
+        Raises:
+            InputError: the posture is malformed, its legs cannot meet, or effects contradict each other.
+        """
+        self.mechanism = mechanism_of(robot, settings, rate_hz)
+        if len(joints) != 4 or not all(map(math.isfinite, joints)):
+            raise InputError(f"initial_joints: {list(joints)}: expected four finite angles in rad")
+        start = started(self.mechanism, *map(float, joints))
+        if not start.gap <= POSTURE_TOLERANCE:
+            raise InputError(
+                f"initial_joints: {list(joints)}: with the actual lengths the legs do not meet where the motors are"
+            )
+        self._state = start.state
+        self._number = 0
+
+    @property
+    def joints(self) -> tuple[Vector, Vector]:
+        """The actual angles (rad) and rates (rad/s) of the four joints, each (4,)."""
+        values = np.array(joints_of(self._state))
+        return values[:4], values[4:]
+
+    @property
+    def seen(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The same as encoders see them."""
+        values = joints_seen(self.mechanism, self._state)
+        return values[:4], values[4:]
+
+    def advance(self, applied: tuple[float, float]) -> float:
+        """Move on by a sample under applied torques (Nm); return the loop's gap (m), infinite where that cannot be."""
+        after = advanced(self.mechanism, self._state, self._number, *applied)
+        if math.isfinite(after.gap):
+            self._state = after.state
+            self._number += 1
+        return after.gap
+
+    def imu_motion(self) -> ImuMotion:
+        """Return the motion of the link that carries the IMU."""
+        return imu_motion(self.mechanism, self._state, self._number * self.mechanism.period)

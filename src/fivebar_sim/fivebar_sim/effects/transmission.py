@@ -1,0 +1,57 @@
+"""An elastic transmission with damping and backlash between each motor's rotor and its proximal link."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from fivebar_description.settings import Setting
+
+
+class Transmission(NamedTuple):
+    """Spring, damper and play between rotor and link; motor encoders and motor friction are on the rotor's side."""
+
+    frequency: Annotated[
+        float,
+        Setting(
+            "Frequency at which a proximal link without platform swings against its locked rotor, 0 for a rigid"
+            " transmission; typical: 40 to 60 for belts and harmonic drives, 250 for a stiff gear.",
+            "Hz",
+            at_least=0.0,
+            at_most=2000.0,
+        ),
+    ] = 0.0
+    damping: Annotated[
+        float, Setting("Damping ratio of that oscillation; typical: 0.02 to 0.1.", at_least=0.0, at_most=2.0)
+    ] = 0.04
+    rotor_share: Annotated[
+        float,
+        Setting(
+            "Share of a leg's grouped inertia zz_i1R that is the rotor's; typical: 0.5 to 0.85 with a gear.",
+            above=0.0,
+            below=1.0,
+        ),
+    ] = 0.7
+    backlash: Annotated[
+        float,
+        Setting(
+            "Angle by which the link can move between both flanks at a locked rotor; typical: 1e-4 (0.005 deg) for a"
+            " precision gear, 1e-3 for a plain one.",
+            "rad",
+            at_least=0.0,
+            at_most=0.1,
+        ),
+    ] = 0.0
+
+
+def transmitted(stiffness: float, damping: float, half_play: float, twist: float, rate: float) -> float:
+    """Return the torque (Nm) on the link for a twist (rad) of the rotor against it and its rate (rad/s).
+
+    Within the play there is none; a flank in contact pushes and never pulls.
+    """
+    if half_play == 0.0:
+        return stiffness * twist + damping * rate
+    if twist > half_play:
+        return max(0.0, stiffness * (twist - half_play) + damping * rate)
+    if twist < -half_play:
+        return min(0.0, stiffness * (twist + half_play) + damping * rate)
+    return 0.0

@@ -1,0 +1,64 @@
+"""The compiled loop beside the offline runner: a scenario in both, and what must agree."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
+from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.offline import OfflineRun, simulate
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome, TraceRow
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.settings import has_effects
+
+POSITION = 1e-9
+"""m; what one source of equations and two plants must agree to."""
+
+JOINTS = TraceRow._fields[:4]
+
+
+def changed(name: str, plant: dict[str, Any] | None = None, **fields: Any) -> Scenario:
+    content = load_scenario(name).model_dump(mode="json") | fields
+    content["plant"] |= plant or {}
+    return Scenario.model_validate(content)
+
+
+def prepared(scenario: Scenario, **options: Any) -> tuple[Case, Sampled]:
+    plan = sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples)
+    return case_of(scenario, **options), plan
+
+
+def columns(trace: np.ndarray[Any, np.dtype[np.float64]], *names: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return trace[:, [TraceRow._fields.index(name) for name in names]]
+
+
+def places(robot: FiveBar, joints: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    states = [state_from_joints(robot, *row, 0.0, 0.0, 0.0, 0.0) for row in np.asarray(joints).tolist()]
+    return np.array([(state.x, state.y) for state in states])
+
+
+def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineRun, Outcome]:
+    """Compare sample by sample: exact platform (m), commanded and applied torques (Nm), faults."""
+    run = simulate(scenario)
+    outcome, trace = traced_crossing(*prepared(scenario))
+    assert outcome.samples == len(run.samples) == len(trace)
+    exact = [sample.estimated.truth if sample.estimated is not None else sample.measured for sample in run.samples]
+    if scenario.estimated or (scenario.plant.encoder_counts is None and not has_effects(scenario.plant)):
+        robot = scenario.five_bar()
+        found, wanted = columns(trace, *JOINTS), [one.position for one in exact]
+        np.testing.assert_allclose(places(robot, found), places(robot, wanted), rtol=0.0, atol=POSITION)
+    for names, wanted in (
+        (("command1", "command2"), [sample.command for sample in run.samples]),
+        (("applied1", "applied2"), [(one.effort[0], one.effort[2]) for one in exact]),
+    ):
+        np.testing.assert_allclose(columns(trace, *names), wanted, rtol=0.0, atol=torque)
+    used = [state_from_joints(scenario.five_bar(), *s.measured.position, *s.measured.velocity) for s in run.samples]
+    np.testing.assert_allclose(
+        columns(trace, "estimated_x", "estimated_y"), [(one.x, one.y) for one in used], rtol=0.0, atol=POSITION
+    )
+    assert [fault.partition(":")[0] for fault in run.faults] == [FAULT_NAMES[outcome.fault]] * (outcome.fault != 0)
+    return run, outcome

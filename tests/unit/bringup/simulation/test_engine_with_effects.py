@@ -1,0 +1,70 @@
+"""The compiled loop and the offline runner have one source for a robot with effects: they agree, effect by effect."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from engine_agreement import JOINTS, changed, columns, expect_agreement, places, prepared
+from estimate_replay import summary_of
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.engine import crossing, traced_crossing
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT
+from fivebar_description.settings import sections
+from fivebar_sim.settings import PlantSettings
+
+EFFECTS: dict[str, dict[str, Any]] = {
+    "links": {"l_11": 1e-5, "l_12": -1e-5, "base_2": 1e-5, "distal_inertia": -5e-5},
+    "friction": {"stribeck": 1.3, "viscous": 0.01, "presliding": 1e-3, "presliding_damping": 0.2, "passive": 0.003},
+    "motors": {"constant_1": 0.05, "constant_2": -0.05, "ripple": 0.03, "cogging": 0.04, "current_loop_hz": 1000.0},
+    "transmission": {"frequency": 250.0, "backlash": 1e-4},
+    "platform_joint": {"stiffness": 1e6, "clearance": 5e-6},
+    "encoders": {"zero_1": 5e-5, "zero_2": -5e-5, "eccentricity": 1e-4},
+    "tilt": {"angle": 0.03, "heading": 1.0, "leg_moment": 0.03},
+    "push": {"force": 0.7, "along": "locus", "start": 0.2, "length": 0.05},
+    "bus": {"lost_commands": 40, "lost_within": 0.4},
+}
+
+
+def with_effects(name: str, effects: dict[str, Any], **fields: Any) -> Scenario:
+    return changed(name, {**effects, "seed": 5}, controller="unified", segment_duration=0.4, **fields)
+
+
+def test_every_effect_is_here() -> None:
+    assert EFFECTS.keys() == sections(PlantSettings).keys()
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_each_effect_is_that_of_the_offline_runner_and_makes_a_difference(effect: str) -> None:
+    scenario = with_effects("middle", {effect: EFFECTS[effect]})
+    _, outcome = expect_agreement(scenario, 1e-9)
+    assert outcome.fault == NO_FAULT
+    ideal = crossing(*prepared(with_effects("middle", {})))
+    assert abs(outcome.error_peak - ideal.error_peak) > 1e-7
+
+
+def test_all_effects_together_from_counted_encoders_are_those_of_the_offline_runner() -> None:
+    effects = {**EFFECTS, "encoder_counts": 65_536, "delay_samples": 1, "torque_quantum": 0.002, "torque_limit": 2.0}
+    _, outcome = expect_agreement(with_effects("middle_encoders", effects, ekf={"disturbance_rate": 0.1}), 1e-9)
+    assert outcome.fault == NO_FAULT
+    assert 1e-5 < outcome.loop_gap < 1e-3
+
+
+def test_the_outcome_is_that_of_the_robot_that_there_is_and_so_is_the_summary() -> None:
+    """The summary takes the exact joints with the actual lengths, as the engine does."""
+    scenario = with_effects("middle_encoders", {"links": {"l_11": 2e-5, "l_21": -2e-5}})
+    summary, _ = summary_of(scenario)
+    case, plan = prepared(scenario)
+    outcome, trace = traced_crossing(case, plan)
+    assert summary.tracking_error_peak_m == pytest.approx(outcome.error_peak, abs=1e-9)
+    exact = places(scenario.actual_robot(), columns(trace, *JOINTS))
+    assert np.hypot(*(exact - plan.rows[: len(exact), :2]).T).max() == pytest.approx(outcome.error_peak, abs=1e-9)
+
+
+def test_a_robot_that_comes_apart_is_found_at_the_same_sample() -> None:
+    effects = {"platform_joint": {"stiffness": 20.0}}
+    run, outcome = expect_agreement(with_effects("middle", effects, tracking_error_limit=1.0))
+    assert FAULT_NAMES[outcome.fault] == "plant_diverged"
+    assert len(run.samples) == outcome.samples

@@ -1,0 +1,192 @@
+"""The rigs of a sweep: their robots are what the page says, the motions are the same, and each can be run again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.sweep.drawing import Draw, draw, plan_of
+from fivebar_bringup.studies.sweep.rigs import DEGREE, RIGS, rig_words
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
+from fivebar_bringup.studies.sweep.running import made
+from fivebar_bringup.studies.sweep.statistics import silence_table
+from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.effects.encoders import EncoderErrors
+from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.settings import PlantSettings, has_effects
+
+SEED = 11
+DOCUMENT = Path(__file__).parents[4] / "docs/sweeps.md"
+
+
+def planned(count: int) -> list[int]:
+    """Numbers of cases that the planner accepts."""
+    found: list[int] = []
+    number = 0
+    while len(found) < count:
+        try:
+            plan_of(draw(SEED, number))
+            found.append(number)
+        except InputError:
+            pass
+        number += 1
+    return found
+
+
+@pytest.fixture(scope="module")
+def numbers() -> list[int]:
+    return planned(40)
+
+
+def plants(rig: str, numbers: list[int]) -> list[PlantSettings]:
+    return [draw(SEED, number, rig).scenario("unified").plant for number in numbers]
+
+
+def spread(values: list[float]) -> tuple[float, float]:
+    return min(values), max(values)
+
+
+def test_the_rigs_are_those_of_the_page() -> None:
+    page = DOCUMENT.read_text(encoding="utf-8")
+    assert tuple(RIGS) == ("ideal", "encoders", "calibrated", "good", "middling", "poor")
+    for name in RIGS:
+        assert f"`{name}`" in page
+        assert "Left out: " in rig_words(name)
+
+
+@pytest.mark.parametrize(
+    ("rig", "length", "zero", "tilt", "force", "lost"),
+    [
+        ("calibrated", 2e-5, 0.01, 2.0, 1.0, 2),
+        ("good", 2e-5, 0.01, 2.0, 1.0, 2),
+        ("middling", 2e-4, 0.2, 4.0, 2.0, 3),
+        ("poor", 3e-4, 0.3, 4.0, 2.0, 3),
+    ],
+)
+def test_robots_spread_over_the_stated_tolerances_and_not_beyond(
+    rig: str, length: float, zero: float, tilt: float, force: float, lost: int, numbers: list[int]
+) -> None:
+    robots = plants(rig, numbers)
+    for values, bound in (
+        ([value for plant in robots for value in plant.links[:6]], length),
+        ([value for plant in robots for value in plant.encoders[:2]], zero * DEGREE),
+        ([plant.mass_scale - 1.0 for plant in robots], 0.05),
+        ([plant.inertia_scale - 1.0 for plant in robots], 0.05),
+        ([plant.friction_scale - 1.0 for plant in robots], 0.15),
+        ([value for plant in robots for value in plant.motors[:2]], 0.05),
+    ):
+        least, largest = spread(values)
+        assert -bound <= least < -0.7 * bound and 0.7 * bound < largest <= bound
+    for values, bound in (
+        ([plant.tilt.angle for plant in robots], tilt * DEGREE),
+        ([plant.push.force for plant in robots], force),
+    ):
+        least, largest = spread(values)
+        assert 0.0 <= least < 0.3 * bound and 0.7 * bound < largest <= bound
+    assert {plant.bus.lost_commands for plant in robots} == {lost}
+    assert {(plant.encoder_counts, plant.delay_samples, plant.torque_limit) for plant in robots} == {(20_000, 1, 2.0)}
+    assert len({plant.seed for plant in robots}) == len(robots)
+
+
+@pytest.mark.parametrize(
+    ("rig", "frequency", "backlash", "stiffness", "clearance", "passive", "cogging"),
+    [
+        ("calibrated", 0.0, 0.0, 0.0, 0.0, 0.003, 0.04),
+        ("good", 250.0, 0.005, 1e6, 5e-6, 0.003, 0.04),
+        ("middling", 60.0, 0.03, 3e5, 2e-5, 0.01, 0.06),
+        ("poor", 40.0, 0.1, 1e5, 2e-5, 0.01, 0.06),
+    ],
+)
+def test_robots_have_the_stated_mechanics_and_drives(
+    rig: str,
+    frequency: float,
+    backlash: float,
+    stiffness: float,
+    clearance: float,
+    passive: float,
+    cogging: float,
+    numbers: list[int],
+) -> None:
+    for plant in plants(rig, numbers[:5]):
+        assert plant.transmission.frequency == frequency
+        assert plant.transmission.backlash == pytest.approx(backlash * DEGREE)
+        assert (plant.platform_joint.stiffness, plant.platform_joint.clearance) == (stiffness, clearance)
+        assert (plant.friction.passive, plant.friction.stribeck, plant.friction.viscous) == (passive, 1.3, 0.01)
+        assert (plant.motors.cogging, plant.motors.ripple, plant.motors.current_loop_hz) == (cogging, 0.03, 1000.0)
+    shares = [plant.transmission.rotor_share for plant in plants(rig, numbers)]
+    assert all(0.5 <= share <= 0.85 for share in shares)
+
+
+def test_ideal_and_encoders_are_free_of_effects(numbers: list[int]) -> None:
+    (ideal,) = set(plants("ideal", numbers[:5]))
+    assert ideal == PlantSettings(torque_limit=2.0)
+    for plant in plants("encoders", numbers[:5]):
+        assert not has_effects(plant)
+        assert plant.encoder_counts == 20_000 and 0.0 < abs(plant.mass_scale - 1.0) <= 0.15
+
+
+def test_all_rigs_have_the_same_motions_and_robots_in_proportion(numbers: list[int]) -> None:
+    motions = {rig: [draw(SEED, number, rig)[:8] for number in numbers] for rig in ("", *RIGS)}
+    assert all(motion == motions[""] for motion in motions.values())
+    good, poor = plants("good", numbers[:3]), plants("poor", numbers[:3])
+    for one, other in zip(good, poor, strict=True):
+        assert np.array(other.links[:6]) == pytest.approx(15.0 * np.array(one.links[:6]))
+
+
+def test_the_push_meets_the_robot_on_the_locus(numbers: list[int]) -> None:
+    for number in numbers:
+        case = draw(SEED, number, "calibrated")
+        push, bus = case.scenario("unified").plant.push, case.scenario("unified").plant.bus
+        crossing = plan_of(case).crossings[0].time
+        assert push.start <= crossing <= push.start + push.length
+        assert bus.lost_from <= crossing <= bus.lost_from + bus.lost_within
+
+
+def test_a_drawn_robot_is_a_scenario_that_is_run_again(numbers: list[int]) -> None:
+    case = draw(SEED, numbers[0], "middling")
+    scenario = case.scenario("unified")
+    written = validate(yaml.safe_load(scenario.to_yaml()), Scenario, "again")
+    assert written.plant == scenario.plant != PlantSettings()
+    assert made(written, written.plan()) == made(scenario, plan_of(case))
+
+
+def test_a_robot_is_drawn_by_seed_number_and_rig_alone(numbers: list[int]) -> None:
+    number = numbers[0]
+    assert draw(SEED, number, "poor").scenario("ctc").plant == draw(SEED, number, "poor").scenario("unified").plant
+    one = draw(SEED, number, "poor").scenario("unified").plant
+    assert one.links != LinkErrors() and one.encoders != EncoderErrors()
+
+
+def row(**fields: float | None) -> SweepRow:
+    case = Draw(0, 1, -1, 0.0, 0.1, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, None, 0)
+    return SweepRow(0, "unified", FEASIBLE, "", False, "", *case[1:], crossings=1, mode_changes=1)._replace(**fields)
+
+
+@pytest.mark.parametrize(
+    ("run", "silent"),
+    [
+        (row(), False),
+        (row(left_time=0.5), True),
+        (row(left_time=0.5, fault_time=0.54), False),
+        (row(left_time=0.5, fault_time=0.56), True),
+        (row(left_time=0.5, fault_time=0.2), False),
+        (row(mode_changes=3), True),
+        (row(mode_changes=3, fault_time=0.2), False),
+    ],
+)
+def test_a_failure_is_silent_without_a_fault_in_time(run: SweepRow, silent: bool) -> None:
+    assert run.silent is silent
+    (line,) = [line for line in silence_table([run]).rows if line[0].text == "unified" and line[1].text == "feasible"]
+    assert line[4].value == int(silent)
+
+
+def test_an_unknown_rig_is_refused() -> None:
+    done = CliRunner().invoke(app, ["sweep", "--rig", "worn"])
+    assert done.exit_code == 2
+    assert "--rig: 'worn': expected one of ideal, encoders, calibrated, good, middling, poor" in done.stderr
