@@ -104,6 +104,15 @@ class EkfSettings(NamedTuple):
         float,
         Setting("Standard deviation of the disturbance torques at the start.", "Nm", at_least=0.0, at_most=1e3),
     ] = 0.1
+    play: Annotated[
+        float,
+        Setting(
+            "Standard deviation of the angle between a motor and its link: backlash and elasticity of the transmission.",
+            "rad",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = 0.0
     homing_tolerance: Annotated[
         float,
         Setting("Largest angle between an encoder and the declared homing posture.", "rad", at_least=1e-6, at_most=1.0),

@@ -68,3 +68,8 @@ def next_angle(count: float, rate_hz: int, last: float, repeated: int, reading: 
 def _uniform(count: float, reading: float, samples: int) -> Angle:
     variance = max(count * count / 12.0, EXACT_ANGLE * EXACT_ANGLE)
     return Angle(reading + 0.5 * count, variance * samples)
+
+
+def with_variance(angle: Angle, variance: float) -> Angle:
+    """Return an angle with a further variance (rad^2): that between the motor, where the encoder is, and the link."""
+    return Angle(angle.value, angle.variance + variance)

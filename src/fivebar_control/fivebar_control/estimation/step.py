@@ -27,7 +27,7 @@ from fivebar_control.estimation.ekf import (
     predicted,
     turned,
 )
-from fivebar_control.estimation.encoder import count_angle, first_angle, next_angle, repetitions
+from fivebar_control.estimation.encoder import count_angle, first_angle, next_angle, repetitions, with_variance
 from fivebar_control.estimation.history import (
     PERIODS,
     RATE,
@@ -70,6 +70,7 @@ class EstimatorModel(NamedTuple):
     Attributes:
         filter: constants of the Kalman filter.
         resolution: angle of an encoder's count (rad), 0 for exact encoders.
+        play: variance of the angle between a motor and its link (rad^2).
         rate_hz: samples per second.
         delay_samples: periods between a command and its effect.
         torque_limit: of the drives (Nm), infinite for none.
@@ -81,6 +82,7 @@ class EstimatorModel(NamedTuple):
 
     filter: FilterModel
     resolution: float
+    play: float
     rate_hz: int
     delay_samples: int
     torque_limit: float
@@ -170,6 +172,7 @@ def estimator_model(
     return EstimatorModel(
         filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances)),
         resolution=count_angle(drives.encoder_counts or 0),
+        play=numbers.play * numbers.play,
         rate_hz=rate_hz,
         delay_samples=drives.delay_samples,
         torque_limit=math.inf if drives.torque_limit is None else float(drives.torque_limit),
@@ -189,7 +192,7 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
     """Return the memory after the first readings (rad), those of sample 0, of a robot at rest in an assembly mode."""
     one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
     x, y = direct_geometry(model.filter.robot, assembly, one.value, two.value)
-    belief = homed_belief(model.filter, x, y, one.variance)
+    belief = homed_belief(model.filter, x, y, one.variance + model.play)
     history = empty_history(model.history)
     keep_inputs(history, 0, 0, 0, 0.0, 0.0)
     keep_belief(history, 0, belief)
@@ -252,12 +255,9 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         if entry == newest:
             expected = belief.estimate
             speed1, speed2 = motor_speeds(filter_model, expected)
-            keep_angles(
-                history,
-                entry,
-                next_angle(model.resolution, model.rate_hz, memory.before1, memory.repeated1, memory.last1, speed1),
-                next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, speed2),
-            )
+            q11 = next_angle(model.resolution, model.rate_hz, memory.before1, memory.repeated1, memory.last1, speed1)
+            q21 = next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, speed2)
+            keep_angles(history, entry, with_variance(q11, model.play), with_variance(q21, model.play))
         q11, q21 = angle_at(history, entry, 1), angle_at(history, entry, 2)
         by_angles = corrected(filter_model, belief, q11, q21)
         belief = by_angles.belief
