@@ -8,9 +8,13 @@ from typing import Annotated
 from pydantic import Field
 
 from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, Motor, SyncPeriod, Unsigned32
+from fivebar_description.settings import Keys, declared
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
-from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale
+from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
+
+NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name != "seed")
+"""Settings of a plant that have keys of their own here, or that the drives have."""
 
 Four = Annotated[tuple[float, float, float, float], Field(strict=False)]
 
@@ -41,6 +45,7 @@ class EmulationFile(StrictModel):
         initial_joints: its posture at the start: q11, q12, q21, q22 in rad, of a closed loop.
         sync_period_us: time by which the robot moves on with every SYNC.
         mass_scale, inertia_scale, friction_scale: how the robot differs from its parameter file.
+        effects: the robot's effects, and the seed of what is random in them; times count from the first SYNC.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -51,7 +56,17 @@ class EmulationFile(StrictModel):
     mass_scale: MassScale = 1.0
     inertia_scale: InertiaScale = 1.0
     friction_scale: FrictionScale = 1.0
+    effects: Annotated[PlantSettings, Keys(without=NOT_EFFECTS)] = PlantSettings()
     drives: DriveFactsPair
+
+    def plant(self) -> PlantSettings:
+        """Return the settings of the robot; the drives themselves limit and quantise."""
+        return self.effects._replace(
+            mass_scale=self.mass_scale,
+            inertia_scale=self.inertia_scale,
+            friction_scale=self.friction_scale,
+            torque_limit=None,
+        )
 
     @property
     def pair(self) -> tuple[DriveFacts, DriveFacts]:

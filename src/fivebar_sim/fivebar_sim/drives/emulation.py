@@ -15,7 +15,6 @@ from fivebar_description.parameters import load_robot
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
-from fivebar_sim.settings import PlantSettings
 
 SYNC_ID = 0x080
 POLL_PERIOD = 0.002
@@ -80,15 +79,8 @@ class Emulation:
             InputError: the robot or its posture cannot be.
         """
         file = self._file
-        # the drives themselves limit and quantise
-        settings = PlantSettings(
-            mass_scale=file.mass_scale,
-            inertia_scale=file.inertia_scale,
-            friction_scale=file.friction_scale,
-            torque_limit=None,
-        )
         rate_hz = round(1e6 / file.sync_period_us)
-        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, settings)
+        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, file.plant())
 
     def take(self, can_id: int, data: bytes) -> None:
         """Process a frame from the bus."""

@@ -13,7 +13,11 @@ STREAM = 3
 
 
 class BusEffects(NamedTuple):
-    """Lost commands: each holds the one before. One that is late by a sample is lost too, as the next overtakes it."""
+    """Lost commands: each holds the one before.
+
+    A command that is late by a sample is lost, as the next one overtakes it, and so is that of a sample whose
+    measurement is lost or late.
+    """
 
     lost_commands: Annotated[
         int, Setting("How many commands are lost, chosen by the seed; typical: 0 to 3.", at_least=0, at_most=10_000)
