@@ -56,15 +56,21 @@ def exact_state(robot: FiveBar, sample: Any) -> State:
 
 
 def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = None) -> Iterator[Replayed]:
-    """Give a run's motor readings and commands to a new estimator, by default one like that of the run."""
+    """Give a run's readings and commands to a new estimator, by default one like that of the run.
+
+    It gets the gyroscope's readings, as late as they came, where its settings use them.
+    """
     settings = settings if settings is not None else scenario.ekf
     # read from its file once
     robot = scenario.five_bar()
-    estimator = StateEstimator(robot, scenario.homing(), scenario.rate_hz, scenario.drives(), settings)
+    estimator = StateEstimator(
+        robot, scenario.homing(), scenario.rate_hz, scenario.drives(), settings, scenario.tolerances
+    )
     for sample in run.samples:
         assert sample.estimated is not None
         angles, torques = sample.estimated.motors
-        estimator.take(sample.number, *angles, *torques)
+        rates = [(one.made, scenario.imu.turn_rate(one.reading.angular_velocity)) for one in sample.imu]
+        estimator.take(sample.number, *angles, *torques, rates if settings.gyro else ())
         estimator.commanded(sample.number, *sample.command)
         assert estimator.belief is not None
         fault = str(estimator.fault) if estimator.fault is not None else None

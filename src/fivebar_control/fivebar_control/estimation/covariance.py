@@ -80,6 +80,8 @@ def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> M
         for column in range(6):
             f[row, column] = transition[row, column]
     p = f @ covariance @ f.T
+    # rounding makes it asymmetric, which no measurement takes back and an unstable motion lets grow
+    p = 0.5 * (p + p.T)
     for axis in range(2):
         p[X + axis, X + axis] += noise.position
         p[VX + axis, VX + axis] += noise.velocity
@@ -119,4 +121,4 @@ def measured(covariance: Matrix, row: Vector, variance: float) -> Correction:
     gain = column / total
     gain[STATES:] = 0.0
     half = gain.reshape(SIZE, 1) * (column - 0.5 * total * gain)
-    return Correction(covariance - half - half.T, gain, total)
+    return Correction(covariance - (half + half.T), gain, total)

@@ -10,6 +10,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.estimation.covariance import SIZE, STATES
 from fivebar_control.estimation.ekf import (
     Belief,
     EkfSettings,
@@ -23,19 +24,22 @@ from fivebar_control.estimation.ekf import (
     transition,
 )
 from fivebar_control.estimation.encoder import count_angle, first_angle
+from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.platform_motion import leg_motion, platform_acceleration
-from fivebar_control.estimation.step import Drives, EstimatorMemory, estimator_model, next_update
+from fivebar_control.estimation.step import Drives, estimator_model, first_update, next_update, with_motors, with_rate
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.path import Path
 from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.sensors import Encoder
 
 RATE_HZ, COUNTS = 500, 20000
 PERIOD = 1.0 / RATE_HZ
 MODES = (1, -1)
+EXACTLY_KNOWN = Tolerances(gyro_scale=0.0)
 WAY = Path.through([(0.02, 0.14), (-0.03, 0.11)], [0.3])
 
 
@@ -45,14 +49,14 @@ def model_of(robot: FiveBar, settings: EkfSettings | None = None) -> FilterModel
 
 def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float, steps: int = 200) -> Estimate:
     """One period in many small steps of the midpoint rule."""
-    x, y, vx, vy, d1, d2 = estimate
+    x, y, vx, vy, d1, d2, bias = estimate
     h = PERIOD / steps
     for _ in range(steps):
         ax, ay = platform_acceleration(robot, *MODES, x, y, vx, vy, tau1 + d1, tau2 + d2)
         middle = (x + 0.5 * h * vx, y + 0.5 * h * vy, vx + 0.5 * h * ax, vy + 0.5 * h * ay)
         ax, ay = platform_acceleration(robot, *MODES, *middle, tau1 + d1, tau2 + d2)
         x, y, vx, vy = x + h * middle[2], y + h * middle[3], vx + h * ax, vy + h * ay
-    return Estimate(x, y, vx, vy, d1, d2)
+    return Estimate(x, y, vx, vy, d1, d2, bias)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +85,7 @@ def test_transition_is_the_derivative_of_a_period(dextar: FiveBar, place: tuple[
     torque = (0.4, -0.3)
 
     def after(state: np.ndarray) -> np.ndarray:
-        return np.array(finely_advanced(dextar, Estimate(*state.tolist()), *torque))
+        return np.array(finely_advanced(dextar, Estimate(*state.tolist()), *torque))[:6]
 
     columns = []
     for index in range(6):
@@ -89,7 +93,7 @@ def test_transition_is_the_derivative_of_a_period(dextar: FiveBar, place: tuple[
         shift[index] = 1e-6
         columns.append((after(start + shift) - after(start - shift)) / 2e-6)
     expected = np.array(columns).T
-    half = np.array(finely_advanced(dextar, Estimate(*start.tolist()), *torque))
+    half = after(start)
     middle = Estimate(*(0.5 * (start + half)).tolist())
     found = np.vstack([np.array(transition(model, middle, *torque)), np.eye(6)[4:]])
     # what a period changes, to two parts in a hundred of its largest entry per block
@@ -111,7 +115,10 @@ def test_transition_stays_bounded_where_friction_is_steepest(dextar: FiveBar) ->
 
 
 class Robot:
-    """A robot that moves as the filter believes: white acceleration noise, walking disturbances, counted angles."""
+    """A robot that moves as the filter believes: white acceleration noise, walking disturbances, counted angles.
+
+    Its gyroscope is as the filter believes, too: white noise and a walking bias.
+    """
 
     def __init__(self, robot: FiveBar, settings: EkfSettings, seed: int) -> None:
         self._robot, self._settings = robot, settings
@@ -120,11 +127,16 @@ class Robot:
         self._encoders = [Encoder(COUNTS, PERIOD) for _ in range(2)]
         d1, d2 = (settings.disturbance_initial * self._random.normal(size=2)).tolist()
         x, y = (np.array([0.02, 0.14]) + self._random.uniform(-1e-3, 1e-3, 2)).tolist()
-        self.state = Estimate(x, y, 0.0, 0.0, d1, d2)
+        self.state = Estimate(x, y, 0.0, 0.0, d1, d2, settings.gyro_bias * float(self._random.normal()))
 
     def read(self) -> tuple[float, float]:
         q = inverse_geometry(self._robot, *MODES, self.state.x, self.state.y)
         return self._encoders[0].read(q.q11)[0], self._encoders[1].read(q.q21)[0]
+
+    def turn(self) -> float:
+        """Return the gyroscope's reading."""
+        rate = leg_motion(self._robot.leg2, MODES[1], *self.state[:4]).dtheta
+        return rate + self.state.bias + self._settings.gyro_noise * float(self._random.normal())
 
     def following_torque(self, sample: int) -> tuple[float, float]:
         """Return what makes the robot go about its way, away from the locus."""
@@ -133,7 +145,7 @@ class Robot:
         return ctc_torque(self._robot, now, desired, 900.0, 60.0)
 
     def move(self, tau1: float, tau2: float) -> None:
-        x, y, vx, vy, d1, d2 = advanced(self._model, self.state, tau1, tau2)
+        x, y, vx, vy, d1, d2, bias = advanced(self._model, self.state, tau1, tau2)
         density = self._settings.acceleration_noise
         kick, drift = density * math.sqrt(PERIOD), density * math.sqrt(PERIOD**3 / 12.0)
         (ux, uy), (wx, wy) = self._random.normal(size=(2, 2)).tolist()
@@ -147,6 +159,7 @@ class Robot:
             vy + kick * uy,
             d1 + e1,
             d2 + e2,
+            bias + self._settings.gyro_bias_rate * math.sqrt(PERIOD) * float(self._random.normal()),
         )
 
 
@@ -156,11 +169,14 @@ def normalised_error(belief: Belief, truth: Estimate, states: slice = slice(0, 6
     return float(error @ np.linalg.solve(np.array(belief.covariance)[states, states], error))
 
 
-def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar) -> None:
-    """Monte Carlo: the mean NEES over runs is within the chi-square bounds of 6 degrees of freedom."""
-    settings, runs, looks = EkfSettings(), 40, (30, 60, 90, 120)
+@pytest.mark.parametrize("gyro", [False, True])
+def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar, gyro: bool) -> None:
+    """Monte Carlo: the mean NEES over runs is within the chi-square bounds of 6 or, with the bias, 7 states."""
+    # a bias that walks fast enough to be seen within the run
+    settings, runs, looks = EkfSettings(gyro=gyro, gyro_bias_rate=0.02), 40, (30, 60, 90, 120)
+    freedom = 7 if gyro else 6
     drives = Drives(encoder_counts=COUNTS)
-    model = estimator_model(dextar, *MODES, RATE_HZ, drives, settings)
+    model = estimator_model(dextar, *MODES, RATE_HZ, drives, settings, EXACTLY_KNOWN)
     errors: dict[int, list[float]] = {look: [] for look in looks}
     for seed in range(runs):
         truth = Robot(dextar, settings, seed)
@@ -168,18 +184,24 @@ def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar) -> None:
         # from the exact place with the covariance of the reading: the error of the first angles is not Gaussian
         variance = first_angle(model.resolution, reading[0]).variance
         exact = homed_belief(model.filter, truth.state.x, truth.state.y, variance)
-        memory = EstimatorMemory(exact, *reading, repeated1=1, repeated2=1, near=0)
+        memory = first_update(model, 1, *reading)._replace(belief=exact)
+        keep_belief(memory.history, 0, exact)
         for sample in range(1, max(looks) + 1):
             torque = truth.following_torque(sample)
             truth.move(*torque)
-            memory = next_update(model, memory, 1, *truth.read(), *torque).memory
+            memory = with_motors(memory, sample, 1, *truth.read(), *torque)
+            if gyro:
+                assert with_rate(memory, sample, truth.turn()) == memory.newest
+            memory = next_update(model, memory, memory.newest).memory
             if sample in errors:
-                errors[sample].append(normalised_error(memory.belief, truth.state))
-    low, high = (float(chi2.ppf(level, 6 * runs * len(looks))) / (runs * len(looks)) for level in (1e-3, 1.0 - 1e-3))
+                errors[sample].append(normalised_error(memory.belief, truth.state, slice(0, freedom)))
+    low, high = (
+        float(chi2.ppf(level, freedom * runs * len(looks))) / (runs * len(looks)) for level in (1e-3, 1.0 - 1e-3)
+    )
     mean = float(np.mean([value for values in errors.values() for value in values]))
     assert low < mean < high
     for look, values in errors.items():
-        bounds = [float(chi2.ppf(level, 6 * runs)) / runs for level in (1e-4, 1.0 - 1e-4)]
+        bounds = [float(chi2.ppf(level, freedom * runs)) / runs for level in (1e-4, 1.0 - 1e-4)]
         assert bounds[0] < float(np.mean(values)) < bounds[1], look
 
 
@@ -228,14 +250,17 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
         rows.append([(ahead.q11 - behind.q11) / (2.0 * step), (ahead.q21 - behind.q21) / (2.0 * step)])
     n = np.array(rows).T
     belief = homed_belief(model_of(dextar, settings), *place, 1e-6)
-    assert belief.estimate == (*place, 0.0, 0.0, 0.0, 0.0)
-    covariance = np.array(belief.covariance)
+    assert belief.estimate == (*place, 0.0, 0.0, 0.0, 0.0, 0.0)
+    covariance = belief.covariance
     np.testing.assert_allclose(covariance[:2, :2], 1e-6 * np.linalg.inv(n.T @ n), rtol=1e-5, atol=1e-14)
     still = covariance[2, 2]
     assert 0.0 < still < 1e-3
-    np.testing.assert_array_equal(covariance[2:, 2:], np.diag([still, still, 0.09, 0.09]))
-    np.testing.assert_array_equal(covariance[:2, 2:], np.zeros((2, 4)))
-    np.testing.assert_array_equal(covariance[2:, :2], np.zeros((4, 2)))
+    # of the considered errors there is the gyroscope's scale alone: its tolerance is not 0 by default
+    scale = EXACT.gyro_scale**2 / 3.0
+    rest = [still, still, 0.3**2, 0.3**2, settings.gyro_bias**2, *(0.0,) * (SIZE - STATES - 1), scale]
+    np.testing.assert_allclose(covariance[2:, 2:], np.diag(rest), rtol=1e-12, atol=0.0)
+    np.testing.assert_array_equal(covariance[:2, 2:], np.zeros((2, SIZE - 2)))
+    np.testing.assert_array_equal(covariance[2:, :2], np.zeros((SIZE - 2, 2)))
 
 
 def held_by_wrong_torque(robot: FiveBar, disturbed: bool) -> tuple[Belief, Estimate]:

@@ -9,7 +9,7 @@ import pytest
 from estimate_replay import OFF_MODEL, encoder_scenario, replay
 
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.covariance import diagonal
+from fivebar_control.estimation.covariance import SIZE, STATES
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, filter_model
 from fivebar_control.estimation.mirror import (
     AmbiguityLimits,
@@ -25,7 +25,7 @@ from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_description.parameters import FiveBar
 
 MODES = (1, -1)
-SURE = diagonal((1e-8, 1e-8, 1e-6, 1e-6, 1e-4, 1e-4))
+SURE = np.diag([1e-8, 1e-8, 1e-6, 1e-6, 1e-4, 1e-4, 1e-6, *(0.0,) * (SIZE - STATES)])
 DOWN = [[0.0, 0.15], [0.0, 0.02]]
 ASIDE = [[-0.025, 0.025], [-0.025, 0.125]]
 
@@ -66,16 +66,15 @@ def test_the_mirrored_platform_has_the_same_motor_angles_and_speeds(dextar: Five
 def test_deviations_are_the_distance_in_units_of_the_covariance() -> None:
     random = np.random.default_rng(3)
     for _ in range(20):
-        root = random.normal(size=(6, 6))
+        root = random.normal(size=(SIZE, SIZE))
         covariance = root @ root.T
         angle = random.uniform(0.0, math.pi)
         normal = np.array([math.cos(angle), math.sin(angle)])
-        pick = np.zeros((2, 6))
+        pick = np.zeros((2, SIZE))
         pick[0, :2] = pick[1, 2:4] = normal
         difference = random.normal(size=2)
         expected = math.sqrt(difference @ np.linalg.solve(pick @ covariance @ pick.T, difference))
-        rows = tuple(tuple(row) for row in covariance.tolist())
-        found = deviations(Mirror(*normal.tolist(), *difference.tolist()), rows)  # type: ignore[arg-type]
+        found = deviations(Mirror(*normal.tolist(), *difference.tolist()), covariance)
         assert found == pytest.approx(expected, rel=1e-9)
 
 

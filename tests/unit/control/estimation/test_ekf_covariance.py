@@ -1,45 +1,79 @@
-"""The written-out 6x6 algebra against numpy's."""
+"""The covariance of the filter's states and of the errors that it considers, against joint linear-Gaussian algebra."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+import pytest
 
-from fivebar_control.estimation.covariance import ProcessNoise, diagonal, measured, process_noise, propagated
+from fivebar_control.estimation.covariance import (
+    BIAS,
+    SIZE,
+    STATES,
+    ProcessNoise,
+    measured,
+    process_noise,
+    propagated,
+)
 
 Matrix = np.ndarray[Any, np.dtype[np.float64]]
 
+MOVING = 6
+"""Columns of the transition: x, y, vx, vy, d1, d2."""
 
-def rows(matrix: Matrix) -> Any:
-    return tuple(tuple(row) for row in matrix.tolist())
+SCALES = np.array([1e-4, 1e-4, 1e-2, 1e-2, 0.1, 0.1, 0.02, 1e-3, 1e-3, *[2e-4] * 6, 0.01])
 
 
-def random_covariance(random: np.random.Generator) -> Matrix:
-    root = random.normal(size=(6, 6)) * np.array([1e-4, 1e-4, 1e-2, 1e-2, 0.1, 0.1])[:, None]
+def random_covariance(random: np.random.Generator, considered: bool = True) -> Matrix:
+    root = random.normal(size=(SIZE, SIZE)) * SCALES[:, None]
+    if not considered:
+        root[STATES:] = 0.0
     full = root @ root.T
     return np.asarray(np.tril(full) + np.tril(full, -1).T)
 
 
+def random_row(random: np.random.Generator) -> Matrix:
+    """A measurement of everything, each entry of about the same weight."""
+    return np.asarray(random.normal(size=SIZE) / SCALES * 1e-3)
+
+
 def noise_matrix(noise: ProcessNoise) -> Matrix:
-    q = np.zeros((6, 6))
+    q = np.zeros((SIZE, SIZE))
     q[0, 0] = q[1, 1] = noise.position
     q[2, 2] = q[3, 3] = noise.velocity
     q[4, 4] = q[5, 5] = noise.disturbance
+    q[6, 6] = noise.bias
     q[0, 2] = q[2, 0] = q[1, 3] = q[3, 1] = noise.mixed
     return q
 
 
-def test_noise_of_a_period_is_that_of_white_acceleration_and_walking_disturbances() -> None:
-    period, acceleration, rate = 0.002, 0.3, 2.0
-    noise = process_noise(acceleration, rate, period)
-    # many small steps, each with white noise on the velocity and on the disturbance
+def full_transition(rows: Matrix) -> Matrix:
+    full = np.eye(SIZE)
+    full[:4, :MOVING] = rows
+    return full
+
+
+def expect_covariance(matrix: Matrix) -> None:
+    """Symmetric to the last bit, and positive semi-definite in units of each entry's own size."""
+    assert np.array_equal(matrix, matrix.T)
+    scaled = matrix / np.outer(SCALES, SCALES)
+    assert np.linalg.eigvalsh(scaled).min() > -1e-12 * float(np.abs(scaled).max())
+
+
+def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> None:
+    period, acceleration, rate, bias = 0.002, 0.3, 2.0, 0.05
+    noise = process_noise(acceleration, rate, bias, period)
+    # many small steps, each with white noise on the velocity, on the disturbance and on the bias
     steps = 400
     h = period / steps
-    step = np.eye(6)
+    step = np.eye(SIZE)
     step[0, 2] = step[1, 3] = h
-    grown = np.zeros((6, 6))
-    added = np.diag([0.0, 0.0, acceleration**2 * h, acceleration**2 * h, rate**2 * h, rate**2 * h])
+    grown = np.zeros((SIZE, SIZE))
+    added = np.zeros((SIZE, SIZE))
+    added[2, 2] = added[3, 3] = acceleration**2 * h
+    added[4, 4] = added[5, 5] = rate**2 * h
+    added[BIAS, BIAS] = bias**2 * h
     for _ in range(steps):
         grown = step @ grown @ step.T + added
     np.testing.assert_allclose(noise_matrix(noise), grown, rtol=0.01, atol=1e-18)
@@ -47,27 +81,103 @@ def test_noise_of_a_period_is_that_of_white_acceleration_and_walking_disturbance
 
 def test_propagation_is_f_p_ft_plus_q_and_stays_symmetric() -> None:
     random = np.random.default_rng(0)
-    noise = process_noise(0.1, 1.0, 0.002)
+    noise = process_noise(0.1, 1.0, 0.02, 0.002)
     for _ in range(50):
-        p, f = random_covariance(random), random.normal(size=(4, 6))
-        full = np.vstack([f, np.eye(6)[4:]])
-        found = np.array(propagated(rows(p), rows(f), noise))
+        p, f = random_covariance(random), random.normal(size=(4, MOVING))
+        full = full_transition(f)
+        found = propagated(p, f, noise)
         np.testing.assert_allclose(found, full @ p @ full.T + noise_matrix(noise), rtol=1e-12, atol=1e-14)
         assert np.array_equal(found, found.T)
+        # the considered errors are constants: what they are among themselves stays, to the last bit
+        assert np.array_equal(found[STATES:, STATES:], p[STATES:, STATES:])
 
 
-def test_measurement_is_the_kalman_update_and_stays_symmetric_and_positive() -> None:
+def test_without_considered_errors_measurement_is_the_kalman_update() -> None:
     random = np.random.default_rng(1)
     for _ in range(50):
-        p, variance = random_covariance(random), 1e-9
-        h = np.array([*random.normal(size=2) * 10.0, 0.0, 0.0, 0.0, 0.0])
+        p, h, variance = random_covariance(random, considered=False), random_row(random), 1e-9
+        column = p @ h
+        innovation = float(h @ column) + variance
+        found = measured(p, h, variance)
+        np.testing.assert_allclose(found.gain, column / innovation, rtol=1e-9)
+        assert found.variance == pytest.approx(innovation, rel=1e-12)
+        np.testing.assert_allclose(found.covariance, p - np.outer(column, column) / innovation, rtol=1e-6, atol=1e-14)
+        assert np.all(found.covariance[STATES:] == 0.0)
+        expect_covariance(found.covariance)
+
+
+def test_with_considered_errors_the_covariance_is_that_of_the_gain_that_leaves_them_alone() -> None:
+    """Joseph's form, which holds for any gain."""
+    random = np.random.default_rng(2)
+    for _ in range(50):
+        p, h, variance = random_covariance(random), random_row(random), float(random.uniform(1e-9, 1e-3))
         gain = p @ h / (h @ p @ h + variance)
-        found, found_gain = measured(rows(p), float(h[0]), float(h[1]), variance)
-        np.testing.assert_allclose(found_gain, gain, rtol=1e-9)
-        np.testing.assert_allclose(np.array(found), p - np.outer(gain, h @ p), rtol=1e-6, atol=1e-14)
-        assert np.array_equal(np.array(found), np.array(found).T)
-        assert np.linalg.eigvalsh(np.array(found)).min() > -1e-15
+        gain[STATES:] = 0.0
+        left = np.eye(SIZE) - np.outer(gain, h)
+        found = measured(p, h, variance)
+        np.testing.assert_allclose(found.gain, gain, rtol=1e-9)
+        assert np.array_equal(found.gain[STATES:], np.zeros(SIZE - STATES))
+        expected = left @ p @ left.T + variance * np.outer(gain, gain)
+        difference = (found.covariance - expected) / np.outer(SCALES, SCALES)
+        assert np.abs(difference).max() < 1e-10
+        assert np.array_equal(found.covariance[STATES:, STATES:], p[STATES:, STATES:])
+        expect_covariance(found.covariance)
 
 
-def test_independent_states_have_a_diagonal_covariance() -> None:
-    assert np.array_equal(np.array(diagonal((1.0, 2.0, 3.0, 4.0, 5.0, 6.0))), np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
+def test_a_long_run_of_predictions_and_measurements_keeps_a_covariance() -> None:
+    random = np.random.default_rng(3)
+    noise = process_noise(0.1, 1.0, 0.02, 0.002)
+    # considered errors that are independent of each other and of the states, as at the start
+    p = np.diag(SCALES**2)
+    for _ in range(2000):
+        rows = np.eye(4, MOVING)
+        rows[0, 2] = rows[1, 3] = 0.002
+        rows[2:, 4:] = 0.01 * random.normal(size=(2, 2))
+        p = propagated(p, rows, noise)
+        for _ in range(2):
+            h = np.zeros(SIZE)
+            h[:2], h[STATES:-1] = 10.0 * random.normal(size=2), random.normal(size=SIZE - STATES - 1)
+            p = measured(p, h, 1e-9).covariance
+    expect_covariance(p)
+    assert np.array_equal(np.diag(p)[STATES:], SCALES[STATES:] ** 2)
+
+
+def test_repeated_measurements_do_not_average_a_constant_error_out() -> None:
+    """10 000 readings of one encoder: the state stays as uncertain as its zero, where noise alone would be nothing."""
+    zero, noise = 1e-3, 1e-6
+    p = np.zeros((SIZE, SIZE))
+    p[0, 0], p[STATES, STATES] = 1.0, zero**2
+    row = np.zeros(SIZE)
+    row[0] = row[STATES] = 1.0
+    for _ in range(10_000):
+        p = measured(p, row, noise).covariance
+    assert p[0, 0] == pytest.approx(zero**2, rel=0.01)
+    assert p[0, STATES] == pytest.approx(-(zero**2), rel=0.01)
+
+
+def test_the_covariance_is_that_of_simulated_errors() -> None:
+    """Monte Carlo of the joint system: 40 000 sets of states and constant errors, ten periods, a measurement each."""
+    random = np.random.default_rng(4)
+    count, variance = 40_000, 1e-6
+    noise = process_noise(0.1, 1.0, 0.5, 0.002)
+    p = random_covariance(random)
+    truth = random.multivariate_normal(np.zeros(SIZE), p, size=count, method="eigh")
+    estimates = np.zeros((count, SIZE))
+    for _ in range(10):
+        rows = np.eye(4, MOVING)
+        rows[0, 2] = rows[1, 3] = 0.002
+        rows[2:, 4:] = 0.01 * random.normal(size=(2, 2))
+        step, h = full_transition(rows), random_row(random) * 0.1
+        added = random.multivariate_normal(np.zeros(SIZE), noise_matrix(noise), size=count, method="eigh")
+        truth, estimates = truth @ step.T + added, estimates @ step.T
+        correction = measured(propagated(p, rows, noise), h, variance)
+        innovations = (truth - estimates) @ h + random.normal(0.0, np.sqrt(variance), count)
+        estimates = estimates + np.outer(innovations, correction.gain)
+        assert float(np.var(innovations)) == pytest.approx(correction.variance, rel=0.04)
+        p = correction.covariance
+    found = np.cov((truth - estimates).T)
+    deviations = np.sqrt(np.diag(p))
+    # a correlation of so many draws is known to 0.005
+    np.testing.assert_allclose(
+        found / np.outer(deviations, deviations), p / np.outer(deviations, deviations), atol=0.03
+    )
