@@ -107,7 +107,7 @@ class EkfSettings(NamedTuple):
     play: Annotated[
         float,
         Setting(
-            "Standard deviation of the angle between a motor and its link: backlash and elasticity of the transmission.",
+            "Standard deviation of the angle between a motor and its link: backlash and elasticity.",
             "rad",
             at_least=0.0,
             at_most=1.0,
