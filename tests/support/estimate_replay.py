@@ -64,7 +64,7 @@ def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = N
     # read from its file once
     robot = scenario.five_bar()
     estimator = StateEstimator(
-        robot, scenario.homing(), scenario.rate_hz, scenario.drives(), settings, scenario.tolerances
+        robot, scenario.homing(), scenario.rate_hz, scenario.drives(), settings, scenario.known_within()
     )
     for sample in run.samples:
         assert sample.estimated is not None

@@ -33,7 +33,7 @@ from fivebar_control.trajectory.planner import (
     plan_motion,
 )
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar, Positive, load_robot
+from fivebar_description.parameters import FiveBar, Positive, load_robot, tolerances_of
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
@@ -215,6 +215,10 @@ class Scenario(StrictModel):
     def gyro(self) -> bool:
         """Whether the estimator uses the gyroscope."""
         return self.estimated and self.ekf.gyro
+
+    def known_within(self) -> Tolerances:
+        """Return how exactly the robot is known: by the section `tolerances`, by default as its file says."""
+        return tolerances_of(self.robot, self.tolerances)
 
     @property
     def compensates_disturbance(self) -> bool:

@@ -7,8 +7,10 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
+from fivebar_description.settings import Section
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_description.tolerances import EXACT, Tolerances
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -79,6 +81,7 @@ class RobotFile(StrictModel):
     inertias_kg_m2: Inertias
     mass_kg: Mass
     friction: Friction
+    tolerances: Section[Tolerances] = EXACT
 
     def five_bar(self) -> FiveBar:
         """Return the parameters as the plain numbers that the equations take."""
@@ -131,6 +134,15 @@ def read_robot(robot: str = "dextar") -> RobotFile:
         InputError: the file is missing or does not describe a five-bar.
     """
     return read_yaml(robot_path(robot), RobotFile)
+
+
+def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:
+    """Return how exactly a robot (name or path) is known: as given, or by default as its file says.
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    return given if given != EXACT else read_robot(robot).tolerances
 
 
 def scaled(robot: FiveBar, mass: float = 1.0, inertia: float = 1.0, friction: float = 1.0) -> FiveBar:

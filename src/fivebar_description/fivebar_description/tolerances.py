@@ -13,8 +13,9 @@ TOLERANCE_PREFIX = "tolerance_"
 class Tolerances(NamedTuple):
     """Largest differences that are expected between the robot and its file, each taken as uniform within its bounds.
 
-    The estimator considers them: it does not believe its encoders more than the geometry allows. All 0 is a robot
-    that equals its file; a measured one has 0.02 mm and 0.2 mrad after calibration, 0.3 mm and 5 mrad as printed.
+    The estimator considers them: it does not believe its encoders more than the geometry allows. By default they are
+    those of the robot's file, where 0 is a robot that equals it; one that was calibrated has 0.02 mm and 0.2 mrad, one
+    put together from parts 0.3 mm and 5 mrad.
     """
 
     length: Annotated[

@@ -319,7 +319,7 @@ def _estimator(scenario: Scenario, awaits_readings: bool) -> NodeSpec:
             ),
             **to_parameters(drives),
             **to_parameters(scenario.ekf, without=NOT_OF_THE_FILTER),
-            **to_parameters(scenario.tolerances, TOLERANCE_PREFIX),
+            **to_parameters(scenario.known_within(), TOLERANCE_PREFIX),
             **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
         },
         (

@@ -156,7 +156,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
                 scenario.rate_hz,
                 scenario.drives(),
                 scenario.ekf,
-                scenario.tolerances,
+                scenario.known_within(),
             ),
             scenario.imu.schedule(scenario.rate_hz).latency,
             readings_of_gyro(scenario),

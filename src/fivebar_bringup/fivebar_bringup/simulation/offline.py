@@ -133,7 +133,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
     estimator = (
-        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf, scenario.tolerances)
+        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf, scenario.known_within())
         if scenario.estimated
         else None
     )

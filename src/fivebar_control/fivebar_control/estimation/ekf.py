@@ -141,7 +141,7 @@ class EkfSettings(NamedTuple):
             at_least=1.0,
             at_most=1e9,
         ),
-    ] = 20.0
+    ] = 50.0
     misfit_time: Annotated[
         float,
         Setting("Time constant of that mean.", "s", at_least=1e-4, at_most=10.0),

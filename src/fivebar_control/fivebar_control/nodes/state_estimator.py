@@ -33,7 +33,7 @@ from fivebar_description.interface import (
     sample_of_stamp,
     sample_stamp_ns,
 )
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import load_robot, tolerances_of
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -79,7 +79,7 @@ class StateEstimatorNode(SamplingNode):
             settings.rate_hz,
             drives,
             ekf,
-            self.declare_settings(Tolerances, TOLERANCE_PREFIX),
+            tolerances_of(settings.robot, self.declare_settings(Tolerances, TOLERANCE_PREFIX)),
         )
         self._estimator = StateEstimator(*self._arguments)
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[int, ...] | None] | None = None

@@ -11,7 +11,14 @@ import numpy as np
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.rigs import on_rig
-from fivebar_bringup.studies.sweep.rigs import DELAY_SAMPLES, ENCODER_COUNTS, RIGS, drawn_effects, drawn_scales
+from fivebar_bringup.studies.sweep.rigs import (
+    DELAY_SAMPLES,
+    ENCODER_COUNTS,
+    GYRO_BIAS,
+    RIGS,
+    drawn_effects,
+    drawn_scales,
+)
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
@@ -43,7 +50,7 @@ DELAYS = (0, 1)
 VARIED = ""
 """In place of a rig: robots that differ in mass, inertia and friction only, with any of the encoders and delays."""
 
-SCALES, EFFECTS = 1, 2
+SCALES, EFFECTS, GYROSCOPE = 1, 2, 3
 """Random streams of a case besides that of its motion."""
 
 PLANNED_FOR = next(iter(CONTROLLERS))
@@ -117,6 +124,9 @@ class Draw(NamedTuple):
         if self.rig != VARIED:
             for section, keys in RIGS[self.rig].sections.items():
                 rig[section] |= keys
+            if rig["ekf"]["gyro"]:
+                random = np.random.default_rng((self.seed, self.number, GYROSCOPE))
+                rig["imu"]["gyro_bias"] = random.uniform(-GYRO_BIAS, GYRO_BIAS)
         rig |= {
             "name": f"case-{self.number}-{controller}",
             "controller": controller,

@@ -36,6 +36,15 @@ ELASTICITY = (
 )
 
 
+GYRO = {"gyro_noise": 0.01, "rate_hz": 250, "latency": 0.004}
+"""Section `imu` of robots with a gyroscope on the distal link of leg 2."""
+
+GYRO_BIAS = 0.02
+"""Bound of the gyroscope's bias (rad/s)."""
+
+GYRO_WORDS = "gyroscope on the distal link of leg 2 (250 readings/s, 4 ms late, 0.01 rad/s noise, ±0.02 rad/s bias)"
+
+
 class Spread(NamedTuple):
     """The distribution of a rig's robots.
 
@@ -101,6 +110,18 @@ class Rig(NamedTuple):
     sections: Mapping[str, Mapping[str, Any]] = {}
 
 
+def with_gyro(spread: Spread, ekf: Mapping[str, float], kp: float, kd: float) -> dict[str, Mapping[str, Any]]:
+    """Return the sections of robots of a spread with a gyroscope.
+
+    Args:
+        spread: its bounds of lengths, bases and zeros are what the estimator is told as tolerances.
+        ekf: settings of the estimator.
+        kp, kd: gains of `unified` (1/s^2, 1/s).
+    """
+    tolerances = {"length": spread.length, "base": spread.length, "zero": spread.zero}
+    return {"imu": GYRO, "ekf": {"gyro": True, **ekf}, "tolerances": tolerances, "unified": {"kp": kp, "kd": kd}}
+
+
 ENCODERS_WORDS = (
     f"only the motors' encoders with {ENCODER_COUNTS} counts, estimator ekf, torque in steps of 2 mNm, a sample of"
     " delay"
@@ -135,6 +156,17 @@ MIDDLING = CALIBRATED._replace(
 POOR = MIDDLING._replace(
     length=3e-4, zero=0.3 * DEGREE, frequency=40.0, backlash=0.1 * DEGREE, stiffness=1e5, clearance=2e-5
 )
+FOR_GOOD = {"disturbance_rate": 0.1, "play": 1e-4, "acceleration_noise": 0.05, "gyro_noise": 0.03}
+FOR_ELASTIC = {
+    "disturbance_rate": 0.3,
+    "play": 1e-3,
+    "acceleration_noise": 0.1,
+    "gyro_noise": 0.1,
+    "misfit_limit": 200.0,
+}
+"""Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
+by 0.2 rad/s where they swing at 60 Hz."""
+
 RIGID = "elasticity, backlash and clearance"
 NOT_HERE = "eccentric encoders, the distal links' own inertia, presliding, heat and wear"
 
@@ -155,10 +187,34 @@ RIGS = {
             f" alone is lost; passive friction, tilt, pushes, lost commands, {RIGID}, {NOT_HERE}",
             Spread(scale=0.15, friction=0.15),
         ),
-        Rig("calibrated", f"{ENCODERS_WORDS}; {CALIBRATED.words()}", f"{RIGID}, {NOT_HERE}", CALIBRATED),
-        Rig("good", f"{ENCODERS_WORDS}; {GOOD.words()}", NOT_HERE, GOOD),
-        Rig("middling", f"{ENCODERS_WORDS}; {MIDDLING.words()}", NOT_HERE, MIDDLING),
-        Rig("poor", f"{ENCODERS_WORDS}; {POOR.words()}", NOT_HERE, POOR),
+        Rig(
+            "calibrated",
+            f"{GYRO_WORDS} and {ENCODERS_WORDS}; {CALIBRATED.words()}",
+            f"{RIGID}, {NOT_HERE}",
+            CALIBRATED,
+            sections=with_gyro(CALIBRATED, {"disturbance_rate": 0.1}, 2500.0, 100.0),
+        ),
+        Rig(
+            "good",
+            f"{GYRO_WORDS} and {ENCODERS_WORDS}; {GOOD.words()}",
+            NOT_HERE,
+            GOOD,
+            sections=with_gyro(GOOD, FOR_GOOD, 2500.0, 100.0),
+        ),
+        Rig(
+            "middling",
+            f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
+            NOT_HERE,
+            MIDDLING,
+            sections=with_gyro(MIDDLING, FOR_ELASTIC, 1600.0, 80.0),
+        ),
+        Rig(
+            "poor",
+            f"{GYRO_WORDS} and {ENCODERS_WORDS}; {POOR.words()}",
+            NOT_HERE,
+            POOR,
+            sections=with_gyro(POOR, FOR_ELASTIC, 400.0, 40.0),
+        ),
     )
 }
 """By name, from the best robot to the worst."""
