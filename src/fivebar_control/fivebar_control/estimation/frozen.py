@@ -73,7 +73,8 @@ class FrozenWatch:
             if fewest <= self._stays[motor] <= LONGEST and self._beyond[motor] > limit:
                 mean = self._beyond[motor] / (self._stays[motor] - 1)
                 repeated = f"{name} has read the same {self._stays[motor]} times"
-                return f"{repeated}, while the motion is {mean:.4f} rad away from it (encoder, or geometry beyond `tolerances`)"
+                away = f"while the motion is {mean:.4f} rad away from it"
+                return f"{repeated}, {away} (encoder, or geometry beyond `tolerances`)"
         return None
 
     def _difference(self, motor: int, reading: float, expected: Estimate) -> float:

@@ -156,7 +156,13 @@ MIDDLING = CALIBRATED._replace(
 POOR = MIDDLING._replace(
     length=3e-4, zero=0.3 * DEGREE, frequency=40.0, backlash=0.1 * DEGREE, stiffness=1e5, clearance=2e-5
 )
-FOR_GOOD = {"disturbance_rate": 0.1, "play": 1e-4, "acceleration_noise": 0.05, "gyro_noise": 0.03}
+FOR_GOOD = {
+    "disturbance_rate": 0.1,
+    "play": 1e-4,
+    "acceleration_noise": 0.05,
+    "gyro_noise": 0.05,
+    "misfit_limit": 200.0,
+}
 FOR_ELASTIC = {
     "disturbance_rate": 0.3,
     "play": 1e-3,
