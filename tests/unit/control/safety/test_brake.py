@@ -28,6 +28,7 @@ from fivebar_control.safety.stages import (
     NEAR_TYPE_1,
     NO_FAULT,
     OVER_SPEED,
+    TORQUE_EXCESSIVE,
     TORQUE_UNDEFINED,
     TRACKING_LOST,
     SafetySettings,
@@ -85,7 +86,7 @@ def test_which_faults_brake_and_for_how_long() -> None:
     assert braking_after(BRAKE, TRACKING_LOST) == braking_after(BRAKE, NEAR_TYPE_1) == RATE_HZ
     assert braking_after(BRAKE, NO_FAULT) == braking_after(BRAKE, OVER_SPEED) == 0
     limits = limits_of(SafetySettings(), RATE_HZ)
-    for number in range(TORQUE_UNDEFINED, TRACKING_LOST + 1):
+    for number in (*range(TORQUE_UNDEFINED, TRACKING_LOST + 1), TORQUE_EXCESSIVE):
         fault = fault_of(number, limits, ROBOT, 1, -1, moving(1.0, 1.0), *AWAY, ZERO, 0.0)
         assert (fault.name in BRAKED_FAULTS) == (braking_after(BRAKE, number) > 0)
     assert braking_after(brake_of(SafetySettings(brake=False), ROBOT, RATE_HZ), TRACKING_LOST) == 0
