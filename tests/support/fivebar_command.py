@@ -106,6 +106,9 @@ class ForkedCommand(ForkedNode):
         """Wait for the end and return the exit status."""
         return self.wait(RUN_DEADLINE)
 
+    def json(self) -> Any:
+        return json.loads(self.stdout)
+
 
 class GraphRun:
     """A `fivebar run` in the background, and a probe in its domain."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
-from itertools import count
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -33,23 +31,9 @@ BAD_FILES = {
 
 
 @pytest.fixture(scope="module")
-def fivebar(folder: Path) -> Iterator[Callable[..., ForkedCommand]]:
-    """Call the command with some arguments, in a folder of its own."""
-    with ExitStack() as stack:
-        numbers = count()
-
-        def start(*arguments: str) -> ForkedCommand:
-            command = ForkedCommand(folder / f"call{next(numbers)}", *arguments)
-            stack.callback(command.close)
-            return command
-
-        yield start
-
-
-@pytest.fixture(scope="module")
-def helps(fivebar: Callable[..., ForkedCommand]) -> dict[str, ForkedCommand]:
+def helps(forked: Callable[..., ForkedCommand]) -> dict[str, ForkedCommand]:
     """The help of the command and of each subcommand, asked for all at once."""
-    calls = {"": fivebar("--help"), **{name: fivebar(name, "--help") for name in SUBCOMMANDS}}
+    calls = {"": forked("--help"), **{name: forked(name, "--help") for name in SUBCOMMANDS}}
     for call in calls.values():
         call.finish()
     return calls
@@ -80,23 +64,23 @@ def test_help_of_a_subcommand_has_an_example(helps: dict[str, ForkedCommand], na
 
 
 @pytest.fixture(scope="module")
-def refused(fivebar: Callable[..., ForkedCommand], folder: Path) -> dict[str, ForkedCommand]:
+def refused(forked: Callable[..., ForkedCommand], folder: Path) -> dict[str, ForkedCommand]:
     """Calls with bad input, all at once."""
     calls = {}
     for index, (name, (content, _)) in enumerate(BAD_FILES.items()):
         path = folder / f"{name}.yaml"
         path.write_text(content, encoding="utf-8")
-        calls[name] = fivebar(("run", "simulate", "nodes")[index % 3], str(path))
+        calls[name] = forked(("run", "simulate", "nodes")[index % 3], str(path))
     occupied = folder / "occupied"
     occupied.mkdir()
     (occupied / "note.txt").write_text("mine", encoding="utf-8")
     (folder / "file").write_text("mine", encoding="utf-8")
-    calls["no_scenario"] = fivebar("run", "no_such_scenario")
-    calls["no_file"] = fivebar("simulate", "nowhere.yaml")
-    calls["occupied_run"] = fivebar("run", "middle", "--out", str(occupied))
-    calls["occupied_simulate"] = fivebar("simulate", "middle", "--json", "--out", str(occupied))
-    calls["out_is_file"] = fivebar("simulate", "middle", "--out", str(folder / "file"))
-    calls["no_run"] = fivebar("report", str(occupied))
+    calls["no_scenario"] = forked("run", "no_such_scenario")
+    calls["no_file"] = forked("simulate", "nowhere.yaml")
+    calls["occupied_run"] = forked("run", "middle", "--out", str(occupied))
+    calls["occupied_simulate"] = forked("simulate", "middle", "--json", "--out", str(occupied))
+    calls["out_is_file"] = forked("simulate", "middle", "--out", str(folder / "file"))
+    calls["no_run"] = forked("report", str(occupied))
     for call in calls.values():
         call.finish()
     assert [path.name for path in occupied.iterdir()] == ["note.txt"]
@@ -127,8 +111,8 @@ def test_bad_input_is_answered_in_one_line(refused: dict[str, ForkedCommand], na
     assert not (call.folder / "runs").exists()
 
 
-def test_nodes_are_listed(fivebar: Callable[..., ForkedCommand]) -> None:
-    table, listing = fivebar("nodes", "ctc_middle"), fivebar("nodes", "ctc_middle", "--json")
+def test_nodes_are_listed(forked: Callable[..., ForkedCommand]) -> None:
+    table, listing = forked("nodes", "ctc_middle"), forked("nodes", "ctc_middle", "--json")
     assert (table.finish(), listing.finish()) == (0, 0)
     names = [node["node"] for node in json.loads(listing.stdout)]
     assert "ctc_controller" in names

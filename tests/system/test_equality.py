@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from bag_contents import JOINT_STATE_FIELDS, contents
-from fivebar_command import FivebarCommand
+from fivebar_command import FivebarCommand, ForkedCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
@@ -24,7 +24,7 @@ from fivebar_description.interface import (
     Topic,
 )
 
-SCENARIO = "name: short\nwaypoints: [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]]\nsegment_duration: 0.5\n"
+SCENARIO = "name: short\nwaypoints: [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]]\nsegment_duration: 0.5\nforce: true\n"
 SAMPLES = 501
 
 STAMPED = [
@@ -42,24 +42,31 @@ TIMING = ("wall_s", "cycle_time_ms", "overruns", "runner", "mode")
 class Runs:
     """The same scenario run with nodes, with nodes again, and without."""
 
-    def __init__(self, fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
+    def __init__(
+        self, fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path
+    ) -> None:
         scenario = folder / "short.yaml"
         scenario.write_text(SCENARIO, encoding="utf-8")
         self.summaries: dict[str, Any] = {}
         self.bags: dict[str, Recording] = {}
-        for name, command in (("ros", "run"), ("ros again", "run"), ("offline", "simulate")):
+        for name, start, command in (
+            ("ros", fivebar, "run"),
+            ("ros again", fivebar, "run"),
+            ("offline", forked, "simulate"),
+        ):
             out = folder / name.replace(" ", "_")
-            call = fivebar(command, str(scenario), "--json", "--out", str(out))
+            call: FivebarCommand | ForkedCommand = start(command, str(scenario), "--json", "--out", str(out))
             assert call.finish() == 0, call.stderr
             assert call.stderr == ""
             self.summaries[name] = call.json()
             self.bags[name] = read_bag(out / "bag")
-            call.expect_no_process(0.0)
+            if isinstance(call, FivebarCommand):
+                call.expect_no_process(0.0)
 
 
 @pytest.fixture(scope="module")
-def runs(fivebar: Callable[..., FivebarCommand], folder: Path) -> Runs:
-    return Runs(fivebar, folder)
+def runs(fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path) -> Runs:
+    return Runs(fivebar, forked, folder)
 
 
 def test_the_run_is_completed(runs: Runs) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_contents import contents
-from fivebar_command import FivebarCommand
+from fivebar_command import FivebarCommand, ForkedCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
@@ -27,13 +27,15 @@ STAMPED = [topic for topic in TOPICS if topic.type == "sensor_msgs/msg/JointStat
 
 
 @pytest.fixture(scope="module")
-def bags(fivebar: Callable[..., FivebarCommand], folder: Path) -> tuple[Recording, Recording]:
+def bags(
+    fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path
+) -> tuple[Recording, Recording]:
     scenario = folder / "short_encoders.yaml"
     scenario.write_text(SCENARIO, encoding="utf-8")
     bags = []
-    for command in ("run", "simulate"):
+    for start, command in ((fivebar, "run"), (forked, "simulate")):
         out = folder / f"estimated_{command}"
-        call = fivebar(command, str(scenario), "--json", "--out", str(out))
+        call = start(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
         assert call.json()["completed"] is True
         assert 0.0 < call.json()["estimate_error_max_m"] < 5e-4
