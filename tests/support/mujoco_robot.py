@@ -32,8 +32,8 @@ def mjcf_text(robot: FiveBar, plant: PlantSettings) -> str:
     </body>"""
             pulsation = 2.0 * math.pi * plant.transmission.frequency
             springs += f"""
-    <fixed name="t{number}" stiffness="{link * pulsation**2!r}" springlength="0"
-           damping="{2.0 * plant.transmission.damping * link * pulsation!r}">
+    <fixed name="t{number}" stiffness="{leg.inertia * pulsation**2!r}" springlength="0"
+           damping="{2.0 * plant.transmission.damping * leg.inertia * pulsation!r}">
       <joint joint="m{number}" coef="1"/><joint joint="q{number}1" coef="-1"/>
     </fixed>"""
         # an inertia of the distal link, as it is without the two points
