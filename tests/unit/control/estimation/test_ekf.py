@@ -24,8 +24,8 @@ from fivebar_control.estimation.ekf import (
     transition,
 )
 from fivebar_control.estimation.encoder import count_angle, first_angle
-from fivebar_control.estimation.platform_motion import leg_motion, platform_acceleration
 from fivebar_control.estimation.history import keep_belief
+from fivebar_control.estimation.platform_motion import leg_motion, platform_acceleration
 from fivebar_control.estimation.step import Drives, estimator_model, first_update, next_update, with_motors, with_rate
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
@@ -282,7 +282,7 @@ def held_by_wrong_torque(robot: FiveBar, disturbed: bool) -> tuple[Belief, Estim
             belief,
             first_angle(count, q.q11 - 0.5 * count)._replace(variance=noise),
             first_angle(count, q.q21 - 0.5 * count)._replace(variance=noise),
-        )
+        ).belief
     return belief, truth
 
 
