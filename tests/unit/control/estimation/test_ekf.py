@@ -282,7 +282,7 @@ def held_by_wrong_torque(robot: FiveBar, disturbed: bool) -> tuple[Belief, Estim
             belief,
             first_angle(count, q.q11 - 0.5 * count)._replace(variance=noise),
             first_angle(count, q.q21 - 0.5 * count)._replace(variance=noise),
-        )
+        ).belief
     return belief, truth
 
 

@@ -22,8 +22,14 @@ RATE_HZ = 500
 HOME = homing_at(load_robot(), 1, -1, 0.0, 0.15)
 
 
-def estimator(robot: FiveBar, homing: Homing = HOME, drives: Drives | None = None) -> StateEstimator:
-    return StateEstimator(robot, homing, RATE_HZ, drives if drives is not None else Drives(), EkfSettings())
+def estimator(
+    robot: FiveBar,
+    homing: Homing = HOME,
+    drives: Drives | None = None,
+    misfit_limit: float = EkfSettings().misfit_limit,
+) -> StateEstimator:
+    settings = EkfSettings(misfit_limit=misfit_limit)
+    return StateEstimator(robot, homing, RATE_HZ, drives if drives is not None else Drives(), settings)
 
 
 def believed(robot: FiveBar) -> FilterModel:
@@ -199,9 +205,11 @@ def test_the_first_fault_is_kept(dextar: FiveBar) -> None:
         assert str(started.fault) == "estimate_lost: no motor readings from sample 1 to 29"
 
 
-def test_an_estimate_that_leaves_the_reach_is_lost_and_the_last_one_stays(dextar: FiveBar) -> None:
+@pytest.mark.parametrize("watched", [True, False])
+def test_an_estimate_that_leaves_the_reach_is_lost_and_the_last_one_stays(dextar: FiveBar, watched: bool) -> None:
+    """What drives it away contradicts the model, which is the fault that is seen first where it is watched for."""
     q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
-    started = estimator(dextar)
+    started = estimator(dextar) if watched else estimator(dextar, misfit_limit=1e9)
     answer = started.take(0, q.q11, q.q21, 0.0, 0.0)
     for sample in range(1, 400):
         answer = started.take(sample, q.q11 - 0.02 * sample, q.q21 + 0.02 * sample, -10.0, 10.0)
@@ -209,4 +217,8 @@ def test_an_estimate_that_leaves_the_reach_is_lost_and_the_last_one_stays(dextar
         if started.fault is not None:
             break
     assert started.fault is not None
-    assert started.fault.name in ("estimate_lost", "estimate_ambiguous")
+    if watched:
+        assert started.fault.name == "estimate_inconsistent"
+        assert started.fault.detail.startswith("at sample 1 the motor encoders differ from the predictions by ")
+    else:
+        assert started.fault.name in ("estimate_lost", "estimate_ambiguous")

@@ -1,0 +1,199 @@
+"""What encoders and gyroscope measure, as the filter linearises it, against differences of the robot's geometry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fivebar_control.estimation.covariance import (
+    BASE1,
+    BASE2,
+    BIAS,
+    D1,
+    D2,
+    L11,
+    L12,
+    L21,
+    L22,
+    SCALE,
+    SIZE,
+    STATES,
+    VX,
+    VY,
+    ZERO1,
+    ZERO2,
+    X,
+    Y,
+)
+from fivebar_control.estimation.ekf import (
+    Belief,
+    EkfSettings,
+    Estimate,
+    considered_errors,
+    encoder_row,
+    filter_model,
+    homed_belief,
+    turned,
+)
+from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
+from fivebar_control.model.kinematics import det_a
+from fivebar_control.model.state import State
+from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import Tolerances
+
+States = Callable[[int, int], list[State]]
+Vector = NDArray[np.float64]
+
+RATE_HZ = 500
+FIELDS = {
+    L11: ("leg1", "proximal"),
+    L12: ("leg1", "distal"),
+    L21: ("leg2", "proximal"),
+    L22: ("leg2", "distal"),
+    BASE1: ("leg1", "base_x"),
+    BASE2: ("leg2", "base_x"),
+}
+
+
+def modes_of(state: State) -> tuple[int, int]:
+    return (-1 if state.leg1.sin_q2 > 0.0 else 1), (-1 if state.leg2.sin_q2 > 0.0 else 1)
+
+
+def erring(robot: FiveBar, error: int, size: float) -> FiveBar:
+    """Return the robot with one of its considered geometric errors."""
+    if error not in FIELDS:
+        return robot
+    leg, field = FIELDS[error]
+    parameters = getattr(robot, leg)
+    changed = parameters._replace(**{field: getattr(parameters, field) + size})
+    return robot._replace(leg1=changed) if leg == "leg1" else robot._replace(leg2=changed)
+
+
+def readings(robot: FiveBar, modes: tuple[int, int], x: float, y: float, error: int, size: float) -> Vector:
+    """Return what both encoders read with the platform at (x, y) m on a robot with an error."""
+    q = inverse_geometry(erring(robot, error, size), *modes, x, y)
+    return np.array([q.q11 + size * (error == ZERO1), q.q21 + size * (error == ZERO2)])
+
+
+@pytest.mark.parametrize("where", ["regular_states", "locus_states"])
+def test_encoder_rows_are_the_derivatives_of_the_readings(
+    robot: FiveBar, where: str, request: pytest.FixtureRequest
+) -> None:
+    states: States = request.getfixturevalue(where)
+    step, sides = 1e-7, set()
+    for state in states(40, 7):
+        modes = modes_of(state)
+        sides.add(det_a(state) > 0.0)
+        expected = np.zeros((2, SIZE))
+        for column, (dx, dy) in ((X, (step, 0.0)), (Y, (0.0, step))):
+            ahead = readings(robot, modes, state.x + dx, state.y + dy, SCALE, 0.0)
+            behind = readings(robot, modes, state.x - dx, state.y - dy, SCALE, 0.0)
+            expected[:, column] = [wrap(float(one)) / (2.0 * step) for one in ahead - behind]
+        for error in (*FIELDS, ZERO1, ZERO2):
+            ahead = readings(robot, modes, state.x, state.y, error, step)
+            behind = readings(robot, modes, state.x, state.y, error, -step)
+            expected[:, error] = [wrap(float(one)) / (2.0 * step) for one in ahead - behind]
+        legs = (robot.leg1, modes[0]), (robot.leg2, modes[1])
+        for number, (leg, mode) in enumerate(legs, start=1):
+            row = encoder_row(number, leg_motion(leg, mode, state.x, state.y, 0.0, 0.0))
+            scale = 1.0 + float(np.abs(expected[number - 1]).max())
+            np.testing.assert_allclose(row, expected[number - 1], rtol=1e-4, atol=1e-6 * scale)
+    assert where == "locus_states" or sides == {True, False}
+
+
+def row_of_gyro(robot: FiveBar, modes: tuple[int, int], estimate: Estimate) -> Vector:
+    """Return the row by which `turned` corrects, from its effect on a covariance that is the unit matrix."""
+    model = filter_model(robot, *modes, RATE_HZ, EkfSettings(gyro_noise=1e-3))
+    rate = leg_motion(robot.leg2, modes[1], *estimate[:4]).dtheta + estimate.bias + 1.0
+    effect = turned(model, Belief(estimate, np.eye(SIZE)), rate)
+    # the innovation is 1, so that the misfit is the inverse of its variance
+    variance, gain = 1.0 / effect.misfit, np.array(effect.belief.estimate) - np.array(estimate)
+    row = np.zeros(SIZE)
+    row[:STATES] = gain * variance
+    row[STATES:] = -effect.belief.covariance[BIAS, STATES:] / gain[BIAS]
+    assert variance == pytest.approx(float(row @ row) + 1e-6, rel=1e-9)
+    return row
+
+
+@pytest.mark.parametrize("where", ["regular_states", "locus_states"])
+def test_the_row_of_the_gyroscope_is_the_derivative_of_the_links_rate(
+    robot: FiveBar, where: str, request: pytest.FixtureRequest
+) -> None:
+    states: States = request.getfixturevalue(where)
+    for state in states(40, 8):
+        modes = modes_of(state)
+        point, step = np.array([state.x, state.y, state.vx, state.vy]), 1e-6
+
+        def rate(place: Vector, mode: int = modes[1]) -> float:
+            return leg_motion(robot.leg2, mode, *place.tolist()).dtheta
+
+        expected = np.zeros(SIZE)
+        for column in (X, Y, VX, VY):
+            shift = np.zeros(4)
+            shift[column] = step
+            expected[column] = (rate(point + shift) - rate(point - shift)) / (2.0 * step)
+        expected[BIAS], expected[SCALE] = 1.0, rate(point)
+        found = row_of_gyro(robot, modes, Estimate(*point.tolist(), 0.1, -0.1, 0.02))
+        scale = 1.0 + float(np.abs(expected).max())
+        np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * scale)
+        assert (found[D1], found[D2]) == (0.0, 0.0)
+
+
+def test_a_gyroscope_that_reads_as_expected_changes_no_estimate_and_makes_it_surer(dextar: FiveBar) -> None:
+    model = filter_model(dextar, 1, -1, RATE_HZ, EkfSettings())
+    before = Belief(Estimate(0.01, 0.12, 0.2, -0.3, 0.1, -0.1, 0.02), homed_belief(model, 0.01, 0.12, 1e-8).covariance)
+    rate = leg_motion(dextar.leg2, -1, *before.estimate[:4]).dtheta + 0.02
+    after = turned(model, before, rate)
+    assert after.belief.estimate == pytest.approx(before.estimate, abs=1e-15)
+    assert after.misfit == pytest.approx(0.0, abs=1e-20)
+    for state in (VX, VY, BIAS):
+        assert after.belief.covariance[state, state] < before.covariance[state, state]
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.03, 0.12), (-0.02, 0.05), (0.0, 0.15)])
+def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x: float, y: float) -> None:
+    """The platform is where the nominal robot has it with the readings of the actual one."""
+    modes, step = (1, -1), 1e-6
+    tolerances = Tolerances(length=2e-4, base=1e-4, zero=1e-3)
+    model = filter_model(robot, *modes, RATE_HZ, EkfSettings(), tolerances)
+    deviations = np.array(considered_errors(tolerances))
+    assembly = next(
+        one for one in (1, -1) if math.dist(direct_geometry(robot, one, *home(robot, modes, x, y)), (x, y)) < 1e-9
+    )
+
+    def errors(error: int, size: float) -> Vector:
+        """Actual minus believed place."""
+        q11, q21 = readings(robot, modes, x, y, error, size).tolist()
+        return np.array([x, y]) - direct_geometry(robot, assembly, q11, q21)
+
+    share = np.zeros((2, SIZE - STATES))
+    for error in (*FIELDS, ZERO1, ZERO2):
+        share[:, error - STATES] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
+    p = homed_belief(model, x, y, 1e-8).covariance
+    exact = homed_belief(filter_model(robot, *modes, RATE_HZ, EkfSettings()), x, y, 1e-8).covariance
+    scale = np.sqrt(np.diag(p)[[X, Y]])
+    np.testing.assert_allclose(
+        p[:2, STATES:] / np.outer(scale, deviations), share * deviations / scale[:, None], atol=1e-5
+    )
+    expected = exact[:2, :2] + share * deviations**2 @ share.T
+    np.testing.assert_allclose(p[:2, :2] / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-5)
+    np.testing.assert_array_equal(p, p.T)
+    np.testing.assert_array_equal(p[STATES:, STATES:], np.diag(deviations**2))
+    sizes = np.sqrt(np.where(np.diag(p) > 0.0, np.diag(p), 1.0))
+    assert np.linalg.eigvalsh(p / np.outer(sizes, sizes)).min() > -1e-12
+
+
+def home(robot: FiveBar, modes: tuple[int, int], x: float, y: float) -> tuple[float, float]:
+    q = inverse_geometry(robot, *modes, x, y)
+    return q.q11, q.q21
+
+
+def test_a_tolerance_is_the_half_width_of_a_uniform_distribution() -> None:
+    found = considered_errors(Tolerances(length=3e-4, base=6e-4, zero=9e-3, gyro_scale=0.03))
+    expected = (9e-3, 9e-3, *[3e-4] * 4, 6e-4, 6e-4, 0.03)
+    assert found == pytest.approx([one / math.sqrt(3.0) for one in expected], rel=1e-12)
