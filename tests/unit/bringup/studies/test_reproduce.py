@@ -230,7 +230,7 @@ def test_a_lost_run_keeps_its_reasons() -> None:
     lost = ReproductionCase("ctc", "middle", 1.0, "friction × 1.2")
     result = run_case(lost)
     assert not result.completed
-    assert "tracking_lost" in result.why_not
+    assert "torque_excessive" in result.why_not
     assert tables.completed_cell(result).good is False
 
 
