@@ -14,6 +14,7 @@ from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.feasibility import (
     DIRECTION,
     DWELL,
+    NEAREST,
     REST,
     SERIAL,
     SPEED,
@@ -24,7 +25,7 @@ from fivebar_control.planning.feasibility import (
     dwells_near_locus,
     screen,
 )
-from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
@@ -113,6 +114,38 @@ def test_a_near_miss_counts_as_a_stay(dextar: FiveBar) -> None:
     assert not figure(verdict, REST).kept
     assert not figure(verdict, DWELL).kept
     assert len(dwells_near_locus(dextar, plan, RATE_HZ)) == 1
+
+
+@pytest.mark.parametrize("height", [0.0845, 0.0847, 0.085, 0.09])
+def test_the_nearest_pass_equals_dense_sampling(dextar: FiveBar, height: float) -> None:
+    """Beside the locus without crossing it, from 1 um on; no sample of the controllers need be there."""
+    plan = planned(dextar, (-0.03, height), (0.035, height), duration=0.4)
+    assert plan.crossings == ()
+    kappa, t = min((kappa, t) for t, kappa in dense(dextar, plan, 40_000))
+    for follower in (default_tuning(CONTROLLERS["ctc"]), BLENDED):
+        found = figure(screen(dextar, plan, RATE_HZ, follower, MotionLimits()), NEAREST)
+        assert found.value == pytest.approx(kappa, abs=1e-6)
+        assert found.time == pytest.approx(t, abs=1e-4)
+        assert found.kept == (height > 0.0855)
+    # the law that is regular there is judged by what it asks for
+    assert screen(dextar, plan, RATE_HZ, UNIFIED, MotionLimits()).figure(NEAREST) is None
+
+
+def test_a_crossing_is_a_nearest_pass_unless_a_constraint_law_acts(dextar: FiveBar) -> None:
+    plan = planned(dextar, *MIDDLE)
+    found = figure(screen(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["ctc"]), MotionLimits()), NEAREST)
+    assert found.value < 1e-5
+    assert found.time == pytest.approx(plan.crossings[0].time, abs=1e-5)
+    assert screen(dextar, plan, RATE_HZ, BLENDED, MotionLimits()).figure(NEAREST) is None
+
+
+def test_given_motions_are_judged_by_what_they_ask_for() -> None:
+    assert limits_of_given(UNIFIED).dwell == math.inf
+    assert limits_of_given(UNIFIED).rest == 0.0
+    step = 2.0 * math.pi * RATE_HZ / 20_000
+    for follower in (UNIFIED, BLENDED):
+        assert limits_of_given(follower, speed_step=step) == limits_of(follower, speed_step=step)
+        assert limits_of_given(follower, predictable=False) == limits_of(follower)
 
 
 def test_the_type_1_margin_is_that_of_the_cosine_rule(dextar: FiveBar) -> None:

@@ -9,11 +9,12 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.predicted import predicted_on_engine
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, VARIED, Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
-from fivebar_control.planning.feasibility import DWELL, REST, TORQUE, Feasibility, Figure, screen
+from fivebar_control.planning.feasibility import DWELL, REST, TORQUE, Feasibility, Figure, screen, with_prediction
 from fivebar_control.planning.limits import limits_of
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
@@ -73,13 +74,17 @@ def planned(case: Draw) -> Plan:
     return plan
 
 
-def screened(case: Draw, controller: str, plan: Plan) -> Feasibility:
-    """Return the screen's judgement of a controller's run."""
+def screened(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Feasibility:
+    """Return the screen's judgement of a controller's run, given the sampled plan; predicted where nothing else is."""
     scenario = case.scenario(controller)
     follower = scenario.tuned()
     counts = case.encoder_counts
     step = 0.0 if counts is None else 2.0 * math.pi * RATE_HZ / counts
-    return screen(scenario.five_bar(), plan, RATE_HZ, follower, limits_of(follower, TORQUE_LIMIT, speed_step=step))
+    limits = limits_of(follower, TORQUE_LIMIT, speed_step=step)
+    verdict = screen(scenario.five_bar(), plan, RATE_HZ, follower, limits)
+    if not verdict.feasible:
+        return verdict
+    return with_prediction(verdict, predicted_on_engine(scenario, samples), plan, limits)
 
 
 def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
@@ -99,7 +104,7 @@ def _sampled(case: Draw, plan: Plan) -> Sampled:
 
 
 def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> SweepRow:
-    verdict = screened(case, controller, plan)
+    verdict = screened(case, controller, plan, samples)
     outcome, missed = _judged(case_of(case.scenario(controller)), plan, samples)
     nearest = max(verdict.figures, key=use_of)
     first = plan.crossings[0]
@@ -141,6 +146,8 @@ def use_of(figure: Figure) -> float:
     """Return how much of its limit a figure uses: more than 1 is beyond; infinite for an undefined figure."""
     if math.isnan(figure.value):
         return math.inf
+    if figure.at_most and figure.limit == 0.0:
+        return 0.0 if figure.kept else math.inf
     if figure.at_most:
         return figure.value / figure.limit
     return figure.limit / figure.value if figure.value > 0.0 else math.inf

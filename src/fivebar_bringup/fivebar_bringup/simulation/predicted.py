@@ -1,0 +1,57 @@
+"""The predicted run on the compiled engine: for studies, to which the interpreted prediction is too slow."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import Sampled, X, Y, case_of
+from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_control.model.kinematics import det_a, state_from_joints
+from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun
+from fivebar_control.safety.stages import NO_FAULT, SafetySettings
+from fivebar_sim.settings import PlantSettings
+
+PLACE = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
+REQUESTED = [TraceRow._fields.index(name) for name in ("requested1", "requested2")]
+
+
+def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
+    """Return what becomes of a scenario on the robot as modelled, up to the end of the motion.
+
+    Args:
+        scenario: of which robot, controller and torque limit count.
+        samples: its sampled plan; a lead is left out.
+    """
+    perfect = scenario.model_copy(
+        update={
+            "plant": PlantSettings(torque_limit=scenario.plant.torque_limit),
+            "estimator": "none",
+            "safety": SafetySettings(
+                torque_limit=scenario.safety.torque_limit, request_ratio=math.inf, type1_margin=0.0
+            ),
+            "tracking_error_limit": LOST,
+        }
+    )
+    rate_hz, rows = scenario.rate_hz, samples.rows[: len(samples.rows) - scenario.lead_samples]
+    outcome, trace = traced_crossing(case_of(perfect, stop_at_fault=True), samples._replace(rows=rows))
+    places = trace[:, PLACE]
+    distances = np.hypot(*(places - rows[: len(trace), [X, Y]]).T)
+    requests = np.max(np.abs(trace[:, REQUESTED]), axis=1)
+    signs = np.sign([det_a(state_from_joints(scenario.five_bar(), *row)) for row in trace[:, :8].tolist()])
+    changes = np.flatnonzero(signs[1:] * signs[:-1] < 0.0) + 1
+
+    def peak(value: float, sample: int) -> Peak:
+        x, y = places[sample].tolist()
+        return Peak(value, sample / rate_hz, x, y)
+
+    worst, largest = int(np.argmax(distances)), int(np.argmax(np.nan_to_num(requests, nan=math.inf)))
+    lost = outcome.fault != NO_FAULT
+    return PredictedRun(
+        error=peak(math.inf, len(trace) - 1) if lost else peak(float(distances[worst]), worst),
+        torque=peak(float(requests[largest]), largest),
+        mode_changes=peak(float(outcome.mode_changes), int(changes[-1]) if changes.size else 0),
+    )

@@ -1,0 +1,54 @@
+"""The prediction on the compiled engine is the one that a screen makes without it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import sampled
+from fivebar_bringup.simulation.predicted import predicted_on_engine
+from fivebar_control.planning.predicted_run import PredictedRun, predict_run
+from fivebar_sim.settings import PlantSettings
+
+
+def both(scenario: Scenario) -> tuple[PredictedRun, PredictedRun]:
+    robot, plan, rate_hz = scenario.five_bar(), scenario.plan(), scenario.rate_hz
+    limit = math.inf if scenario.torque_limit is None else scenario.torque_limit
+    return (
+        predict_run(robot, plan, rate_hz, scenario.tuned(), limit),
+        predicted_on_engine(scenario, sampled(robot, plan, rate_hz, scenario.lead_samples)),
+    )
+
+
+@pytest.mark.parametrize("controller", ["multi_cartesian", "unified"])
+def test_both_predict_the_same(controller: str) -> None:
+    """Whatever the plant and the sensors of the scenario are: predicted is the robot as modelled."""
+    scenario = Scenario(
+        name="predicted",
+        controller=controller,
+        waypoints=((0.0, 0.15), (0.01, 0.04)),
+        segment_duration=0.6,
+        estimator="ekf",
+        plant=PlantSettings(mass_scale=1.2, encoder_counts=20_000, delay_samples=1, torque_limit=2.0),
+    )
+    interpreted, compiled = both(scenario)
+    assert compiled.error == pytest.approx(interpreted.error, rel=1e-3, abs=1e-6)
+    assert compiled.torque == pytest.approx(interpreted.torque, rel=1e-3, abs=1e-6)
+    assert compiled.mode_changes == pytest.approx(interpreted.mode_changes, abs=1e-6)
+    assert compiled.mode_changes.value == 1.0
+
+
+def test_a_run_that_cannot_go_on_has_no_error_that_could_be_tolerated() -> None:
+    """A torque limit that cannot follow: both end 50 mm from the reference."""
+    scenario = Scenario(
+        name="weak",
+        controller="unified",
+        waypoints=((0.0, 0.16), (0.0, 0.1)),
+        segment_duration=0.2,
+        plant=PlantSettings(torque_limit=0.05),
+    )
+    interpreted, compiled = both(scenario)
+    assert interpreted.error.value == compiled.error.value == math.inf
+    assert compiled.error.time == interpreted.error.time

@@ -1,0 +1,63 @@
+"""The predicted run: exact where nothing goes wrong, and the judge of what becomes of a motion."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.planning.feasibility import ERROR, MODE_CHANGES, REQUEST, Figure, screen_run
+from fivebar_control.planning.limits import MotionLimits, limits_of_given
+from fivebar_control.planning.predicted_run import LOST, Peak, predict_run
+from fivebar_control.planning.reference_torque import limited_to
+from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_description.parameters import FiveBar
+
+RATE_HZ = 500
+UNIFIED = limited_to(default_tuning(CONTROLLERS["unified"]), 2.0)
+
+
+def test_away_from_the_locus_the_reference_is_followed_exactly(dextar: FiveBar) -> None:
+    """Only holding the torque between two samples leaves an error, which shrinks with the period."""
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.03, 0.12)), [0.5], RATE_HZ, ZoneRule())
+    follower = default_tuning(CONTROLLERS["ctc"])
+    errors = [predict_run(dextar, plan, rate_hz, follower, 2.0).error.value for rate_hz in (250, 500, 1000)]
+    assert 0.0 < errors[2] < 0.7 * errors[1] < 0.5 * errors[0]
+    assert errors[2] < 1e-4
+
+
+def test_a_torque_limit_that_cannot_follow_loses_the_robot(dextar: FiveBar) -> None:
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.16), (0.0, 0.1)), [0.2], RATE_HZ, ZoneRule())
+    lost = predict_run(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["ctc"]), 0.05)
+    assert lost.error.value == math.inf
+    assert lost.torque.value > 1.0
+    # it has hardly moved when the reference is so far away
+    assert plan.path.at(lost.error.time).y == pytest.approx(lost.error.y - LOST, abs=2e-3)
+
+
+def test_a_rest_beyond_what_the_law_can_hold_is_refused_by_the_run_alone(dextar: FiveBar) -> None:
+    """1 um before the locus: no figure of the reference is beyond its limit for the law that is regular there."""
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.0845)), [1.0], RATE_HZ, ZoneRule())
+    verdict = screen_run(dextar, plan, RATE_HZ, UNIFIED, limits_of_given(UNIFIED))
+    assert {figure.name for figure in verdict.figures if not figure.kept} <= {ERROR, REQUEST, MODE_CHANGES}
+    assert not verdict.feasible
+    error = verdict.figure(ERROR)
+    assert error is not None
+    assert 1e-3 < error.value < 2e-3
+    # 3 mm away it comes to rest where it should
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.0875)), [1.0], RATE_HZ, ZoneRule())
+    assert screen_run(dextar, plan, RATE_HZ, UNIFIED, limits_of_given(UNIFIED)).feasible
+
+
+def test_an_infeasible_reference_is_not_predicted(dextar: FiveBar) -> None:
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.05, 0.12)), [0.08], RATE_HZ, ZoneRule())
+    verdict = screen_run(dextar, plan, RATE_HZ, UNIFIED, MotionLimits())
+    assert not verdict.feasible
+    assert verdict.figure(ERROR) is None
+
+
+def test_the_first_undefined_value_is_the_largest() -> None:
+    peak = Peak(1.0, 0.0, 0.0, 0.0).or_larger(math.nan, 1.0, 2.0, 3.0)
+    assert peak.or_larger(9.0, 4.0, 0.0, 0.0)[1:] == (1.0, 2.0, 3.0)
+    assert not Figure(ERROR, peak.value, 1.0, True, *peak[1:]).kept
