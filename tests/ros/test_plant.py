@@ -176,6 +176,7 @@ class Controller:
             self._probe.publish(TORQUE_COMMAND, command(sample, (0.01, -0.02), self._rate_hz))
 
 
+@pytest.mark.clock
 def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench: Bench) -> None:
     rate_hz, last = 100, 600
     process = bench.start(
