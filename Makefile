@@ -40,9 +40,10 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 
 .PHONY: test
 test: lint ## lint, then run all tests
-	@# two at a time, but what follows the clock alone; the second half also where the first one has failed
+	@# three at a time on two processors, because tests also wait, but what follows the clock alone; the second half
+	# also where the first one has failed
 	status=0
-	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10 || status=$$?
 	$(BIN)/python -m pytest tests -q -m clock --durations=10 || status=$$?
 	exit $$status
 
@@ -100,7 +101,8 @@ $(VENV)/lock.stamp: requirements.lock
 	echo "setup: making $(VENV) with $$("$(PYTHON)" --version)"
 	"$(PYTHON)" -m venv --clear $(VENV)
 	echo "setup: installing the locked packages, a minute or two"
-	$(BIN)/pip install --quiet -r requirements.lock
+	# what is never imported need not be compiled, and that is most of it
+	$(BIN)/pip install --quiet --no-compile -r requirements.lock
 	touch $@
 
 # `compat` puts the source folders on the path as they are, where type checkers and editors find them too.
