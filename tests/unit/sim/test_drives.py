@@ -168,7 +168,7 @@ def test_torque_moves_the_robot_that_the_bus_reads(bench: Bench, bus: DriveBus) 
 
 def test_a_command_acts_from_the_next_sync_on_and_is_seen_at_the_one_after(bench: Bench) -> None:
     # every SYNC must be answered in time, however busy the machine is; cycles do not wait for the deadline
-    patient = bench.drives.model_copy(update={"sync_period_us": 1_000_000, "gather_deadline_us": 900_000})
+    patient = bench.drives.model_copy(update={"sync_period_us": 100_000, "gather_deadline_us": 90_000})
     with DriveBus(patient, bench.open()) as bus:
         bus.set_up()
         bus.enable(5.0)
