@@ -12,18 +12,23 @@ import pytest
 from estimate_replay import encoder_scenario, replay
 from forked_node import ForkedNode
 from graph_probe import RATE_HZ, Bench, Probe
+from sensor_msgs.msg import Imu
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,
     ESTIMATE_NAMES,
     FAULTS,
+    IMU_DATA,
+    IMU_RELEASED,
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
     TORQUE_COMMAND,
+    Topic,
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state, to_stamp
@@ -224,3 +229,165 @@ def test_bad_parameters_end_the_node_in_one_line(bench: Bench, parameters: dict[
     assert process.wait() == 2
     assert wanted in process.stderr
     assert len(process.stderr.splitlines()) == 1
+
+
+GYRO: dict[str, Any] = {
+    "ekf": {"gyro": True},
+    "imu": {
+        "gyro_noise": 0.01,
+        "gyro_bias": 0.02,
+        "rate_hz": 250,
+        "latency": 0.004,
+        "lost": 0.1,
+        "roll": 0.3,
+        "yaw": 1.0,
+    },
+    "tolerances": {"length": 5e-5, "zero": 1e-4, "base": 2e-5, "gyro_scale": 0.02},
+}
+GYRO_PARAMETERS: dict[str, Any] = {
+    "gyro": True,
+    "imu_roll": 0.3,
+    "imu_yaw": 1.0,
+    **{f"tolerance_{name}": value for name, value in GYRO["tolerances"].items()},
+}
+READ = [MOTOR_STATES, TORQUE_COMMAND, IMU_DATA, IMU_RELEASED]
+
+
+@pytest.fixture(scope="module")
+def turning() -> Scenario:
+    """With a gyroscope: a reading every other sample, two samples late, some lost, and mounted askew."""
+    return encoder_scenario("middle", 0.5, **GYRO)
+
+
+@pytest.fixture(scope="module")
+def turning_samples(turning: Scenario) -> list[Sample]:
+    return simulate(turning).samples
+
+
+def start_with_gyro(bench: Bench, awaits: bool) -> Probe:
+    bench.start("state_estimator", **DRIVES, **GYRO_PARAMETERS, awaits_readings=awaits)
+    probe = bench.probe()
+    probe.join("state_estimator", READ if awaits else READ[:3], [*OUTPUTS, FAULTS])
+    return probe
+
+
+def reading(made: int, rate: tuple[float, float, float]) -> Imu:
+    message = Imu()
+    message.header.stamp = to_stamp(sample_stamp_ns(made, RATE_HZ))
+    message.angular_velocity.x, message.angular_velocity.y, message.angular_velocity.z = rate
+    return message
+
+
+def readings(sample: Sample) -> list[tuple[Topic, Any]]:
+    return [(IMU_DATA, reading(one.made, one.reading.angular_velocity)) for one in sample.imu]
+
+
+def released(sample: Sample) -> Any:
+    made = [float(one.made) for one in sample.imu]
+    return joint_state(sample_stamp_ns(sample.number, RATE_HZ), ["imu"] * len(made), made)
+
+
+def begin_with_gyro(probe: Probe, samples: list[Sample]) -> None:
+    start = [(MOTOR_STATES, motors(samples[0])), (IMU_RELEASED, released(samples[0])), *readings(samples[0])]
+    probe.ask(start, OUTPUTS, 0)
+    expect(probe, samples[0])
+
+
+def test_announced_readings_are_taken_in_any_order_of_arrival(bench: Bench, turning_samples: list[Sample]) -> None:
+    samples = turning_samples[:120]
+    assert sum(len(sample.imu) for sample in samples) > 40
+    probe = start_with_gyro(bench, awaits=True)
+    begin_with_gyro(probe, samples)
+    for before, sample in pairwise(samples):
+        inputs = [
+            (MOTOR_STATES, motors(sample)),
+            (TORQUE_COMMAND, command(before)),
+            (IMU_RELEASED, released(sample)),
+            *readings(sample),
+        ]
+        turn = sample.number % len(inputs)
+        for topic, message in (*inputs[turn:], *inputs[:turn]):
+            probe.publish(topic, message)
+        expect(probe, sample)
+    assert probe.got(FAULTS) == []
+    assert sorted(set(probe.samples(JOINT_STATES))) == list(range(120))
+
+
+def test_an_answer_waits_for_the_announced_readings_and_takes_no_others(
+    bench: Bench, turning_samples: list[Sample]
+) -> None:
+    samples = turning_samples[:60]
+    probe = start_with_gyro(bench, awaits=True)
+    begin_with_gyro(probe, samples)
+    waited = next(sample for sample in samples[20:] if sample.imu)
+    for before, sample in pairwise(samples):
+        # readings come four samples before they are announced, but for those of one sample
+        for early in samples[sample.number + 4 : sample.number + 5]:
+            for topic, message in readings(early) if early is not waited else ():
+                probe.publish(topic, message)
+        inputs = [(IMU_RELEASED, released(sample)), (TORQUE_COMMAND, command(before)), (MOTOR_STATES, motors(sample))]
+        inputs += readings(sample) if sample.number < 5 else []
+        for topic, message in inputs:
+            probe.publish(topic, message)
+        if sample is waited:
+            probe.spin_for(0.3)
+            assert sample.number not in probe.samples(JOINT_STATES)
+            for topic, message in readings(sample):
+                probe.publish(topic, message)
+        expect(probe, sample)
+
+
+def test_readings_that_must_not_be_used_are_dropped_and_counted(bench: Bench, turning_samples: list[Sample]) -> None:
+    probe = start_with_gyro(bench, awaits=True)
+    begin_with_gyro(probe, turning_samples)
+    off_grid = reading(1, (0.1, 0.2, 0.3))
+    off_grid.header.stamp = to_stamp(sample_stamp_ns(1, RATE_HZ) + 1)
+    bad: list[tuple[Topic, Any]] = [
+        (IMU_DATA, reading(1, (math.nan, 0.0, 0.0))),
+        (IMU_DATA, reading(1, (0.0, math.inf, 0.0))),
+        (IMU_DATA, off_grid),
+    ]
+    for number in (0.5, -1.0, math.nan, math.inf):
+        bad.append((IMU_RELEASED, joint_state(sample_stamp_ns(1, RATE_HZ), ["imu"], [number])))
+    for topic, message in bad:
+        probe.publish(topic, message)
+    probe.wait_for_dropped("/state_estimator", len(bad))
+    # what comes next is answered as if nothing was
+    for before, sample in pairwise(turning_samples[:6]):
+        inputs = [(TORQUE_COMMAND, command(before)), (MOTOR_STATES, motors(sample)), (IMU_RELEASED, released(sample))]
+        for topic, message in (*inputs, *readings(sample)):
+            probe.publish(topic, message)
+        expect(probe, sample)
+
+
+def test_in_real_time_an_answer_has_the_readings_that_have_come(
+    bench: Bench, turning: Scenario, turning_samples: list[Sample]
+) -> None:
+    probe = start_with_gyro(bench, awaits=False)
+    expected = StateEstimator(
+        turning.five_bar(), turning.homing(), turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances
+    )
+    came: list[tuple[int, float]] = []
+    dropped = 0
+    first = turning_samples[0]
+    assert first.estimated is not None
+    expected.take(0, *first.estimated.motors[0], *first.estimated.motors[1])
+    probe.ask([(MOTOR_STATES, motors(first))], OUTPUTS, 0)
+    for before, sample in pairwise(turning_samples[:50]):
+        if sample.number in (10, 30):
+            # readings of four samples at once, the last ones first; what is dropped tells that they have come
+            for made in range(sample.number - 1, sample.number - 5, -1):
+                rate = (0.01 * made, -0.02 * made, 1.0)
+                came.append((made, turning.imu.turn_rate(rate)))
+                probe.publish(IMU_DATA, reading(made, rate))
+            probe.publish(IMU_DATA, reading(0, (math.nan, 0.0, 0.0)))
+            dropped += 1
+            probe.wait_for_dropped("/state_estimator", dropped)
+        probe.publish(TORQUE_COMMAND, command(before))
+        probe.publish(MOTOR_STATES, motors(sample))
+        answer = probe.answer(JOINT_STATES, sample.number)
+        assert sample.estimated is not None
+        expected.commanded(before.number, *before.command)
+        told = expected.take(sample.number, *sample.estimated.motors[0], *sample.estimated.motors[1], came)
+        assert (tuple(answer.position), tuple(answer.velocity)) == (told.position, told.velocity)
+        came = []

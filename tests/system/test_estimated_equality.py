@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,35 +13,70 @@ from fivebar_command import FivebarCommand, ForkedCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
-from fivebar_description.interface import ESTIMATION_TOPICS, IMU_ERROR, JOINT_STATES, TOPICS, UNIFIED_TORQUE, Topic
+from fivebar_description.imu import ImuSettings
+from fivebar_description.interface import (
+    ESTIMATION_TOPICS,
+    IMU_DATA,
+    IMU_ERROR,
+    JOINT_STATES,
+    TOPICS,
+    UNIFIED_TORQUE,
+    Topic,
+    sample_stamp_ns,
+)
+from fivebar_sim.imu import lost_readings
 
-SCENARIO = """
-name: short_encoders
+ENCODERS = """
 waypoints: [[0.0, 0.15], [0.0, 0.02]]
 segment_duration: 0.5
 gains: {kp: 1600.0, kd: 80.0, kp_vhc: 1600.0, kd_vhc: 80.0}
 plant: {torque_quantum: 0.002, encoder_counts: 20000, delay_samples: 2}
 estimator: ekf
 """
-SAMPLES, DELAY = 251, 2
+GYROSCOPE = """
+waypoints: [[0.0, 0.15], [0.0, 0.02]]
+segment_duration: 0.5
+gains: {kp: 1600.0, kd: 80.0, kp_vhc: 1600.0, kd_vhc: 80.0}
+plant: {torque_quantum: 0.002, encoder_counts: 20000, delay_samples: 2}
+imu: {noise: 0.05, gyro_noise: 0.01, gyro_bias: 0.02, rate_hz: 100, latency: 0.004, lost: 0.05, roll: 0.2, yaw: -1.0}
+estimator: ekf
+ekf: {gyro: true}
+tolerances: {length: 0.0003, zero: 0.001}
+"""
+"""Slow, late, lossy and mounted askew."""
+
+SAMPLES, DELAY, RATE_HZ = 251, 2, 500
+IMU_OF = {ENCODERS: ImuSettings(), GYROSCOPE: ImuSettings(rate_hz=100, latency=0.004, lost=0.05)}
 STAMPED = [topic for topic in TOPICS if topic.type == "sensor_msgs/msg/JointState" and topic != UNIFIED_TORQUE]
 
 
-@pytest.fixture(scope="module")
+class Bags(NamedTuple):
+    """The bag of the graph's run, that of the offline run, and the scenario."""
+
+    ros: Recording
+    offline: Recording
+    scenario: str
+
+
+@pytest.fixture(scope="module", params=[ENCODERS, GYROSCOPE], ids=["encoders", "gyroscope"])
 def bags(
-    fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path
-) -> tuple[Recording, Recording]:
-    scenario = folder / "short_encoders.yaml"
-    scenario.write_text(SCENARIO, encoding="utf-8")
-    bags = []
+    request: pytest.FixtureRequest,
+    fivebar: Callable[..., FivebarCommand],
+    forked: Callable[..., ForkedCommand],
+    folder: Path,
+) -> Bags:
+    name = f"short_{request.param_index}"
+    scenario = folder / f"{name}.yaml"
+    scenario.write_text(f"name: {name}\n{request.param}", encoding="utf-8")
+    found = []
     for start, command in ((fivebar, "run"), (forked, "simulate")):
-        out = folder / f"estimated_{command}"
+        out = folder / f"{name}_{command}"
         call = start(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
         assert call.json()["completed"] is True
         assert 0.0 < call.json()["estimate_error_max_m"] < 5e-4
-        bags.append(read_bag(out / "bag"))
-    return bags[0], bags[1]
+        found.append(read_bag(out / "bag"))
+    return Bags(found[0], found[1], request.param)
 
 
 def test_the_estimators_topics_are_among_them() -> None:
@@ -48,17 +84,31 @@ def test_the_estimators_topics_are_among_them() -> None:
 
 
 @pytest.mark.parametrize("topic", STAMPED, ids=lambda topic: topic.name)
-def test_every_stamped_message_is_equal(bags: tuple[Recording, Recording], topic: Topic) -> None:
-    ros, offline = bags
-    assert contents(ros, topic) == contents(offline, topic)
-    assert len(contents(ros, topic)) >= SAMPLES
-    assert ros.joint_names(topic) == offline.joint_names(topic)
+def test_every_stamped_message_is_equal(bags: Bags, topic: Topic) -> None:
+    assert contents(bags.ros, topic) == contents(bags.offline, topic)
+    assert len(contents(bags.ros, topic)) >= SAMPLES
+    assert bags.ros.joint_names(topic) == bags.offline.joint_names(topic)
 
 
-def test_the_imu_is_compared_with_the_reference_of_its_own_moment(bags: tuple[Recording, Recording]) -> None:
+def made(scenario: str) -> list[int]:
+    """Return the samples of the IMU's readings that arrive before the run's end."""
+    imu = IMU_OF[scenario]
+    every, latency = imu.schedule(RATE_HZ)
+    lost = lost_readings(imu, 0, SAMPLES)
+    return [sample for sample in range(0, SAMPLES - latency, every) if not lost[sample]]
+
+
+def test_the_readings_of_the_imu_are_equal(bags: Bags) -> None:
+    readings = [contents(bag, IMU_DATA, ("linear_acceleration",)) for bag in (bags.ros, bags.offline)]
+    assert readings[0] == readings[1]
+    assert [stamp for stamp, _ in readings[0]] == [sample_stamp_ns(sample, RATE_HZ) for sample in made(bags.scenario)]
+
+
+def test_the_imu_is_compared_with_the_reference_of_its_own_moment(bags: Bags) -> None:
     """Which for the first samples nobody has published: the reference is that of two samples later."""
-    for bag in bags:
+    compared = sum(sample >= DELAY for sample in made(bags.scenario))
+    for bag in bags[:2]:
         errors = bag.field(IMU_ERROR, "data")
         # sample 0 and its answer may come again until the plant has heard of it
-        assert errors.size >= SAMPLES - DELAY
-        assert np.array_equal(errors[-(SAMPLES - DELAY) :], bags[1].field(IMU_ERROR, "data"))
+        assert errors.size >= compared
+        assert np.array_equal(errors[-compared:], bags.offline.field(IMU_ERROR, "data"))

@@ -57,6 +57,13 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
 from fivebar_description.tolerances import EXACT, Tolerances
 
+LINEARISATION = 0.1
+"""Part of the considered errors' effect on an encoder that the filter takes for noise.
+
+The rows are those of an estimate that errs as well. Without this part a gain is the small difference of large terms,
+N^-1 H_c P_c and its own covariance, and the filter multiplies errors of its rows until they are of that size.
+"""
+
 STIFFNESS_LIMIT = 2.0
 """Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
 
@@ -401,15 +408,24 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
     # one after the other, which for independent encoders is the same as both at once
-    row2 = encoder_row(2, leg2)
-    one = measured(belief.covariance, encoder_row(1, leg1), q11.variance)
-    two = measured(one.covariance, row2, q21.variance)
+    row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
+    one = measured(belief.covariance, row1, q11.variance + _linearised(model, row1))
+    two = measured(one.covariance, row2, q21.variance + _linearised(model, row2))
     innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
     change = one.gain * innovation1
     innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - float(np.dot(row2, change))
     change += two.gain * innovation2
     misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
     return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit)
+
+
+def _linearised(model: FilterModel, row: Vector) -> float:
+    """Return the variance (rad^2) by which an encoder's row errs; 0 without considered errors."""
+    total = 0.0
+    for index, deviation in enumerate(model.considered):
+        effect = LINEARISATION * deviation * float(row[STATES + index])
+        total += effect * effect
+    return total
 
 
 def changed(estimate: Estimate, change: Vector) -> Estimate:
