@@ -12,6 +12,9 @@ STANDARD_GRAVITY = 9.80665
 IMU_PREFIX = "imu_"
 """Of the parameters of nodes that hold `ImuSettings`."""
 
+LONGEST_LATENCY = 0.02
+"""Age (s) beyond which the estimator discards a reading."""
+
 IMU_OF_SIMULATION = ("noise", "gyro_noise", "gyro_bias", "lost")
 """Settings that concern the simulation only."""
 
@@ -87,7 +90,7 @@ class ImuSettings(NamedTuple):
             "Time from a reading to its arrival, rounded to whole samples; 0.001 to 0.01 for I2C and USB.",
             "s",
             at_least=0.0,
-            at_most=0.1,
+            at_most=LONGEST_LATENCY,
         ),
     ] = 0.0
     lost: Annotated[float, Setting("Fraction of the readings that never arrive.", at_least=0.0, at_most=1.0)] = 0.0

@@ -47,13 +47,11 @@ from fivebar_control.estimation.mirror import AmbiguityCheck, AmbiguityLimits, c
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.state import Joints
+from fivebar_description.imu import LONGEST_LATENCY
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
 from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
 from fivebar_description.tolerances import EXACT, Tolerances
-
-LONGEST_LATENCY = 0.02
-"""Age (s) beyond which a late reading is discarded."""
 
 
 class Drives(NamedTuple):

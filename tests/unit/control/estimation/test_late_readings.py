@@ -12,8 +12,9 @@ from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, advanc
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.platform_motion import leg_motion
-from fivebar_control.estimation.step import LONGEST_LATENCY, Drives
+from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.imu import LONGEST_LATENCY
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.tolerances import Tolerances
 from fivebar_sim.sensors import Encoder
