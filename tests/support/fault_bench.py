@@ -42,6 +42,9 @@ PRIORITY = 20
 
 NOT_RUN = ("imu_listener", EMULATED_ROBOT)
 
+OF_EMULATED_ROBOT = ("ground_truth", "imu/data")
+"""Topics that nobody publishes here."""
+
 WITNESSED_DRIVES = Path(__file__).with_name("witnessed_drives.py")
 
 
@@ -150,7 +153,7 @@ class FaultBench:
             "blender": {"last_sample": 0},
             BRIDGE: {"autostart": False},
             RECORDER: {
-                "topics": [name for name in node.parameters.get("topics", ()) if name != "ground_truth"],
+                "topics": [name for name in node.parameters.get("topics", ()) if name not in OF_EMULATED_ROBOT],
                 "wait_for_nodes": [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN],
             },
         }.get(node.executable, {})

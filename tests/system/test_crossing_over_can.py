@@ -48,7 +48,9 @@ def rehearse(fivebar: Callable[..., FivebarCommand], scenario: str | Path, *opti
 @pytest.fixture(scope="module")
 def calm(folder: Path) -> Path:
     path = folder / "calm.yaml"
-    path.write_text(load_scenario("middle_robot").model_copy(update={"name": "calm", "rate_hz": CALM_HZ}).to_yaml())
+    # at this rate an encoder's counts are steps of the speed that the screen holds to be too coarse
+    calm = {"name": "calm", "rate_hz": CALM_HZ, "force": True}
+    path.write_text(load_scenario("middle_robot").model_copy(update=calm).to_yaml())
     return path
 
 
@@ -124,7 +126,7 @@ def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -
         probe.listen(MOTOR_STATES)
         # nobody awaits the probe: the motion lasts longer than a busy machine may take until it has joined
         slow = load_scenario("middle_robot").model_copy(
-            update={"name": "slow", "segment_duration": SLOW, "rate_hz": CALM_HZ}
+            update={"name": "slow", "segment_duration": SLOW, "rate_hz": CALM_HZ, "force": True}
         )
         (tmp_path / "slow.yaml").write_text(slow.to_yaml())
         arguments = ("run", "slow.yaml", "--hardware", "emulated", "--json", "--out", "out", *PRIORITY)
