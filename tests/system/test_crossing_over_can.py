@@ -62,7 +62,7 @@ def bag_of(call: FivebarCommand) -> Recording:
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     """At its own rate, with a watchdog that bears what a virtual machine stands still now and then: 40 ms were seen.
 
-    Each time it does so for longer than the bridge awaits the drives' answers costs a sample or two, and the run says so.
+    Each time it does so for longer than the bridge awaits the drives' answers costs a sample or two, as the run says.
     """
     content = load_scenario("middle_robot").model_dump(mode="json")
     content["safety"]["stop_cycles"] = 10
