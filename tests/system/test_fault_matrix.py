@@ -70,11 +70,16 @@ FRICTION = max(leg.coulomb + abs(leg.offset) for leg in (load_robot().leg1, load
 
 
 class Broken(NamedTuple):
-    """How something is broken, the fault's name, and whether a reset is possible once it is mended."""
+    """How something is broken, the fault's name, and whether a reset is possible once it is mended.
+
+    The blender misses a candidate one cycle before the bridge misses the torque. Where the machine stands still for
+    that cycle, the bridge's fault, `or_first`, may be the first.
+    """
 
     order: str
     name: str
     resets: bool = True
+    or_first: str = ""
 
 
 DRIVES = {
@@ -86,8 +91,8 @@ DRIVES = {
 
 NODES = {
     "stale command": Broken("stop blender", "command_stale"),
-    "killed controller": Broken("kill ctc_controller", "candidate_missing"),
-    "killed supervisor": Broken("kill supervisor", "candidate_missing"),
+    "killed controller": Broken("kill ctc_controller", "candidate_missing", or_first="command_stale"),
+    "killed supervisor": Broken("kill supervisor", "candidate_missing", or_first="command_stale"),
     "killed blender": Broken("kill blender", "command_stale"),
     "killed bridge": Broken(f"kill {BRIDGE}", "state_stale", resets=False),
 }
@@ -212,7 +217,7 @@ def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     known = len(rig.faults())
     since = time.monotonic()
     rig.kill(node, signal.SIGSTOP if verb == "stop" else signal.SIGKILL)
-    assert rig.wait_for_fault(known) == broken.name
+    assert rig.wait_for_fault(known) in {broken.name, broken.or_first}
     expect_stop(rig, since, STOP_CYCLES)
     rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
     if verb == "stop":
