@@ -53,9 +53,9 @@ class Rig:
         # before the bridge, which looks for them as soon as it starts where it is to start by itself
         self.probe = bench.probe()
         self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
-        path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 20})
+        path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 100})
         self.process = bench.start(
-            "dextar_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=500.0, **parameters
+            "dextar_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=1000.0, **parameters
         )
         self.probe.listen(MOTOR_STATES, callback=self._on_states)
         self.probe.join("dextar_bridge", [TORQUE_COMMAND, FAULTS], [FAULTS, DRIVES_STATE])

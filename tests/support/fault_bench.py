@@ -24,6 +24,7 @@ from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
+    ALL_WELL,
     DRIVES_STATE,
     FAULTS,
     JOINT_STATES,
@@ -49,9 +50,12 @@ WITNESSED_DRIVES = Path(__file__).with_name("witnessed_drives.py")
 
 
 class Look(NamedTuple):
-    """What the drives' process tells: when (monotonic, s), SYNCs heard so far, both torques (Nm), fastest joint."""
+    """What the drives' process tells.
 
-    time: float
+    When it heard the last SYNC (monotonic, s), how many so far, both torques (Nm) since, the fastest joint (rad/s).
+    """
+
+    heard: float
     syncs: int
     first: float
     second: float
@@ -60,13 +64,6 @@ class Look(NamedTuple):
     @property
     def zero(self) -> bool:
         return self.first == self.second == 0.0
-
-
-class Stop(NamedTuple):
-    """From a moment until both motors had no torque for good: SYNCs heard (the last of them found none), and s."""
-
-    syncs: int
-    seconds: float
 
 
 class DrivesProcess:
@@ -93,26 +90,29 @@ class DrivesProcess:
             if word == "obeyed":
                 self._obeyed.put(look)
 
-    def order(self, *lines: str) -> float:
-        """Have lines of the drives' protocol obeyed; return when the last one was."""
+    def order(self, *lines: str) -> int:
+        """Have lines of the drives' protocol obeyed; return how many SYNCs had been heard when the last one was."""
         assert self._process.stdin is not None
         for line in lines:
             self._process.stdin.write(f"{line}\n")
         self._process.stdin.flush()
-        return [self._obeyed.get(timeout=DEADLINE) for _ in lines][-1].time
+        return [self._obeyed.get(timeout=DEADLINE) for _ in lines][-1].syncs
 
     def at_rest(self) -> bool:
         return self.log[-1].speed < 0.02
 
-    def stop_since(self, moment: float) -> Stop | None:
-        """Return how long after a moment the torque was zero for good, None while it is not."""
-        begun = max((look.syncs for look in self.log if look.time <= moment), default=0)
+    def syncs_at(self, moment: float) -> int:
+        """Return how many SYNCs had been heard at a moment (monotonic, s)."""
+        return max((look.syncs for look in self.log if look.heard <= moment), default=0)
+
+    def stopped_at(self) -> int | None:
+        """Return the SYNC since which there is no torque, None while there is some."""
         found = None
         for look in reversed(self.log):
             if not look.zero:
                 break
-            found = look
-        return None if found is None else Stop(max(0, found.syncs - begun), max(0.0, found.time - moment))
+            found = look.syncs
+        return found
 
     def close(self) -> None:
         self._process.terminate()
@@ -211,8 +211,8 @@ class FaultBench:
         return not self.stopped()
 
     def stopped(self) -> bool:
-        told = self.probe.got(SAFETY_STATE)
-        return bool(told) and told[-1].data != "ok"
+        """Whether the blender or the bridge says that it has stopped the robot."""
+        return any(told[-1].data != ALL_WELL for told in map(self.probe.got, (SAFETY_STATE, DRIVES_STATE)) if told)
 
     def faults(self) -> list[str]:
         return [one.data.partition(":")[0] for one in self.probe.got(FAULTS)]
@@ -222,9 +222,9 @@ class FaultBench:
         self.probe.wait_for(lambda: len(self.faults()) > known, "a fault")
         return self.faults()[known]
 
-    def stop_since(self, moment: float) -> Stop:
-        """Wait until both motors have no torque, and return how long after a moment that was."""
-        return self.probe.wait_for(lambda: self.drives.stop_since(moment), "no torque")
+    def stopped_at(self) -> int:
+        """Wait until both motors have no torque, and return the SYNC since which they have none."""
+        return self.probe.wait_for(self.drives.stopped_at, "no torque")
 
     def expect_no_torque_for(self, seconds: float) -> None:
         """Nothing enables by itself."""

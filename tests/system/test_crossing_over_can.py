@@ -37,7 +37,10 @@ SLOW = 20.0
 
 
 CALM_HZ = 50
-"""Rate where the test is not of the rate: three cycles are longer than a shared machine stands still now and then."""
+"""Rate where the test is not of the rate."""
+
+STEADY_S = 0.2
+"""Time for which a torque holds here: many times what a shared machine stands still now and then."""
 
 
 def rehearse(fivebar: Callable[..., FivebarCommand], scenario: str | Path, *options: str) -> FivebarCommand:
@@ -45,12 +48,18 @@ def rehearse(fivebar: Callable[..., FivebarCommand], scenario: str | Path, *opti
     return fivebar(*arguments, *PRIORITY, *options)
 
 
+def steady(**changes: object) -> Scenario:
+    """The shipped experiment with some values changed and a watchdog that bears a machine's standing still."""
+    content = load_scenario("middle_robot").model_dump(mode="json") | changes
+    content["safety"]["stop_cycles"] = round(STEADY_S * content["rate_hz"])
+    return Scenario.model_validate(content)
+
+
 @pytest.fixture(scope="module")
 def calm(folder: Path) -> Path:
     path = folder / "calm.yaml"
     # at this rate an encoder's counts are steps of the speed that the screen holds to be too coarse
-    calm = {"name": "calm", "rate_hz": CALM_HZ, "force": True}
-    path.write_text(load_scenario("middle_robot").model_copy(update=calm).to_yaml())
+    path.write_text(steady(name="calm", rate_hz=CALM_HZ, force=True).to_yaml())
     return path
 
 
@@ -60,14 +69,13 @@ def bag_of(call: FivebarCommand) -> Recording:
 
 @pytest.mark.clock
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
-    """At its own rate, with a watchdog that bears what a virtual machine stands still now and then: 40 ms were seen.
+    """At its own rate.
 
-    Each time it does so for longer than the bridge awaits the drives' answers costs a sample or two, as the run says.
+    Each time the machine stands still for longer than the bridge awaits the drives' answers costs a sample or two, as
+    the run says.
     """
-    content = load_scenario("middle_robot").model_dump(mode="json")
-    content["safety"]["stop_cycles"] = 10
     path = folder / "steady.yaml"
-    path.write_text(Scenario.model_validate(content).to_yaml())
+    path.write_text(steady().to_yaml())
     call = rehearse(fivebar, path)
     status = call.finish()
     call.expect_no_process(0.0)
@@ -133,9 +141,7 @@ def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -
         probe = bench.probe()
         probe.listen(MOTOR_STATES)
         # nobody awaits the probe: the motion lasts longer than a busy machine may take until it has joined
-        slow = load_scenario("middle_robot").model_copy(
-            update={"name": "slow", "segment_duration": SLOW, "rate_hz": CALM_HZ, "force": True}
-        )
+        slow = steady(name="slow", segment_duration=SLOW, rate_hz=CALM_HZ, force=True)
         (tmp_path / "slow.yaml").write_text(slow.to_yaml())
         arguments = ("run", "slow.yaml", "--hardware", "emulated", "--json", "--out", "out", *PRIORITY)
         call = FivebarCommand(tmp_path, *arguments, "--domain", str(bench.domain), domain=bench.domain)

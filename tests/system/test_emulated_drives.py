@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -22,12 +23,18 @@ from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange
 from fivebar_description.share import share_file
 
-SILENCE = 1.0
+TIMEOUT_MS = 2000
+"""Age at which a heartbeat counts as lost, longer than a shared machine stands still."""
+
+SILENCE = 3.0
 """How long (s) a master is silent."""
 
 DEADLINE = 30.0
 RATE_HZ = 100
-"""Slow enough for a machine that has other work to do."""
+"""Rate of the robot: it moves on by one period with every SYNC, whenever that comes."""
+
+PERIOD_US = 50_000
+"""Pace of the bridge where it has one, slow enough for a machine that has other work to do."""
 
 ON, OFF = (DriveState.ENABLED, DriveState.ENABLED), (DriveState.SWITCH_ON_DISABLED, DriveState.SWITCH_ON_DISABLED)
 
@@ -71,19 +78,30 @@ def bus_section() -> dict[str, object]:
     }
 
 
-def rewritten(package: str, folder: Path, bus: dict[str, object]) -> Path:
+def rewritten(package: str, folder: Path, changes: dict[str, Any]) -> Path:
     content = yaml.safe_load(share_file(package, "config", "drives", "dextar_emulated.yaml").read_text())
     path = folder / f"{package}.yaml"
-    changes = {"bus": bus, "sync_period_us": 1_000_000 // RATE_HZ}
-    if "gather_deadline_us" in content:
-        changes["gather_deadline_us"] = 9000
     path.write_text(yaml.safe_dump({**content, **changes}))
     return path
 
 
+def patient(bus: dict[str, object]) -> dict[str, Any]:
+    """Changes of the bridge's file that give every answer time to come."""
+    drives = yaml.safe_load(share_file("fivebar_control", "config", "drives", "dextar_emulated.yaml").read_text())
+    for drive in drives["drives"].values():
+        drive["heartbeat_timeout_ms"] = TIMEOUT_MS
+    return {
+        "bus": bus,
+        "sync_period_us": PERIOD_US,
+        "gather_deadline_us": PERIOD_US - 1000,
+        "drives": drives["drives"],
+        "master": {**drives["master"], "timeout_ms": TIMEOUT_MS},
+    }
+
+
 @pytest.fixture
 def drives(tmp_path: Path, bus_section: dict[str, object]) -> Iterator[Drives]:
-    drives = Drives(rewritten("fivebar_sim", tmp_path, bus_section))
+    drives = Drives(rewritten("fivebar_sim", tmp_path, {"bus": bus_section, "sync_period_us": 1_000_000 // RATE_HZ}))
     try:
         drives.heard("ready: ")
         yield drives
@@ -94,7 +112,7 @@ def drives(tmp_path: Path, bus_section: dict[str, object]) -> Iterator[Drives]:
 
 @pytest.fixture
 def bus(tmp_path: Path, bus_section: dict[str, object], drives: Drives) -> Iterator[DriveBus]:
-    with DriveBus(load_drives(str(rewritten("fivebar_control", tmp_path, bus_section)))) as bus:
+    with DriveBus(load_drives(str(rewritten("fivebar_control", tmp_path, patient(bus_section))))) as bus:
         bus.set_up()
         yield bus
 

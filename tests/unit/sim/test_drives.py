@@ -64,15 +64,15 @@ class Bench:
 
 
 def slow(drives: DriveFile) -> DriveFile:
-    """Periods that a busy machine keeps, and a drive's loss seen early."""
-    watched = {"heartbeat_ms": 20, "heartbeat_timeout_ms": 300}
+    """Limits that a busy machine keeps, even where it stands still for a while."""
+    watched = {"heartbeat_ms": 20, "heartbeat_timeout_ms": 1000}
     pair = drives.drives.model_copy(
         update={"q11": drives.pair[0].model_copy(update=watched), "q21": drives.pair[1].model_copy(update=watched)}
     )
-    master = drives.master.model_copy(update={"heartbeat_ms": 20, "timeout_ms": 300})
+    master = drives.master.model_copy(update={"heartbeat_ms": 20, "timeout_ms": 1000})
     return drives.model_copy(
         update={
-            "sync_period_us": PERIOD_US, "gather_deadline_us": 9000, "missing_limit": 10, "drives": pair,
+            "sync_period_us": PERIOD_US, "gather_deadline_us": 9000, "missing_limit": 50, "drives": pair,
             "master": master,
         }
     )  # fmt: skip
@@ -88,6 +88,14 @@ def bench() -> Iterator[Bench]:
 @pytest.fixture
 def bus(bench: Bench) -> Iterator[DriveBus]:
     with DriveBus(bench.drives, bench.open()) as bus:
+        yield bus
+
+
+@pytest.fixture
+def patient_bus(bench: Bench) -> Iterator[DriveBus]:
+    """A bus that awaits every answer, however busy the machine is: exchanges do not wait for the deadline."""
+    patient = bench.drives.model_copy(update={"sync_period_us": 100_000, "gather_deadline_us": 90_000})
+    with DriveBus(patient, bench.open()) as bus:
         yield bus
 
 
@@ -112,10 +120,17 @@ def fault_name(cycle: Exchange) -> str:
 
 
 def push(bus: DriveBus, cycles: int) -> Exchange:
-    for _ in range(cycles):
+    """Exchange so many times or, where an answer came late, until both have come in time; return the last exchange."""
+    for _ in range(cycles - 1):
+        bus.write(PUSH)
+        bus.exchange()
+    end = time.monotonic() + DEADLINE
+    while True:
         bus.write(PUSH)
         cycle = bus.exchange()
-    return cycle
+        if cycle.complete:
+            return cycle
+        assert time.monotonic() < end
 
 
 def test_the_two_files_describe_the_same_drives() -> None:
@@ -143,7 +158,8 @@ def test_set_up_leaves_the_drives_off(bench: Bench, bus: DriveBus) -> None:
     assert bus.counters == (0, 0, 0)
 
 
-def test_torque_moves_the_robot_that_the_bus_reads(bench: Bench, bus: DriveBus) -> None:
+def test_torque_moves_the_robot_that_the_bus_reads(bench: Bench, patient_bus: DriveBus) -> None:
+    bus = patient_bus
     bus.set_up()
     bus.enable(5.0)
     assert bus.states == ON
@@ -166,18 +182,16 @@ def test_torque_moves_the_robot_that_the_bus_reads(bench: Bench, bus: DriveBus) 
     assert [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0]
 
 
-def test_a_command_acts_from_the_next_sync_on_and_is_seen_at_the_one_after(bench: Bench) -> None:
-    # every SYNC must be answered in time, however busy the machine is; cycles do not wait for the deadline
-    patient = bench.drives.model_copy(update={"sync_period_us": 100_000, "gather_deadline_us": 90_000})
-    with DriveBus(patient, bench.open()) as bus:
-        bus.set_up()
-        bus.enable(5.0)
-        efforts = []
-        for torque in (0.4, -0.2, 0.0):
-            bus.write((torque, 0.0))
-            reading = bus.exchange().readings[0]
-            assert reading is not None
-            efforts.append(reading.torque)
+def test_a_command_acts_from_the_next_sync_on_and_is_seen_at_the_one_after(patient_bus: DriveBus) -> None:
+    bus = patient_bus
+    bus.set_up()
+    bus.enable(5.0)
+    efforts = []
+    for torque in (0.4, -0.2, 0.0):
+        bus.write((torque, 0.0))
+        reading = bus.exchange().readings[0]
+        assert reading is not None
+        efforts.append(reading.torque)
     assert efforts == pytest.approx([0.0, 0.4, -0.2])
 
 
@@ -239,17 +253,15 @@ def test_a_quick_stop_does_what_its_option_says(bench: Bench, option: int, ends:
         before = plant.kinetic_energy()
         assert before > 1e-4
         bus.quick_stop()
-        torques = []
-        for _ in range(2):
-            bus.write(PUSH)
-            bus.exchange()
-            torques.append([drive.torque for drive in drives])
+        # the answer to the second SYNC shows that the first one was obeyed
+        push(bus, 2)
+        torques = [drive.torque for drive in drives]
         speeds = plant.joint_velocities[[0, 2]]
         if option == 0:
             # the last torque acted until the SYNC that brought the stop
-            assert torques[-1] == [0.0, 0.0]
+            assert torques == [0.0, 0.0]
         else:
-            assert all(torque * speed < 0.0 for torque, speed in zip(torques[-1], speeds, strict=True))
+            assert all(torque * speed < 0.0 for torque, speed in zip(torques, speeds, strict=True))
         cycles_until(bus, lambda _: bus.states == ends and [drive.torque for drive in drives] == [0.0, 0.0])
         assert not bus.enabled
         bus.enable(5.0)
