@@ -297,6 +297,11 @@ def test_an_emergency_stop_by_service(rig: Rig) -> None:
     assert answer.message == "zero torque: emergency_stop: requested by blender/emergency_stop"
     rig.probe.wait_for(lambda: tuple(rig.probe.got(TORQUE_COMMAND)[-1].effort) == ZERO, "zero torque at once")
     assert rig.next_fault().startswith("emergency_stop: ")
+    # who comes later is told the present state first, and every fault
+    late = rig.bench.probe(rig.node.removesuffix("/blender"))
+    late.listen(SAFETY_STATE, FAULTS)
+    late.wait_for(lambda: late.got(SAFETY_STATE) and len(late.got(FAULTS)) == rig.faults_seen, "state and faults")
+    assert [one.data.partition(":")[0] for one in late.got(SAFETY_STATE)] == ["emergency_stop"]
     rig.expect_latched_until_reset("emergency_stop")
 
 

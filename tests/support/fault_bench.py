@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from forked_node import ForkedNode
 from graph_probe import DEADLINE, Bench, Probe
@@ -25,6 +25,7 @@ from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
     ALL_WELL,
+    CTC_TORQUE,
     DRIVES_STATE,
     FAULTS,
     JOINT_STATES,
@@ -32,7 +33,9 @@ from fivebar_description.interface import (
     RUN_READY,
     RUN_STATUS,
     SAFETY_STATE,
+    SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    Topic,
     sample_of_stamp,
 )
 from fivebar_description.ros.messages import stamp_of
@@ -50,12 +53,8 @@ WITNESSED_DRIVES = Path(__file__).with_name("witnessed_drives.py")
 
 
 class Look(NamedTuple):
-    """What the drives' process tells.
+    """What the drives' process tells: SYNCs heard so far, both torques (Nm) since, fastest joint (rad/s)."""
 
-    When it heard the last SYNC (monotonic, s), how many so far, both torques (Nm) since, the fastest joint (rad/s).
-    """
-
-    heard: float
     syncs: int
     first: float
     second: float
@@ -84,8 +83,8 @@ class DrivesProcess:
     def _read(self) -> None:
         assert self._process.stdout is not None
         for line in self._process.stdout:
-            word, when, syncs, *others = line.split()
-            look = Look(float(when), int(syncs), *map(float, others))
+            word, syncs, *others = line.split()
+            look = Look(int(syncs), *map(float, others))
             self.log.append(look)
             if word == "obeyed":
                 self._obeyed.put(look)
@@ -100,10 +99,6 @@ class DrivesProcess:
 
     def at_rest(self) -> bool:
         return self.log[-1].speed < 0.02
-
-    def syncs_at(self, moment: float) -> int:
-        """Return how many SYNCs had been heard at a moment (monotonic, s)."""
-        return max((look.syncs for look in self.log if look.heard <= moment), default=0)
 
     def stopped_at(self) -> int | None:
         """Return the SYNC since which there is no torque, None while there is some."""
@@ -137,7 +132,8 @@ class FaultBench:
         self.processes: dict[str, ForkedNode] = {}
         self.probe: Probe = bench.probe()
         self.probe.advertise(RUN_STATUS)
-        self.probe.listen(FAULTS, SAFETY_STATE, DRIVES_STATE, MOTOR_STATES, JOINT_STATES, TORQUE_COMMAND)
+        self.probe.listen(FAULTS, SAFETY_STATE, DRIVES_STATE, MOTOR_STATES, JOINT_STATES)
+        self.probe.listen(CTC_TORQUE, SUPERVISOR_STATE, TORQUE_COMMAND)
         for name in self._specs:
             self.start(name)
         self.wait_ready(set(self._specs))
@@ -185,10 +181,22 @@ class FaultBench:
     def ask(self, node: str, service: str) -> Trigger.Response:
         return self.probe.call(Trigger, f"/{node}/{service}", Trigger.Request())
 
-    def sample(self) -> int:
-        """The newest sample that the controllers know of, -1 before the first."""
-        states = self.probe.got(JOINT_STATES)
-        return sample_of_stamp(stamp_of(states[-1]), self.scenario.rate_hz) or 0 if states else -1
+    def sample(self, topic: Topic = JOINT_STATES) -> int:
+        """The newest sample on a topic, -1 before the first; of `joint_states`, what the controllers know of."""
+        messages = self.probe.got(topic)
+        return self._number(messages[-1]) if messages else -1
+
+    def _number(self, message: Any) -> int:
+        return sample_of_stamp(stamp_of(message), self.scenario.rate_hz) or 0
+
+    def sample_without_torque(self) -> int:
+        """The sample since which the drives have measured no torque, -1 while they measure some."""
+        found = -1
+        for message in reversed(self.probe.got(MOTOR_STATES)):
+            if any(message.effort):
+                break
+            found = self._number(message)
+        return found
 
     def begin(self) -> None:
         """Begin the motion anew, from home."""

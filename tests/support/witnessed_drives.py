@@ -12,22 +12,10 @@ import queue
 import signal
 import sys
 import threading
-import time
 
 from fivebar_sim.drives.commands import execute
 from fivebar_sim.drives.configuration import load_emulation
-from fivebar_sim.drives.emulation import SYNC_ID, Emulation, open_bus
-
-
-class WitnessedEmulation(Emulation):
-    """The emulation, and when (monotonic, s) it heard the last SYNC: what it computes for it takes a while."""
-
-    heard = 0.0
-
-    def take(self, can_id: int, data: bytes) -> None:
-        if can_id == SYNC_ID:
-            self.heard = time.monotonic()
-        super().take(can_id, data)
+from fivebar_sim.drives.emulation import Emulation, open_bus
 
 
 def main() -> None:
@@ -46,7 +34,7 @@ def main() -> None:
 
     threading.Thread(target=read_orders, daemon=True).start()
     bus = open_bus(file.bus)
-    emulation = WitnessedEmulation(file, bus)
+    emulation = Emulation(file, bus)
     told: tuple[float, ...] = ()
 
     def tell(word: str) -> None:
@@ -57,7 +45,7 @@ def main() -> None:
             return
         told = facts
         speed = max(abs(emulation.plant.joint_velocities))
-        print(word, repr(emulation.heard), emulation.syncs, repr(first), repr(second), repr(float(speed)), flush=True)
+        print(word, emulation.syncs, repr(first), repr(second), repr(float(speed)), flush=True)
 
     def between() -> None:
         tell("look")

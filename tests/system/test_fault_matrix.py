@@ -1,15 +1,14 @@
 """Every fault at three moments of a crossing: no torque in time, a name, a reset where one is possible, a bag.
 
 What breaks drives, bus and processes happens to the whole graph in real time; what breaks a message happens to the last
-node alone, between the recorded samples of the same crossing. Time is counted in SYNCs, on which every torque acts: a
-machine that stands still for a moment delays them too.
+node alone, between the recorded samples of the same crossing. Time is counted in SYNCs and samples: a machine that pauses
+delays them too.
 """
 
 from __future__ import annotations
 
 import math
 import signal
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -71,7 +70,7 @@ FRICTION = max(leg.coulomb + abs(leg.offset) for leg in (load_robot().leg1, load
 
 
 class Broken(NamedTuple):
-    """How something is broken, the fault's name, and whether a reset is possible once it is mended.
+    """How something is broken, the fault's name, whether a reset is possible once it is mended, and a node's answer.
 
     The blender misses a candidate one cycle before the bridge misses the torque. Where the machine stands still for
     that cycle, the bridge's fault, `or_first`, may be the first.
@@ -81,6 +80,7 @@ class Broken(NamedTuple):
     name: str
     resets: bool = True
     or_first: str = ""
+    answer: Topic | None = None
 
 
 DRIVES = {
@@ -91,10 +91,14 @@ DRIVES = {
 }
 
 NODES = {
-    "stale command": Broken("stop blender", "command_stale"),
-    "killed controller": Broken("kill ctc_controller", "candidate_missing", or_first="command_stale"),
-    "killed supervisor": Broken("kill supervisor", "candidate_missing", or_first="command_stale"),
-    "killed blender": Broken("kill blender", "command_stale"),
+    "stale command": Broken("stop blender", "command_stale", answer=TORQUE_COMMAND),
+    "killed controller": Broken(
+        "kill ctc_controller", "candidate_missing", or_first="command_stale", answer=CTC_TORQUE
+    ),
+    "killed supervisor": Broken(
+        "kill supervisor", "candidate_missing", or_first="command_stale", answer=SUPERVISOR_STATE
+    ),
+    "killed blender": Broken("kill blender", "command_stale", answer=TORQUE_COMMAND),
     "killed bridge": Broken(f"kill {BRIDGE}", "state_stale", resets=False),
 }
 
@@ -157,6 +161,15 @@ def expect_stop(rig: FaultBench, begun: int, cycles: int) -> None:
     assert taken <= cycles + 1
 
 
+def expect_stop_after_answer(rig: FaultBench, topic: Topic) -> None:
+    """Zero torque for good within the cycles after the last sample that a node answered on a topic."""
+    stopped = rig.probe.wait_for(lambda: max(0, rig.sample_without_torque()), "a measured torque of zero")
+    taken = stopped - rig.sample(topic)
+    print(f"no torque measured {taken} samples after the last answer")
+    # its torque acts from the next sample on, and what acts is measured one later
+    assert taken <= STOP_CYCLES + 2
+
+
 def expect_reset(rig: FaultBench, broken: Broken) -> None:
     """Reset in the order of the documentation: bridge, enable, blender."""
     rig.enable_drives()
@@ -216,10 +229,10 @@ def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     arrive(rig, MOMENTS[moment])
     known = len(rig.faults())
     rig.kill(node, signal.SIGSTOP if verb == "stop" else signal.SIGKILL)
-    killed = time.monotonic()
     assert rig.wait_for_fault(known) in {broken.name, broken.or_first}
-    # what it had sent by then answers a sample of this SYNC or an earlier one
-    expect_stop(rig, rig.drives.syncs_at(killed), STOP_CYCLES)
+    rig.stopped_at()
+    if broken.answer is not None:
+        expect_stop_after_answer(rig, broken.answer)
     rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
     if verb == "stop":
         rig.kill(node, signal.SIGCONT)

@@ -49,7 +49,10 @@ CONTROL_QOS = Qos(depth=8)
 """Control path. At depth 1 the reference of sample k+1 could overwrite that of k and lockstep would stall."""
 
 LATCHED_QOS = Qos(depth=32, transient_local=True)
-"""Rare messages that a late subscriber must still see."""
+"""Rare messages of which a late subscriber must still see all."""
+
+STATE_QOS = Qos(depth=1, transient_local=True)
+"""States, of which a late subscriber gets the present one."""
 
 
 class Topic(NamedTuple):
@@ -86,9 +89,9 @@ IMU_RELEASED = Topic("imu/released", "sensor_msgs/msg/JointState")
 sample for each. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it out."""
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
-SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", LATCHED_QOS)
-DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", LATCHED_QOS)
-RUN_STATUS = Topic("run/status", "std_msgs/msg/String", LATCHED_QOS)
+SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", STATE_QOS)
+DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", STATE_QOS)
+RUN_STATUS = Topic("run/status", "std_msgs/msg/String", STATE_QOS)
 RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
 
 TOPICS = (
@@ -120,7 +123,7 @@ ALL_WELL = "ok"
 latched; otherwise it is the text of the fault."""
 
 GOAL = Topic("goal", "sensor_msgs/msg/JointState")
-GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", LATCHED_QOS)
+GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 """Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them, and
 a run's bag does not contain them."""
 
