@@ -1,8 +1,8 @@
 """Every fault at three moments of a crossing: no torque in time, a name, a reset where one is possible, a bag.
 
 What breaks drives, bus and processes happens to the whole graph in real time; what breaks a message happens to the last
-node alone, between the recorded samples of the same crossing. Time is counted in SYNCs and samples: a machine that pauses
-delays them too.
+node alone, between the recorded samples of the same crossing. Time is counted in SYNCs and samples, because a virtual
+machine stands still now and then.
 """
 
 from __future__ import annotations
