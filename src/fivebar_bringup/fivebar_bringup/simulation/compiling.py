@@ -15,8 +15,17 @@ import numba
 
 DIGEST = re.compile(r"[0-9a-f]{16}")
 
+_kept_by_themselves: set[FunctionType] = set()
 _compiled: dict[FunctionType, Any] = {}
 _callees: dict[FunctionType, Any] = {}
+
+
+def kept_by_itself(function: Callable[..., Any]) -> None:
+    """Have the machine code of a function kept on disk by itself, so that all kept functions that call it share it.
+
+    It is worth its files for what takes seconds, as long as its types are the same for all callers.
+    """
+    _kept_by_themselves.add(_plain(function))
 
 
 def compiled(function: Callable[..., Any]) -> Any:
@@ -37,31 +46,15 @@ def compiled(function: Callable[..., Any]) -> Any:
 def _callee(function: FunctionType) -> Any:
     """Return a function compiled for compiled callers only; wrappers for Python would double the compilation time."""
     if function not in _callees:
-        _callees[function] = _machine_code(_rebound(function), no_cpython_wrapper=True, no_cfunc_wrapper=True)
+        wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        if function in _kept_by_themselves:
+            _callees[function] = _kept_code(function, function.__qualname__, **wrappers)
+        else:
+            _callees[function] = _machine_code(_rebound(function), **wrappers)
     return _callees[function]
 
 
-class Kept:
-    """A compiled function whose machine code is kept on disk."""
-
-    def __init__(self, dispatcher: Any, lock: Path) -> None:
-        """Wrap a dispatcher of numba; `lock` is a file beside its machine code."""
-        self.dispatcher = dispatcher
-        self._lock = lock
-        self._called = False
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Call it; of several processes that need the machine code at once one compiles and the others load it."""
-        if self._called:
-            return self.dispatcher(*arguments)
-        with self._lock.open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            result = self.dispatcher(*arguments)
-        self._called = True
-        return result
-
-
-def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any]) -> Kept:
+def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any]) -> Any:
     """Return the same, with its machine code kept on disk between processes.
 
     `bound` are functions that take the place of the ones which the function knows under these names.
@@ -72,13 +65,30 @@ def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any])
     """
     plain = _with_names(_plain(function), {name: _plain(one) for name, one in bound.items()})
     name = "_".join([plain.__qualname__, *(one.__name__ for one in bound.values())])
-    copy = _rebound(plain)
-    copy.__qualname__ = f"{name}_{digest(plain)}"
-    kept = _machine_code(copy, cache=True)
-    folder, module = Path(kept.stats.cache_path), Path(plain.__code__.co_filename).stem
+    return _kept_code(plain, name)
+
+
+def _kept_code(function: FunctionType, name: str, **options: Any) -> Any:
+    """Return a dispatcher that keeps its machine code on disk under a name, and remove that of older digests."""
+    copy = _rebound(function)
+    copy.__qualname__ = f"{name}_{digest(function)}"
+    kept = _machine_code(copy, cache=True, **options)
+    folder, module = Path(kept.stats.cache_path), Path(function.__code__.co_filename).stem
     folder.mkdir(parents=True, exist_ok=True)
     _remove_outdated(folder, module, name, copy)
-    return Kept(kept, folder / f"{module}.{name}.lock")
+    kept.compile = _one_at_a_time(kept.compile, folder / f"{module}.{name}.lock")
+    return kept
+
+
+def _one_at_a_time(compile_or_load: Callable[[Any], Any], path: Path) -> Callable[[Any], Any]:
+    """Return the same for several processes: of those that need the machine code one compiles, the others load it."""
+
+    def locked(signature: Any) -> Any:
+        with path.open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            return compile_or_load(signature)
+
+    return locked
 
 
 def _remove_outdated(folder: Path, module: str, name: str, kept: FunctionType) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from fivebar_bringup.simulation.case import Case, FloatArray, Sampled
-from fivebar_bringup.simulation.compiling import compiled_and_kept
-from fivebar_bringup.simulation.loop import run_bound
+from fivebar_bringup.simulation.compiling import compiled_and_kept, kept_by_itself
+from fivebar_bringup.simulation.loop import run_loop
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
 from fivebar_bringup.simulation.robot import (
     ideal_later,
@@ -20,6 +20,7 @@ from fivebar_bringup.simulation.robot import (
     sensed_with_effects,
     start_with_effects,
 )
+from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors
 from fivebar_control.laws.law import Step
 from fivebar_control.loop.setup import first_memory, steps_of
 
@@ -35,13 +36,26 @@ WITH_EFFECTS: Mapping[str, Callable[..., Any]] = {
 }
 """The robots that the loop can have, by the names under which it knows their functions."""
 
+PARTS: tuple[Callable[..., Any], ...] = (
+    *IDEAL.values(),
+    *WITH_EFFECTS.values(),
+    first_update,
+    with_motors,
+    next_update,
+    prediction,
+)
+"""What the loops of all controllers share: the types of their arguments do not depend on the laws."""
+
+for part in PARTS:
+    kept_by_itself(part)
+
 NO_TRACE = np.zeros((0, len(TraceRow._fields)))
 
 
 @cache
 def _loop(nominal: Step, constraint: Step, effects: bool) -> Any:
     robot = WITH_EFFECTS if effects else IDEAL
-    return compiled_and_kept(run_bound, nominal_step=nominal, constraint_step=constraint, **robot)
+    return compiled_and_kept(run_loop, nominal_step=nominal, constraint_step=constraint, **robot)
 
 
 def crossing(case: Case, plan: Sampled) -> Outcome:

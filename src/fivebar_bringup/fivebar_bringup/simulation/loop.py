@@ -30,9 +30,9 @@ from fivebar_bringup.simulation.outcome import (
     Outcome,
     TraceRow,
 )
-from fivebar_bringup.simulation.robot import Later, Sense, Start, ideal_later, ideal_sensed, ideal_start
+from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
 from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors, with_rate
-from fivebar_control.laws.law import Step, no_step
+from fivebar_control.laws.law import no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
 from fivebar_control.laws.vhc_cartesian import line_constraint
@@ -49,30 +49,13 @@ from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
 
 nominal_step = constraint_step = no_step
 robot_start, robot_later, robot_sensed = ideal_start, ideal_later, ideal_sensed
-"""The laws and the robot of :func:`run_bound`, to be replaced before it is compiled."""
+"""The laws and the robot (`simulation/robot.py`) of :func:`run_loop`, to be replaced before it is compiled."""
 
 
-def run_bound(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatArray) -> Outcome:
-    """Make a run with the laws and the robot bound to this module's names; arguments as for :func:`run_loop`."""
-    return run_loop(nominal_step, constraint_step, robot_start, robot_later, robot_sensed, first, case, sampled, trace)
-
-
-def run_loop(
-    nominal_step: Step,
-    constraint_step: Step,
-    robot_start: Start,
-    robot_later: Later,
-    robot_sensed: Sense,
-    first: CycleMemory,
-    case: Numbers,
-    sampled: Sampled,
-    trace: FloatArray,
-) -> Outcome:
+def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatArray) -> Outcome:
     """Make a run.
 
     Args:
-        nominal_step, constraint_step: the laws.
-        robot_start, robot_later, robot_sensed: the simulated robot, see `simulation/robot.py`.
         first: memory before the first sample.
         case: the crossing.
         sampled: its plan.
@@ -90,18 +73,20 @@ def run_loop(
     )
     last = plan.shape[0] - 1 - lead
     period, resolution, limit = 1.0 / case.rate_hz, encoder_resolution(case.equipment), drive_limit(case.equipment)
-    plant = robot_start(case, plan[0, X], plan[0, Y])
-    exact, seen = robot_sensed(case, plant)
-    readings = measured = exact
+    robot, actual, mechanism, mode1, mode2 = control.robot, case.actual, case.mechanism, control.mode1, control.mode2
+    plant = robot_start(robot, actual, mode1, mode2, mechanism, plan[0, X], plan[0, Y])
+    exact, seen = robot_sensed(mechanism, plant)
+    readings = read(seen, exact, resolution, period, True) if resolution > 0.0 else seen
+    measured = exact
     commands = np.zeros((delay + 1, 2))
     estimated_places = np.zeros((lead + 1, 2))
     applied1 = applied2 = 0.0
     kept, command = first, ZERO
     # the estimator is initialised in the assembly mode of the declared posture
-    home = inverse_geometry(control.robot, control.mode1, control.mode2, plan[0, X], plan[0, Y])
-    at_home = state_from_joints(control.robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
-    assembly, estimator = assembly_mode(at_home), case.estimation.model
-    memory = first_update(estimator, assembly, home.q11, home.q21)
+    home = inverse_geometry(robot, mode1, mode2, plan[0, X], plan[0, Y])
+    at_home = state_from_joints(robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
+    estimator = case.estimation.model
+    memory = first_update(estimator, assembly_mode(at_home), readings.q11, readings.q21)
     # no reading at sample 0, which is the start of the filter
     rates = np.full(case.estimation.gyro_errors.shape[0], math.nan)
 
@@ -119,9 +104,7 @@ def run_loop(
         if estimating:
             # the watch for frozen encoders of `StateEstimator` is left out: no encoder of this plant freezes, and the
             # verdicts of earlier sweeps stay comparable
-            if number == 0:
-                memory = first_update(estimator, assembly, readings.q11, readings.q21)
-            else:
+            if number > 0:
                 memory = with_motors(memory, number, 1, readings.q11, readings.q21, applied1, applied2)
                 start = memory.newest
                 if rates.shape[0] > 0:
@@ -225,14 +208,14 @@ def run_loop(
             applied1 = shaped(commands[waiting, 0], case.equipment.torque_quantum, limit)
             applied2 = shaped(commands[waiting, 1], case.equipment.torque_quantum, limit)
         peak1, peak2 = max(peak1, abs(applied1)), max(peak2, abs(applied2))
-        after = robot_later(case, plant, number, applied1, applied2)
+        after = robot_later(actual, mechanism, case.steps, case.step, plant, number, applied1, applied2)
         if math.isinf(after.gap):
             if fault == NO_FAULT:
                 fault, fault_sample = PLANT_DIVERGED, number
             break
         plant = after.state
         loop_gap = max(loop_gap, after.gap)
-        now, seen = robot_sensed(case, plant)
+        now, seen = robot_sensed(mechanism, plant)
         work += abs(applied1 * (now.q11 - exact.q11)) + abs(applied2 * (now.q21 - exact.q21))
         exact = now
 

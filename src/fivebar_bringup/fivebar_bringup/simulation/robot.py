@@ -7,15 +7,14 @@ compiled only where there are some.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from fivebar_bringup.simulation.plant import Closed, PlantState, advanced_plant, chain_at, closed
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import Joints
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.motion import MechanismState, Moved, advanced, joints_of, joints_seen, started
-
-if TYPE_CHECKING:
-    from fivebar_bringup.simulation.case import Numbers
 
 
 class Sensed(NamedTuple):
@@ -25,43 +24,61 @@ class Sensed(NamedTuple):
     seen: Joints
 
 
-Start = Callable[["Numbers", float, float], Any]
-Later = Callable[["Numbers", Any, int, float, float], Any]
-Sense = Callable[["Numbers", Any], Sensed]
+Start = Callable[[FiveBar, FiveBar, int, int, Any, float, float], Any]
+Later = Callable[[FiveBar, Any, int, float, Any, int, float, float], Any]
+Sense = Callable[[Any, Any], Sensed]
 
 
-def ideal_start(case: Numbers, x: float, y: float) -> PlantState:
+def ideal_start(
+    robot: FiveBar, actual: FiveBar, mode1: int, mode2: int, mechanism: None, x: float, y: float
+) -> PlantState:
     """Return the robot at rest with its platform at (x, y) m in the working mode, on the closed loop."""
-    q = inverse_geometry(case.actual, case.control.mode1, case.control.mode2, x, y)
-    return closed(case.actual, PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))).state
+    q = inverse_geometry(actual, mode1, mode2, x, y)
+    return closed(actual, PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))).state
 
 
-def ideal_later(case: Numbers, plant: PlantState, number: int, tau1: float, tau2: float) -> Closed:
-    """Return the robot one sample after a sample's under motor torques (Nm), and the loop's gap (m) on the way."""
-    return advanced_plant(case.actual, plant, case.steps, case.step, tau1, tau2)
+def ideal_later(
+    actual: FiveBar, mechanism: None, steps: int, step: float, plant: PlantState, number: int, tau1: float, tau2: float
+) -> Closed:
+    """Return the robot one sample after a sample's under motor torques (Nm), and the loop's gap (m) on the way.
+
+    The sample is `steps` integration steps of `step` (s).
+    """
+    return advanced_plant(actual, plant, steps, step, tau1, tau2)
 
 
-def ideal_sensed(case: Numbers, plant: PlantState) -> Sensed:
+def ideal_sensed(mechanism: None, plant: PlantState) -> Sensed:
     """Return the joints."""
     one, two = plant.leg1, plant.leg2
     exact = Joints(one.q1, one.q2, two.q1, two.q2, one.dq1, one.dq2, two.dq1, two.dq2)
     return Sensed(exact, exact)
 
 
-def start_with_effects(case: Numbers, x: float, y: float) -> MechanismState:
+def start_with_effects(
+    robot: FiveBar, actual: FiveBar, mode1: int, mode2: int, mechanism: Mechanism, x: float, y: float
+) -> MechanismState:
     """Return the robot at rest where its encoders say that the modelled platform is at (x, y) m."""
-    q = inverse_geometry(case.control.robot, case.control.mode1, case.control.mode2, x, y)
-    return started(case.mechanism, q.q11, q.q12, q.q21, q.q22).state
+    q = inverse_geometry(robot, mode1, mode2, x, y)
+    return started(mechanism, q.q11, q.q12, q.q21, q.q22).state
 
 
-def later_with_effects(case: Numbers, plant: MechanismState, number: int, tau1: float, tau2: float) -> Moved:
+def later_with_effects(
+    actual: FiveBar,
+    mechanism: Mechanism,
+    steps: int,
+    step: float,
+    plant: MechanismState,
+    number: int,
+    tau1: float,
+    tau2: float,
+) -> Moved:
     """Return the robot one sample after a sample's, as :func:`ideal_later` does."""
-    return advanced(case.mechanism, plant, number, tau1, tau2)
+    return advanced(mechanism, plant, number, tau1, tau2)
 
 
-def sensed_with_effects(case: Numbers, plant: MechanismState) -> Sensed:
+def sensed_with_effects(mechanism: Mechanism, plant: MechanismState) -> Sensed:
     """Return the joints."""
-    j, k = joints_of(plant), joints_seen(case.mechanism, plant)
+    j, k = joints_of(plant), joints_seen(mechanism, plant)
     return Sensed(
         Joints(j.q11, j.q12, j.q21, j.q22, j.dq11, j.dq12, j.dq21, j.dq22),
         Joints(k.q11, k.q12, k.q21, k.q22, k.dq11, k.dq12, k.dq21, k.dq22),

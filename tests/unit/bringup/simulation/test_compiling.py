@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_bringup.simulation.compiling import compiled, compiled_and_kept, digest
+from fivebar_bringup.simulation.compiling import compiled, compiled_and_kept, digest, kept_by_itself
 from fivebar_bringup.simulation.loop import run_loop
 from fivebar_control.estimation.ekf import EkfSettings, corrected, filter_model, homed_belief, predicted
 from fivebar_control.estimation.encoder import Angle
@@ -151,9 +151,9 @@ def test_code_is_kept_on_disk_until_any_function_or_constant_down_the_line_chang
     """numba itself only looks at the file of the outermost function, and would not see a change elsewhere."""
     first, again = (compiled_and_kept(module_with(tmp_path, 2.0).sum_of) for _ in range(2))
     assert (first(3.0), again(3.0)) == (12.0, 12.0)
-    assert sum(first.dispatcher.stats.cache_misses.values()) == 1
-    assert sum(again.dispatcher.stats.cache_hits.values()) == 1
-    kept = set(Path(first.dispatcher.stats.cache_path).glob("changing.sum_of_*"))
+    assert sum(first.stats.cache_misses.values()) == 1
+    assert sum(again.stats.cache_hits.values()) == 1
+    kept = set(Path(first.stats.cache_path).glob("changing.sum_of_*"))
     assert {path.suffix for path in kept} == {".nbi", ".nbc"}
     changed = module_with(tmp_path, 5.0)
     assert compiled_and_kept(changed.sum_of)(3.0) == 30.0
@@ -163,14 +163,29 @@ def test_code_is_kept_on_disk_until_any_function_or_constant_down_the_line_chang
     assert digest(inner_only.sum_of) != before
     assert compiled_and_kept(inner_only.sum_of)(3.0) == 27.0
     # and what nobody will load any more does not stay
-    left = set(Path(first.dispatcher.stats.cache_path).glob("changing.sum_of_*"))
+    left = set(Path(first.stats.cache_path).glob("changing.sum_of_*"))
     assert (len(kept), len(left), kept & left) == (2, 2, set())
+
+
+def test_a_part_that_is_kept_by_itself_is_compiled_once_for_all_its_callers(tmp_path: Path) -> None:
+    parts = []
+    for caller in ("sum_of", "outer"):
+        module = module_with(tmp_path, 2.0)
+        kept_by_itself(module.inner)
+        whole = compiled_and_kept(getattr(module, caller))
+        assert whole(3.0) == (12.0 if caller == "sum_of" else math.inf)
+        parts.append(whole.py_func.__globals__["inner"].stats)
+    assert [sum(one.cache_misses.values()) for one in parts] == [1, 0]
+    assert [sum(one.cache_hits.values()) for one in parts] == [0, 1]
+    changed = module_with(tmp_path, 5.0)
+    kept_by_itself(changed.inner)
+    assert compiled_and_kept(changed.sum_of)(3.0) == 30.0
 
 
 def test_what_is_kept_of_another_function_stays(tmp_path: Path) -> None:
     module = module_with(tmp_path, 2.0)
     compiled_and_kept(module.constant)(3.0)
-    folder = Path(compiled_and_kept(module.sum_of).dispatcher.stats.cache_path)
+    folder = Path(compiled_and_kept(module.sum_of).stats.cache_path)
     before = set(folder.glob("changing.constant_*.nb*"))
     # a name that begins like that of another function
     other = folder / "changing.sum_of_squares_0123456789abcdef-1.py311.nbi"

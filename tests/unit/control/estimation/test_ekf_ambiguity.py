@@ -6,9 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from estimate_replay import OFF_MODEL, encoder_scenario, replay
+from engine_agreement import columns, prepared
+from estimate_replay import OFF_MODEL, encoder_scenario
 
+from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_control.estimation.covariance import SIZE, STATES
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, filter_model
 from fivebar_control.estimation.mirror import (
@@ -125,12 +128,26 @@ def test_an_estimate_at_the_limit_of_deviations_is_not_ambiguous(dextar: FiveBar
 def test_slow_crossings_are_ambiguous_and_ballistic_ones_are_not(
     waypoints: list[list[float]], duration: float, ambiguous: bool, plant: dict[str, float]
 ) -> None:
+    """In the compiled engine, which has this test of the estimator."""
     scenario = encoder_scenario("middle", duration, plant=plant, waypoints=waypoints, tracking_error_limit=0.2)
-    run = simulate(scenario)
-    assert [fault.partition(":")[0] for fault in run.faults] == (["estimate_ambiguous"] if ambiguous else [])
+    outcome, trace = traced_crossing(*prepared(scenario))
+    assert FAULT_NAMES[outcome.fault] == ("estimate_ambiguous" if ambiguous else "")
     if ambiguous:
-        number = int(run.faults[0].split()[3].rstrip(":"))
         # from that sample on there is no torque
+        commands = columns(trace, "command1", "command2")
+        assert not commands[outcome.fault_sample :].any()
+        assert commands[outcome.fault_sample - 1].all()
+
+
+@pytest.mark.parametrize(("way", "duration", "faults"), [(0.13, 2.0, []), (0.03, 2.8, ["estimate_ambiguous"])])
+def test_the_whole_estimator_finds_nothing_else(way: float, duration: float, faults: list[str]) -> None:
+    """With all its checks, fast and slow; the slow one moves through the middle as if it took 12 s from end to end."""
+    waypoints = [[0.0, 0.085 + way / 2.0], [0.0, 0.085 - way / 2.0]]
+    scenario = encoder_scenario("middle", duration, plant=OFF_MODEL, waypoints=waypoints, tracking_error_limit=0.2)
+    run = simulate(scenario)
+    assert [fault.partition(":")[0] for fault in run.faults] == faults
+    if faults:
+        number = int(run.faults[0].split()[3].rstrip(":"))
         assert all(sample.command == (0.0, 0.0) for sample in run.samples[number:])
         assert run.samples[number - 1].command != (0.0, 0.0)
 
@@ -145,7 +162,4 @@ def test_a_wrong_estimate_is_never_passed_on_in_silence(
     """Robots that are not as believed, some of which stop on the locus: no estimate is 2 mm off without the fault."""
     plant = {"friction_scale": friction, "mass_scale": mass, "inertia_scale": inertia}
     scenario = encoder_scenario("middle", duration, plant=plant, waypoints=DOWN, tracking_error_limit=0.2)
-    for one in replay(simulate(scenario), scenario):
-        if one.fault is not None:
-            break
-        assert one.error < 2e-3, one.number
+    assert 0.0 < crossing(*prepared(scenario, stop_at_fault=True)).estimate_error < 2e-3
