@@ -7,7 +7,8 @@ import os
 import signal
 import sys
 import time
-import uuid
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,6 @@ from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND, sample_o
 from fivebar_description.ros.messages import stamp_of
 
 FIVEBAR = Path(sys.executable).with_name("fivebar")
-MARK = "FIVEBAR_TEST_RUN"
-"""Environment variable by which all processes of a run are found, whoever their parent has become."""
 
 RUN_DEADLINE = 240.0
 """Longest time (s) for a command that takes some ten seconds on an idle machine."""
@@ -34,46 +33,35 @@ LONG = 30.0
 nothing awaits the probe of a run."""
 
 
-class FivebarCommand(ChildProcess):
-    """One call of the command, in a folder of its own."""
+class CommandCall:
+    """One call of the command in a folder of its own; its processes run there, whoever their parent has become."""
 
-    def __init__(self, folder: Path, *arguments: str, domain: int = 0) -> None:
-        if arguments[:1] in (("run",), ("simulate",)) and "--page" not in arguments:
-            # drawing takes longer than a short run, and few tests look at the pictures
-            arguments = (*arguments, "--no-page")
-        self.folder = folder
-        self.domain = domain
-        self._mark = f"{MARK}={uuid.uuid4()}"
-        name, _, value = self._mark.partition("=")
-        super().__init__([str(FIVEBAR), *arguments], folder, {**clean_environment(domain, folder), name: value})
+    folder: Path
+    stdout: str
+    wait: Callable[[float], int]
 
-    def finish(self, deadline: float = RUN_DEADLINE) -> int:
+    def finish(self) -> int:
         """Wait for the end and return the exit status."""
-        return self.wait(deadline)
+        return self.wait(RUN_DEADLINE)
 
     def json(self) -> Any:
         return json.loads(self.stdout)
 
     def processes(self) -> dict[int, str]:
-        """Return all living processes of this call, itself included, with their command lines."""
+        """Return all living processes of this call, itself included, with their names."""
         found = {}
         for entry in Path("/proc").iterdir():
             if not entry.name.isdecimal():
                 continue
-            try:
-                environment = (entry / "environ").read_bytes()
-                line = (entry / "cmdline").read_bytes()
-            except OSError:
-                continue
-            # a zombie has no command line any more
-            if line and self._mark.encode() in environment.split(b"\0"):
-                found[int(entry.name)] = line.replace(b"\0", b" ").decode()
+            # what has ended by now, or is a zombie, has no folder
+            with suppress(OSError):
+                if (entry / "cwd").readlink() == self.folder:
+                    found[int(entry.name)] = (entry / "comm").read_text(encoding="utf-8").strip()
         return found
 
     def node(self, name: str) -> int:
         """Return the process number of a node."""
-        kept = name[:LONGEST_NAME]
-        (pid,) = (pid for pid in self.processes() if Path(f"/proc/{pid}/comm").read_text().strip() == kept)
+        (pid,) = (pid for pid, found in self.processes().items() if found == name[:LONGEST_NAME])
         return pid
 
     def expect_no_process(self, deadline: float) -> None:
@@ -84,30 +72,42 @@ class FivebarCommand(ChildProcess):
                 pytest.fail(f"still there after {deadline} s: {alive}")
             time.sleep(0.05)
 
-    def close(self) -> None:
-        """End whatever is left of this call."""
-        super().close()
+    def kill_processes(self) -> None:
+        """Kill whatever is left of this call."""
         for pid in self.processes():
-            os.kill(pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
 
 
-class ForkedCommand(ForkedNode):
-    """One call of the command that starts no processes, forked from one that has loaded it, in a folder of its own."""
+class InstalledCommand(CommandCall, ChildProcess):
+    """The installed command, which takes seconds of processor time to load its modules."""
 
-    def __init__(self, folder: Path, *arguments: str) -> None:
-        if arguments[:1] in (("run",), ("simulate",)) and "--page" not in arguments:
-            # drawing takes longer than a short run, and few tests look at the pictures
-            arguments = (*arguments, "--no-page")
-        self.folder = folder
-        environment = clean_environment(0, folder)
-        super().__init__(fork_context(PRELOADED), COMMAND, arguments, folder, environment, FIVEBAR.name)
+    def __init__(self, folder: Path, *arguments: str, domain: int = 0) -> None:
+        self.folder = folder.resolve()
+        command = [str(FIVEBAR), *without_page(arguments)]
+        ChildProcess.__init__(self, command, folder, clean_environment(domain, folder))
 
-    def finish(self) -> int:
-        """Wait for the end and return the exit status."""
-        return self.wait(RUN_DEADLINE)
+    def close(self) -> None:
+        ChildProcess.close(self)
+        self.kill_processes()
 
-    def json(self) -> Any:
-        return json.loads(self.stdout)
+
+class FivebarCommand(CommandCall, ForkedNode):
+    """The command forked from a process that has loaded it and all nodes."""
+
+    def __init__(self, folder: Path, *arguments: str, domain: int = 0) -> None:
+        self.folder = folder.resolve()
+        context, environment = fork_context(PRELOADED), clean_environment(domain, folder)
+        ForkedNode.__init__(self, context, COMMAND, without_page(arguments), folder, environment, FIVEBAR.name)
+
+    def close(self) -> None:
+        ForkedNode.close(self)
+        self.kill_processes()
+
+
+def without_page(arguments: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the arguments of a call that draws only if it says so: that takes longer than a short run."""
+    return (*arguments, "--no-page") if arguments[0] in ("run", "simulate") and "--page" not in arguments else arguments
 
 
 class GraphRun:
@@ -121,6 +121,8 @@ class GraphRun:
             "name": "interrupted",
             "waypoints": [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]],
             "segment_duration": LONG,
+            # unscreened: that would take longer than all else
+            "force": True,
         }
         scenario.write_text(yaml.safe_dump(content), encoding="utf-8")
         self.out = folder / "out"

@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from collections.abc import Mapping, Sequence
+from multiprocessing import forkserver
 from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
@@ -23,7 +24,12 @@ DEADLINE = 60.0
 def fork_context(modules: Sequence[str]) -> ForkServerContext:
     """Return the context of a server that has loaded some modules; none of them starts threads before its `main`."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(modules))
+    # with what runs in the fork before that `main`
+    context.set_forkserver_preload([*modules, "pytest.__main__", __name__])
+    with pytest.MonkeyPatch.context() as patch:
+        # the server does not take the path of this process
+        patch.setenv("PYTHONPATH", str(Path(__file__).parent), prepend=os.pathsep)
+        forkserver.ensure_running()
     return context
 
 

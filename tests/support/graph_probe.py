@@ -55,8 +55,8 @@ DDS_VARIABLES = (
     "FASTRTPS_DEFAULT_PROFILES_FILE",
 )
 
-COMMAND = "fivebar_bringup.cli.main"
-"""The module of the `fivebar` command."""
+COMMAND = "forked_command"
+"""The module that is the `fivebar` command."""
 
 RUN_READY_PROFILE = qos_profile(RUN_READY.qos)
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from itertools import count
 from pathlib import Path
 
 import pytest
-from fivebar_command import FivebarCommand, ForkedCommand, GraphRun
+from fivebar_command import FivebarCommand, GraphRun
 from graph_probe import Bench
 
 
@@ -26,20 +25,6 @@ def fivebar(folder: Path) -> Iterator[Callable[..., FivebarCommand]]:
         def start(*arguments: str) -> FivebarCommand:
             command = FivebarCommand(folder / f"call{len(calls)}", *arguments)
             calls.append(command)
-            stack.callback(command.close)
-            return command
-
-        yield start
-
-
-@pytest.fixture(scope="module")
-def forked(folder: Path) -> Iterator[Callable[..., ForkedCommand]]:
-    """Start `fivebar`, without loading it again, for what starts no processes, in a folder of its own."""
-    with ExitStack() as stack:
-        numbers = count()
-
-        def start(*arguments: str) -> ForkedCommand:
-            command = ForkedCommand(folder / f"forked{next(numbers)}", *arguments)
             stack.callback(command.close)
             return command
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from fivebar_command import FivebarCommand, ForkedCommand
+from fivebar_command import FivebarCommand, InstalledCommand
 
 from fivebar_bringup.cli.main import app
 
@@ -31,16 +31,16 @@ BAD_FILES = {
 
 
 @pytest.fixture(scope="module")
-def helps(forked: Callable[..., ForkedCommand]) -> dict[str, ForkedCommand]:
+def helps(fivebar: Callable[..., FivebarCommand]) -> dict[str, FivebarCommand]:
     """The help of the command and of each subcommand, asked for all at once."""
-    calls = {"": forked("--help"), **{name: forked(name, "--help") for name in SUBCOMMANDS}}
+    calls = {"": fivebar("--help"), **{name: fivebar(name, "--help") for name in SUBCOMMANDS}}
     for call in calls.values():
         call.finish()
     return calls
 
 
-def test_the_installed_command_is_this_one(folder: Path, helps: dict[str, ForkedCommand]) -> None:
-    installed = FivebarCommand(folder / "installed", "--help")
+def test_the_installed_command_is_this_one(folder: Path, helps: dict[str, FivebarCommand]) -> None:
+    installed = InstalledCommand(folder / "installed", "--help")
     assert installed.finish() == 0
     assert (installed.stdout, installed.stderr) == (helps[""].stdout, "")
 
@@ -49,14 +49,14 @@ def test_there_are_subcommands() -> None:
     assert {"run", "simulate", "report", "nodes"} <= set(SUBCOMMANDS)
 
 
-def test_help_names_every_subcommand(helps: dict[str, ForkedCommand]) -> None:
+def test_help_names_every_subcommand(helps: dict[str, FivebarCommand]) -> None:
     assert helps[""].status == 0
     assert helps[""].stderr == ""
     assert all(re.search(rf"\b{name}\b", helps[""].stdout) for name in SUBCOMMANDS)
 
 
 @pytest.mark.parametrize("name", SUBCOMMANDS)
-def test_help_of_a_subcommand_has_an_example(helps: dict[str, ForkedCommand], name: str) -> None:
+def test_help_of_a_subcommand_has_an_example(helps: dict[str, FivebarCommand], name: str) -> None:
     assert helps[name].status == 0
     words = " ".join(re.sub(r"[│╭╮╰╯─]", " ", helps[name].stdout).split())
     assert f"Example: fivebar {name}" in words
@@ -64,23 +64,23 @@ def test_help_of_a_subcommand_has_an_example(helps: dict[str, ForkedCommand], na
 
 
 @pytest.fixture(scope="module")
-def refused(forked: Callable[..., ForkedCommand], folder: Path) -> dict[str, ForkedCommand]:
+def refused(fivebar: Callable[..., FivebarCommand], folder: Path) -> dict[str, FivebarCommand]:
     """Calls with bad input, all at once."""
     calls = {}
     for index, (name, (content, _)) in enumerate(BAD_FILES.items()):
         path = folder / f"{name}.yaml"
         path.write_text(content, encoding="utf-8")
-        calls[name] = forked(("run", "simulate", "nodes")[index % 3], str(path))
+        calls[name] = fivebar(("run", "simulate", "nodes")[index % 3], str(path))
     occupied = folder / "occupied"
     occupied.mkdir()
     (occupied / "note.txt").write_text("mine", encoding="utf-8")
     (folder / "file").write_text("mine", encoding="utf-8")
-    calls["no_scenario"] = forked("run", "no_such_scenario")
-    calls["no_file"] = forked("simulate", "nowhere.yaml")
-    calls["occupied_run"] = forked("run", "middle", "--out", str(occupied))
-    calls["occupied_simulate"] = forked("simulate", "middle", "--json", "--out", str(occupied))
-    calls["out_is_file"] = forked("simulate", "middle", "--out", str(folder / "file"))
-    calls["no_run"] = forked("report", str(occupied))
+    calls["no_scenario"] = fivebar("run", "no_such_scenario")
+    calls["no_file"] = fivebar("simulate", "nowhere.yaml")
+    calls["occupied_run"] = fivebar("run", "middle", "--out", str(occupied))
+    calls["occupied_simulate"] = fivebar("simulate", "middle", "--json", "--out", str(occupied))
+    calls["out_is_file"] = fivebar("simulate", "middle", "--out", str(folder / "file"))
+    calls["no_run"] = fivebar("report", str(occupied))
     for call in calls.values():
         call.finish()
     assert [path.name for path in occupied.iterdir()] == ["note.txt"]
@@ -99,7 +99,7 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_bad_input_is_answered_in_one_line(refused: dict[str, ForkedCommand], name: str) -> None:
+def test_bad_input_is_answered_in_one_line(refused: dict[str, FivebarCommand], name: str) -> None:
     call = refused[name]
     assert call.status == 2
     lines = call.stderr.splitlines()
@@ -111,8 +111,8 @@ def test_bad_input_is_answered_in_one_line(refused: dict[str, ForkedCommand], na
     assert not (call.folder / "runs").exists()
 
 
-def test_nodes_are_listed(forked: Callable[..., ForkedCommand]) -> None:
-    table, listing = forked("nodes", "ctc_middle"), forked("nodes", "ctc_middle", "--json")
+def test_nodes_are_listed(fivebar: Callable[..., FivebarCommand]) -> None:
+    table, listing = fivebar("nodes", "ctc_middle"), fivebar("nodes", "ctc_middle", "--json")
     assert (table.finish(), listing.finish()) == (0, 0)
     names = [node["node"] for node in json.loads(listing.stdout)]
     assert "ctc_controller" in names

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from fivebar_command import RUN_DEADLINE, FivebarCommand, ForkedCommand
+from fivebar_command import RUN_DEADLINE, FivebarCommand
 from graph_probe import Bench, Probe
 
 from fivebar_bringup.runs.bag.reader import read_bag
@@ -185,8 +185,8 @@ def test_what_drives_cannot_do_is_refused(tmp_path: Path, change: dict[str, obje
         (("middle_robot", "--hardware", "emulated", "--inject", "1 kill cook"), "node cook: expected one of"),
     ],
 )
-def test_bad_input_is_one_line(forked: Callable[..., ForkedCommand], arguments: tuple[str, ...], text: str) -> None:
-    call = forked("run", *arguments)
+def test_bad_input_is_one_line(fivebar: Callable[..., FivebarCommand], arguments: tuple[str, ...], text: str) -> None:
+    call = fivebar("run", *arguments)
     assert call.finish() == 2
     assert text in call.stderr
     assert call.stderr.strip().count("\n") == 0

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from bag_contents import JOINT_STATE_FIELDS, contents
-from fivebar_command import FivebarCommand, ForkedCommand
+from fivebar_command import FivebarCommand, InstalledCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
@@ -40,33 +41,30 @@ TIMING = ("wall_s", "cycle_time_ms", "overruns", "runner", "mode")
 
 
 class Runs:
-    """The same scenario run with nodes, with nodes again, and without."""
+    """The same scenario run with nodes, with nodes by the installed command, and without."""
 
-    def __init__(
-        self, fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path
-    ) -> None:
+    def __init__(self, fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
         scenario = folder / "short.yaml"
         scenario.write_text(SCENARIO, encoding="utf-8")
         self.summaries: dict[str, Any] = {}
         self.bags: dict[str, Recording] = {}
         for name, start, command in (
             ("ros", fivebar, "run"),
-            ("ros again", fivebar, "run"),
-            ("offline", forked, "simulate"),
+            ("ros installed", partial(InstalledCommand, folder / "installed"), "run"),
+            ("offline", fivebar, "simulate"),
         ):
             out = folder / name.replace(" ", "_")
-            call: FivebarCommand | ForkedCommand = start(command, str(scenario), "--json", "--out", str(out))
+            call = start(command, str(scenario), "--json", "--out", str(out))
             assert call.finish() == 0, call.stderr
             assert call.stderr == ""
             self.summaries[name] = call.json()
             self.bags[name] = read_bag(out / "bag")
-            if isinstance(call, FivebarCommand):
-                call.expect_no_process(0.0)
+            call.expect_no_process(0.0)
 
 
 @pytest.fixture(scope="module")
-def runs(fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path) -> Runs:
-    return Runs(fivebar, forked, folder)
+def runs(fivebar: Callable[..., FivebarCommand], folder: Path) -> Runs:
+    return Runs(fivebar, folder)
 
 
 def test_the_run_is_completed(runs: Runs) -> None:
@@ -83,7 +81,7 @@ def test_there_are_stamped_topics() -> None:
     assert {JOINT_STATES, REFERENCE, IMU_DATA, TORQUE_COMMAND, TORQUE_REQUESTED} < set(STAMPED)
 
 
-@pytest.mark.parametrize("other", ["ros again", "offline"])
+@pytest.mark.parametrize("other", ["ros installed", "offline"])
 @pytest.mark.parametrize("topic", STAMPED, ids=lambda topic: topic.name)
 def test_every_stamped_message_is_equal(runs: Runs, topic: Topic, other: str) -> None:
     first, second = runs.bags["ros"], runs.bags[other]
@@ -95,7 +93,7 @@ def test_every_stamped_message_is_equal(runs: Runs, topic: Topic, other: str) ->
         assert first.joint_names(topic) == second.joint_names(topic)
 
 
-@pytest.mark.parametrize("other", ["ros again", "offline"])
+@pytest.mark.parametrize("other", ["ros installed", "offline"])
 def test_every_figure_of_the_summary_is_equal(runs: Runs, other: str) -> None:
     first, second = dict(runs.summaries["ros"]), dict(runs.summaries[other])
     for name in TIMING:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from bag_contents import contents
-from fivebar_command import FivebarCommand, ForkedCommand
+from fivebar_command import FivebarCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
@@ -62,16 +62,15 @@ class Bags(NamedTuple):
 def bags(
     request: pytest.FixtureRequest,
     fivebar: Callable[..., FivebarCommand],
-    forked: Callable[..., ForkedCommand],
     folder: Path,
 ) -> Bags:
     name = f"short_{request.param_index}"
     scenario = folder / f"{name}.yaml"
     scenario.write_text(f"name: {name}\n{request.param}", encoding="utf-8")
     found = []
-    for start, command in ((fivebar, "run"), (forked, "simulate")):
+    for command in ("run", "simulate"):
         out = folder / f"{name}_{command}"
-        call = start(command, str(scenario), "--json", "--out", str(out))
+        call = fivebar(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
         assert call.json()["completed"] is True
         assert 0.0 < call.json()["estimate_error_max_m"] < 5e-4

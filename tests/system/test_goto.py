@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from fivebar_command import FivebarCommand, ForkedCommand
+from fivebar_command import FivebarCommand
 from graph_probe import Bench
 
 from fivebar_bringup.runs.bag.reader import read_bag
@@ -16,10 +16,10 @@ from fivebar_bringup.studies.goto.start import start_after
 from fivebar_description.interface import FAULTS, REFERENCE, RUN_STATUS
 
 
-def test_it_runs_the_plan_and_goes_on_from_there(forked: Callable[..., ForkedCommand], tmp_path: Path) -> None:
+def test_it_runs_the_plan_and_goes_on_from_there(fivebar: Callable[..., FivebarCommand], tmp_path: Path) -> None:
     """There, and back: the second motion begins where the first has ended, in the other assembly mode."""
     out = tmp_path / "there"
-    there = forked("goto", "0", "0.03", "--offline", "--json", "--out", str(out))
+    there = fivebar("goto", "0", "0.03", "--offline", "--json", "--out", str(out))
     assert there.finish() == 0, there.stderr
     summary = there.json()["summary"]
     assert summary["completed"] is True
@@ -28,16 +28,14 @@ def test_it_runs_the_plan_and_goes_on_from_there(forked: Callable[..., ForkedCom
     start = start_after(out)
     assert (start.x, start.y) == pytest.approx((0.0, 0.03), abs=2e-3)
     assert start.working_mode == (1, -1)
-    back = forked("goto", "0.02", "0.14", "--mode", "+", "--after", str(out), "--plan-only", "--json")
+    back = fivebar("goto", "0.02", "0.14", "--mode", "+", "--after", str(out), "--plan-only", "--json")
     assert back.finish() == 0, back.stderr
     plan = back.json()["plan"]
     assert (plan["start"]["x"], plan["start"]["y"]) == (start.x, start.y)
     assert (plan["start"]["assembly_mode"], plan["goal"]["assembly_mode"]) == ("-", "+")
 
 
-def test_a_standing_robot_goes_where_it_is_asked_to(
-    fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], tmp_path: Path
-) -> None:
+def test_a_standing_robot_goes_where_it_is_asked_to(fivebar: Callable[..., FivebarCommand], tmp_path: Path) -> None:
     with Bench(tmp_path) as bench:
         probe = bench.probe()
         probe.listen(RUN_STATUS)
@@ -48,10 +46,10 @@ def test_a_standing_robot_goes_where_it_is_asked_to(
             lambda: any('"sample": 0,' not in message.data for message in probe.got(RUN_STATUS)), "the run", 60.0
         )
 
-        def ask(*arguments: str) -> ForkedCommand:
+        def ask(*arguments: str) -> FivebarCommand:
             """Ask again until the planned motion is over."""
             while True:
-                command = forked("goto", *arguments, "--live", "--domain", domain)
+                command = fivebar("goto", *arguments, "--live", "--domain", domain)
                 status = command.finish()
                 if "moving for another" not in command.stdout:
                     assert status in (0, 2), command.stderr

@@ -11,7 +11,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
-from fivebar_command import ForkedCommand, GraphRun
+from fivebar_command import FivebarCommand, GraphRun
 from graph_probe import DEADLINE
 
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
@@ -34,8 +34,8 @@ def live(graph_run: Callable[..., GraphRun]) -> GraphRun:
     return run
 
 
-def test_the_live_graph_is_the_described_one(live: GraphRun, forked: Callable[..., ForkedCommand]) -> None:
-    listing = forked("nodes", "--json")
+def test_the_live_graph_is_the_described_one(live: GraphRun, fivebar: Callable[..., FivebarCommand]) -> None:
+    listing = fivebar("nodes", "--json")
     ros = live.probe.node
     listing_ready = live.probe.wait_for(lambda: listing.status is not None, "the listing", deadline=60.0)
     assert listing_ready

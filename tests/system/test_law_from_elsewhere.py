@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_contents import contents
-from fivebar_command import FivebarCommand, ForkedCommand
+from fivebar_command import FivebarCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
@@ -40,13 +40,11 @@ def scenario(folder: Path) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="module")
-def bags(
-    fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path, scenario: Path
-) -> dict[str, Recording]:
+def bags(fivebar: Callable[..., FivebarCommand], folder: Path, scenario: Path) -> dict[str, Recording]:
     bags = {}
-    for start, command in ((fivebar, "run"), (forked, "simulate")):
+    for command in ("run", "simulate"):
         out = folder / f"toy_{command}"
-        call = start(command, str(scenario), "--json", "--out", str(out))
+        call = fivebar(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
         assert call.json()["completed"] is True
         bags[command] = read_bag(out / "bag")
@@ -104,20 +102,20 @@ def test_it_is_compared_with_the_laws_of_the_tree(
     ],
 )
 def test_a_controller_that_is_none_is_refused_with_a_reason(
-    forked: Callable[..., ForkedCommand], folder: Path, scenario: Path, controller: str, words: str
+    fivebar: Callable[..., FivebarCommand], folder: Path, scenario: Path, controller: str, words: str
 ) -> None:
     path = folder / "refused.yaml"
     path.write_text(SCENARIO.replace("toy_law:LAW", controller), encoding="utf-8")
-    call = forked("simulate", str(path))
+    call = fivebar("simulate", str(path))
     assert call.finish() == 2
     assert len(call.stderr.strip().splitlines()) == 1
     assert words in call.stderr
     assert "controller" in call.stderr
 
 
-def test_settings_of_the_law_are_checked(forked: Callable[..., ForkedCommand], folder: Path, scenario: Path) -> None:
+def test_settings_of_the_law_are_checked(fivebar: Callable[..., FivebarCommand], folder: Path, scenario: Path) -> None:
     path = folder / "bad_setting.yaml"
     path.write_text(SCENARIO.replace("ki: 40.0", "ki: -1.0"), encoding="utf-8")
-    call = forked("simulate", str(path))
+    call = fivebar("simulate", str(path))
     assert call.finish() == 2
     assert "ki: -1.0: input should be greater than or equal to 0" in call.stderr

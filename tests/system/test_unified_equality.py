@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from bag_contents import contents
-from fivebar_command import FivebarCommand, ForkedCommand
+from fivebar_command import FivebarCommand
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
@@ -34,15 +34,13 @@ STAMPED = (JOINT_STATES, REFERENCE, UNIFIED_TORQUE, SUPERVISOR_STATE, TORQUE_COM
 
 
 @pytest.fixture(scope="module")
-def bags(
-    fivebar: Callable[..., FivebarCommand], forked: Callable[..., ForkedCommand], folder: Path
-) -> tuple[Recording, Recording]:
+def bags(fivebar: Callable[..., FivebarCommand], folder: Path) -> tuple[Recording, Recording]:
     scenario = folder / "short_unified.yaml"
     scenario.write_text(SCENARIO, encoding="utf-8")
     bags = []
-    for start, command in ((fivebar, "run"), (forked, "simulate")):
+    for command in ("run", "simulate"):
         out = folder / f"unified_{command}"
-        call = start(command, str(scenario), "--json", "--out", str(out))
+        call = fivebar(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
         summary = call.json()
         assert summary["completed"] is True, summary["not_completed_because"]
