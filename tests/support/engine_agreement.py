@@ -8,7 +8,7 @@ import numpy as np
 
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
-from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome, TraceRow
 from fivebar_control.model.kinematics import state_from_joints
@@ -30,6 +30,18 @@ def changed(name: str, plant: dict[str, Any] | None = None, **fields: Any) -> Sc
 def prepared(scenario: Scenario, **options: Any) -> tuple[Case, Sampled]:
     plan = sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples)
     return case_of(scenario, **options), plan
+
+
+def outcome_of(scenario: Scenario) -> Outcome:
+    """Run a scenario compiled, which takes a hundredth of the time."""
+    return crossing(*prepared(scenario))
+
+
+def expect_completed(outcome: Outcome, scenario: Scenario, mode_changes: int) -> None:
+    """Fail where a run has not reached its last sample without a fault, by so many changes of assembly mode."""
+    assert FAULT_NAMES[outcome.fault] == ""
+    assert outcome.samples == scenario.plan().path.samples(scenario.rate_hz) + 1
+    assert outcome.mode_changes == mode_changes
 
 
 def columns(trace: np.ndarray[Any, np.dtype[np.float64]], *names: str) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -6,11 +6,12 @@ import math
 from itertools import pairwise
 
 import pytest
+from engine_agreement import expect_completed, outcome_of
 from estimate_replay import OFF_MODEL, encoder_scenario, summary_of
 
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.scenario import load_scenario, shipped_scenarios
+from fivebar_bringup.scenario import Scenario, load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_control.model.kinematics import state_from_joints
 
 NAMES, DURATIONS = ("middle", "multiple"), (0.5, 1.0, 2.0)
@@ -23,46 +24,48 @@ SOFT = (900.0, 60.0)
 """kp and kd of all laws."""
 
 
-def expect_completed(summary: Summary, name: str) -> None:
-    assert summary.completed, summary.not_completed_because
-    assert summary.assembly_mode_changes == CROSSINGS[name]
-    assert summary.estimate_error_max_m is not None
-    assert summary.estimate_error_max_m < ESTIMATE_LIMIT
-    assert max(peak for peak in summary.torque_peak_nm if peak is not None) < 5.0
+def expect_bounds(scenario: Scenario, name: str, tracking: float = math.inf) -> Outcome:
+    """Run a scenario compiled; fail where it does not complete, or goes beyond the bounds."""
+    outcome = outcome_of(scenario)
+    expect_completed(outcome, scenario, CROSSINGS[name])
+    assert 0.0 < outcome.estimate_error < ESTIMATE_LIMIT
+    assert max(outcome.applied1, outcome.applied2) < 5.0
+    assert 0.0 < outcome.error_peak < tracking
+    return outcome
 
 
 @pytest.mark.parametrize("duration", DURATIONS)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_robot_as_believed(name: str, duration: float) -> None:
-    summary, series = summary_of(encoder_scenario(name, duration, SOFT))
-    expect_completed(summary, name)
-    assert summary.tracking_error_peak_m is not None
-    assert summary.tracking_error_peak_m < TRACKING_LIMIT
-    # the last sample's estimate is for a moment that the run does not have
-    assert math.isnan(series.estimate_error[-1])
-    assert not any(math.isnan(error) for error in series.estimate_error[:-1])
+    expect_bounds(encoder_scenario(name, duration, SOFT), name, TRACKING_LIMIT)
 
 
 @pytest.mark.parametrize("duration", DURATIONS)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_robot_that_is_not_as_believed(name: str, duration: float) -> None:
-    summary, _ = summary_of(encoder_scenario(name, duration, SOFT, OFF_MODEL))
-    expect_completed(summary, name)
-    assert summary.tracking_error_peak_m is not None
-    assert summary.tracking_error_peak_m < OFF_MODEL_LIMIT
+    expect_bounds(encoder_scenario(name, duration, SOFT, OFF_MODEL), name, OFF_MODEL_LIMIT)
+
+
+def test_the_report_judges_the_same() -> None:
+    scenario = encoder_scenario("middle", 0.5, SOFT)
+    (summary, series), outcome = summary_of(scenario), expect_bounds(scenario, "middle")
+    assert summary.completed, summary.not_completed_because
+    assert summary.assembly_mode_changes == outcome.mode_changes
+    assert summary.estimate_error_max_m == pytest.approx(outcome.estimate_error, rel=1e-3)
+    assert summary.tracking_error_peak_m == pytest.approx(outcome.error_peak, rel=1e-3)
+    assert summary.torque_peak_nm == pytest.approx((outcome.applied1, outcome.applied2), rel=1e-3)
+    # the last sample's estimate is for a moment that the run does not have
+    assert math.isnan(series.estimate_error[-1])
+    assert not any(math.isnan(error) for error in series.estimate_error[:-1])
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_estimated_disturbance_takes_most_of_a_wrong_model(name: str) -> None:
     """Soft gains leave 4 mm and more of it at T = 1 s; with exact sensors and no delay they leave the same."""
-    errors = []
-    for feed_forward in (False, True):
-        scenario = encoder_scenario(name, 1.0, SOFT, OFF_MODEL, ekf={"feed_forward": feed_forward})
-        summary, _ = summary_of(scenario)
-        expect_completed(summary, name)
-        assert summary.tracking_error_peak_m is not None
-        errors.append(summary.tracking_error_peak_m)
-    without, made_up = errors
+    without, made_up = (
+        expect_bounds(encoder_scenario(name, 1.0, SOFT, OFF_MODEL, ekf={"feed_forward": feed_forward}), name).error_peak
+        for feed_forward in (False, True)
+    )
     assert without > 3.5e-3
     assert made_up < 0.2 * without
 
@@ -90,8 +93,7 @@ def test_shipped_scenarios_complete(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.estimated
     assert scenario.lead_samples == scenario.plant.delay_samples == 1
-    summary, _ = summary_of(scenario)
-    expect_completed(summary, name.removesuffix("_encoders"))
+    expect_bounds(scenario, name.removesuffix("_encoders"))
 
 
 def test_an_ambiguous_estimate_ends_the_run_as_failed() -> None:

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engine_agreement import columns, expect_completed, outcome_of, prepared
 from estimate_replay import summary_of
 
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.runs.run import run_offline
 from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.simulation.case import X, Y
+from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.studies.compare.rigs import RIGS
 from fivebar_description.strict_yaml import InputError
 
@@ -30,37 +31,25 @@ def scenario(motion: str, duration: float, **other: Any) -> Scenario:
     return Scenario(name="unified", controller="unified", waypoints=MOTIONS[motion], segment_duration=duration, **other)
 
 
-def largest(summary: Summary) -> tuple[float, float]:
-    """Return the largest error (m) and the largest torque asked for (Nm)."""
-    assert summary.tracking_error_peak_m is not None
-    return summary.tracking_error_peak_m, max(peak for peak in summary.torque_peak_nm if peak is not None)
+def expect_within(run: Scenario, mode_changes: int, error: float, torque: float) -> None:
+    """Run a scenario compiled; fail where it does not complete, or needs more error (m) or torque (Nm) than that."""
+    outcome = outcome_of(run)
+    expect_completed(outcome, run, mode_changes)
+    assert 0.0 < outcome.error_peak <= error
+    assert 0.0 < max(outcome.requested1, outcome.requested2) <= torque
 
 
 @pytest.mark.parametrize("duration", DURATIONS)
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_a_robot_as_believed(motion: str, duration: float) -> None:
-    summary, _ = summary_of(scenario(motion, duration))
-    assert summary.completed, summary.not_completed_because
-    assert summary.assembly_mode_changes == CROSSINGS[motion]
-    error, torque = largest(summary)
-    assert error <= 0.2e-3
-    assert torque <= 1.0
+    expect_within(scenario(motion, duration), CROSSINGS[motion], 0.2e-3, 1.0)
 
 
 @pytest.mark.parametrize(
     ("motion", "duration"), [*(("middle", duration) for duration in DURATIONS), ("multiple", 0.5), ("multiple", 2.0)]
 )
 def test_the_rig_from_its_motor_encoders(motion: str, duration: float) -> None:
-    summary, _ = summary_of(scenario(motion, duration, **RIG))
-    assert summary.completed, summary.not_completed_because
-    assert summary.assembly_mode_changes == CROSSINGS[motion]
-    error, torque = largest(summary)
-    assert error <= 0.4e-3
-    assert torque <= 1.5
-
-
-def root_mean_square(series: RunSeries) -> float:
-    return float(np.sqrt(np.mean(np.sum(series.tracking_error**2, axis=1))))
+    expect_within(scenario(motion, duration, **RIG), CROSSINGS[motion], 0.4e-3, 1.5)
 
 
 @pytest.mark.parametrize("plant", [LIGHT_AND_STIFF, HEAVY_AND_EASY], ids=["light and stiff", "heavy and easy"])
@@ -73,9 +62,11 @@ def test_the_observer_takes_the_error_of_a_wrong_model(plant: dict[str, float]) 
         errors = []
         for rate in (0.0, 40.0):
             run = scenario("middle", 1.0, plant=plant, unified={**gains, "observer_rate": rate})
-            summary, series = summary_of(run)
-            assert summary.completed, summary.not_completed_because
-            errors.append(root_mean_square(series))
+            case, plan = prepared(run)
+            outcome, trace = traced_crossing(case, plan)
+            expect_completed(outcome, run, 2)
+            away = columns(trace, "estimated_x", "estimated_y") - plan.rows[: len(trace), [X, Y]]
+            errors.append(float(np.sqrt(np.mean(np.sum(away**2, axis=1)))))
         assert errors[0] > without
         assert errors[1] < reached
 
@@ -96,9 +87,9 @@ def test_shipped_motions_that_meet_type_1(
     assert summary.completed, summary.not_completed_because
     assert (summary.assembly_mode_changes, summary.working_mode_changes) == mode_changes
     assert summary.planned_working_mode_changes == mode_changes[1]
-    found = largest(summary)
-    assert found[0] <= error
-    assert found[1] <= torque
+    assert summary.tracking_error_peak_m is not None
+    assert summary.tracking_error_peak_m <= error
+    assert max(peak for peak in summary.torque_peak_nm if peak is not None) <= torque
     # leg 1 is stretched at the planned moments
     plan = run.plan()
     sine = np.sin(series.joint_position[:, 1])
@@ -115,11 +106,8 @@ def test_a_robot_that_is_not_as_believed_still_changes_its_working_mode(
     content = load_scenario("type1_working_mode").model_dump(mode="json")
     content["segment_duration"] = duration
     content["plant"] |= plant
-    summary, _ = summary_of(Scenario.model_validate(content))
-    assert summary.completed, summary.not_completed_because
-    error, torque = largest(summary)
-    assert error < 0.2e-3
-    assert torque < 1.5
+    run = Scenario.model_validate(content)
+    expect_within(run, 0, 0.2e-3, 1.5)
 
 
 def test_at_rest_on_the_boundary_the_stretched_leg_stays() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Callable
@@ -64,6 +65,10 @@ CONTROLLER = Setting(
     f"Controller of the run: {', '.join(CONTROLLERS)}, or my_package.my_law:LAW for a law from elsewhere.",
     check=controller_problem,
 )
+
+
+_planned = functools.lru_cache(maxsize=16)(plan_motion)
+"""The planner, which a run asks for its plan again and again."""
 
 
 class Scenario(StrictModel):
@@ -185,7 +190,7 @@ class Scenario(StrictModel):
         Raises:
             PlanRefused: the motion cannot be made.
         """
-        plan = plan_motion(
+        plan = _planned(
             self.five_bar(),
             self.signs(),
             self.waypoints,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -133,7 +134,14 @@ def read_robot(robot: str = "dextar") -> RobotFile:
     Raises:
         InputError: the file is missing or does not describe a five-bar.
     """
-    return read_yaml(robot_path(robot), RobotFile)
+    path = robot_path(robot)
+    return read_yaml(path, RobotFile) if path == Path(robot) else _read_shipped(path)
+
+
+@functools.cache
+def _read_shipped(path: Path) -> RobotFile:
+    """Read a file of this package, which does not change: once, since a run asks for its robot again and again."""
+    return read_yaml(path, RobotFile)
 
 
 def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:
