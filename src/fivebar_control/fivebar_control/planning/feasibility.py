@@ -12,6 +12,11 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.predicted_estimate import (
+    Sensing,
+    predict_estimate,
+    wrong_mode_probability,
+)
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.desired import desired_at
@@ -64,7 +69,21 @@ class Figure(NamedTuple):
         )
 
 
-TORQUE, SPEED, SERIAL, DWELL, ZONE_STAY, REST, DIRECTION, NEAREST, ERROR, REQUEST, MODE_CHANGES = (
+(
+    TORQUE,
+    SPEED,
+    SERIAL,
+    DWELL,
+    ZONE_STAY,
+    REST,
+    DIRECTION,
+    NEAREST,
+    ERROR,
+    REQUEST,
+    MODE_CHANGES,
+    WRONG_MODE,
+    UNCERTAINTY,
+) = (
     "reference torque",
     "motor speed",
     "|sin q_i2|",
@@ -76,6 +95,8 @@ TORQUE, SPEED, SERIAL, DWELL, ZONE_STAY, REST, DIRECTION, NEAREST, ERROR, REQUES
     "predicted distance from the reference",
     "predicted torque request",
     "predicted number of unplanned changes of assembly mode",
+    "predicted probability of a wrong assembly mode within the tolerances",
+    "predicted position error within the tolerances",
 )
 """Names of the figures."""
 
@@ -160,16 +181,24 @@ def screen(
 
 
 def screen_run(
-    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    follower: TunedController,
+    limits: MotionLimits,
+    sensing: Sensing | None = None,
 ) -> Feasibility:
     """Judge a plan as `screen` does, and where that finds nothing, by the run that it is predicted to become.
 
-    Motions that may meet Type 1 are judged by their reference alone: there the predicting model is not regular.
+    Motions that may meet Type 1 are judged by their reference alone: there the predicting model is not regular. Where
+    an estimator works with declared tolerances (`sensing`), what its estimate is going to be worth counts too.
     """
     verdict = screen(robot, plan, rate_hz, follower, limits)
     if not verdict.feasible or not is_predictable(plan):
         return verdict
-    return with_prediction(verdict, predict_run(robot, plan, rate_hz, follower, limits.torque), plan, limits)
+    predicted = predict_run(robot, plan, rate_hz, follower, limits.torque)
+    verdict = with_prediction(verdict, predicted, plan, limits)
+    return with_sensing(verdict, predicted, robot, plan, rate_hz, limits, sensing)
 
 
 def is_predictable(plan: Plan) -> bool:
@@ -191,6 +220,34 @@ def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, l
         figure(MODE_CHANGES, unplanned, 0.0),
     )
     return Feasibility(verdict.figures + figures)
+
+
+def with_sensing(
+    verdict: Feasibility,
+    predicted: PredictedRun,
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    limits: MotionLimits,
+    sensing: Sensing | None,
+) -> Feasibility:
+    """Return a feasible verdict with the figures of the predicted estimate: assembly mode and position.
+
+    Unchanged without an estimator or declared tolerances.
+    """
+    if not verdict.feasible or sensing is None or not sensing.declared:
+        return verdict
+    estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted)
+    mirror, position, risk = estimate.mirror, estimate.position, limits.risk
+    wrong_at_most = min(risk.wrong_mode, wrong_mode_probability(sensing.settings.mirror_deviations))
+    error = predicted.error.value + estimate.spread.exceeded_by(risk.position)
+    return Feasibility(
+        (
+            *verdict.figures,
+            Figure(WRONG_MODE, estimate.wrong_mode, wrong_at_most, True, *mirror[1:]),
+            Figure(UNCERTAINTY, error, limits.error_tolerance, True, *position[1:], unit="m"),
+        )
+    )
 
 
 def dwells_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Dwell]:

@@ -50,6 +50,17 @@ class Peak(NamedTuple):
         return Peak(value, time, x, y)
 
 
+class Moment(NamedTuple):
+    """The predicted robot at a sample: platform (m, m/s), and the torques (Nm) that act until the next one."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    tau1: float
+    tau2: float
+
+
 class PredictedRun(NamedTuple):
     """What a run is predicted to come to.
 
@@ -57,11 +68,13 @@ class PredictedRun(NamedTuple):
         error: largest distance from the reference (m), infinite where the run cannot go on.
         torque: largest torque requested of either motor before the limits (Nm).
         mode_changes: how often the assembly mode changes; its place is that of the last change.
+        moments: the robot, sample by sample.
     """
 
     error: Peak
     torque: Peak
     mode_changes: Peak
+    moments: tuple[Moment, ...] = ()
 
 
 def predict_run(
@@ -91,6 +104,7 @@ def predict_run(
     error = torque = Peak(0.0, 0.0, start.x, start.y)
     changes = Peak(0.0, 0.0, start.x, start.y)
     side = 0.0
+    moments = []
     for number in range(plan.path.samples(rate_hz) + math.ceil(HOLD * rate_hz) + 1):
         t = number / rate_hz
         planned = plan_sample(robot, plan, t)
@@ -108,8 +122,9 @@ def predict_run(
         if cycle.fault != NO_FAULT:
             error = Peak(math.inf, t, state.x, state.y)
             break
+        moments.append(Moment(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2))
         state = _advanced(robot, mode1, mode2, state, cycle.command, settings.period / steps, steps)
-    return PredictedRun(error, torque, changes)
+    return PredictedRun(error, torque, changes, tuple(moments))
 
 
 def _advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:

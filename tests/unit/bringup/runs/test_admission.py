@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from random_scenarios import NAMES, anywhere, near_the_locus, run_of
@@ -15,7 +16,14 @@ from fivebar_bringup.runs.admission import load_admitted, refuse_unfit, screened
 from fivebar_bringup.runs.launching import drive_processes
 from fivebar_bringup.scenario import Scenario, load_scenario, shipped_scenarios
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_control.planning.feasibility import ERROR, MODE_CHANGES, NEAREST, REQUEST
+from fivebar_control.planning.feasibility import (
+    ERROR,
+    MODE_CHANGES,
+    NEAREST,
+    REQUEST,
+    UNCERTAINTY,
+    WRONG_MODE,
+)
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.strict_yaml import InputError
 
@@ -146,3 +154,49 @@ def test_what_is_admitted_succeeds_and_half_of_what_is_refused_fails(
             failed += bool(failures)
     assert min(admitted, refused) >= len(NAMES)
     assert failed >= math.ceil(refused / 2)
+
+
+def tolerant(**changes: Any) -> Scenario:
+    """Return a slow crossing on a robot that is known within tolerances, from its encoders alone."""
+    content = {
+        "name": "tolerant",
+        "controller": "unified",
+        "waypoints": ((0.0, 0.12), (0.0, 0.05)),
+        "segment_duration": 0.8,
+        "unified": {"kp": 2500.0, "kd": 100.0, "weight": 0.3},
+        "plant": {"encoder_counts": 20_000, "torque_limit": 2.0, "delay_samples": 1},
+        "estimator": "ekf",
+        "tolerances": {"length": 2e-4, "zero": 1e-3},
+    }
+    return Scenario.model_validate(content | changes)
+
+
+def test_a_crossing_that_the_tolerances_do_not_allow_is_refused_with_what_would() -> None:
+    with pytest.raises(PlanRefused) as refusal:
+        refuse_unfit(tolerant())
+    text = str(refusal.value)
+    assert f"{UNCERTAINTY} is 0.00" in text
+    assert "expected at most 0.002 m; within the limits with a gyroscope on the distal link of leg 2" in text
+    assert "or lengths known to ±0.05 mm (with force: true" in text
+    refuse_unfit(tolerant(force=True))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"ekf": {"gyro": True}},
+        {"tolerances": {"length": 5e-5, "zero": 1e-3}},
+        {"error_tolerance": 0.01},
+        {"risk": {"position": 1.0}},
+    ],
+)
+def test_what_the_advice_names_is_admitted_and_so_is_a_wider_tolerance(changes: dict[str, Any]) -> None:
+    refuse_unfit(tolerant(**changes))
+
+
+@pytest.mark.parametrize("changes", [{"tolerances": {"gyro_scale": 0.05}}, {"estimator": "none"}])
+def test_without_tolerances_or_an_estimator_nothing_more_is_judged(changes: dict[str, Any]) -> None:
+    scenario = tolerant(**changes)
+    verdict = screened(scenario, scenario.plan())
+    assert verdict.feasible
+    assert {WRONG_MODE, UNCERTAINTY}.isdisjoint(figure.name for figure in verdict.figures)
