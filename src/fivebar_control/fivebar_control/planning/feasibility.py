@@ -17,7 +17,7 @@ from fivebar_control.planning.predicted_estimate import (
     predict_estimate,
     wrong_mode_probability,
 )
-from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run
+from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
@@ -157,13 +157,14 @@ def screen(
     Torque and speed are those of the reference at the samples of `rate_hz`, the only ones that a controller sees.
     """
     scan = _ReferenceScan(robot, plan, rate_hz, follower)
-    zone_edge = max((2.0 * crossing.epsilon for crossing in plan.crossings), default=0.0)
+    zoned = () if follower.controller.needs_no_zones else plan.crossings
+    zone_edge = max((2.0 * crossing.epsilon for crossing in zoned), default=0.0)
     room = limits.rest_room if follower.controller.blended else 1.0
     figures = [
         scan.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
         scan.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
         scan.worst(SERIAL, "serial", limits.serial_margin, False),
-        scan.worst_rest(max(limits.rest, room * zone_edge)),
+        scan.worst_rest(max(limits.rest, _with_room(zone_edge, room))),
     ]
     dwells = scan.dwells(NEAR_LOCUS)
     if dwells:
@@ -190,11 +191,14 @@ def screen_run(
 ) -> Feasibility:
     """Judge a plan as `screen` does, and where that finds nothing, by the run that it is predicted to become.
 
-    Motions that may meet Type 1 are judged by their reference alone: there the predicting model is not regular. Where
-    an estimator works with declared tolerances (`sensing`), what its estimate is going to be worth counts too.
+    Segments that are planned in the motors' angles, through Type 1, are judged by their reference alone: there the
+    predicting model is not regular. Where an estimator works with declared tolerances (`sensing`), what its estimate is
+    going to be worth counts too.
     """
     verdict = screen(robot, plan, rate_hz, follower, limits)
-    if not verdict.feasible or not is_predictable(plan):
+    if not verdict.feasible:
+        return verdict
+    if not stretches_of(plan, rate_hz):
         return verdict
     predicted = predict_run(robot, plan, rate_hz, follower, limits.torque)
     verdict = with_prediction(verdict, predicted, plan, limits)
@@ -202,7 +206,7 @@ def screen_run(
 
 
 def is_predictable(plan: Plan) -> bool:
-    """Return whether `predict_run` can tell what becomes of a plan."""
+    """Return whether `predict_run` can tell what becomes of a plan from beginning to end."""
     return not plan.modes
 
 
@@ -399,6 +403,14 @@ class _ReferenceScan:
             if kappas[index] < NEAR_PASS:
                 samples.update(range(coarse[max(index - 1, 0)], coarse[min(index + 1, len(coarse) - 1)] + 1))
         return sorted(samples)
+
+
+def _with_room(edge: float, room: float) -> float:
+    """Return `room` times the kappa of a zone's edge, or where that is near 1, the most there is: the same room to 1.
+
+    At low rates zones are so wide that twice their edge is more than a kappa can be.
+    """
+    return min(room * edge, 1.0 - (1.0 - edge) / room)
 
 
 def _local_minima(values: list[float]) -> list[int]:
