@@ -42,7 +42,7 @@ class Risk(NamedTuple):
             at_least=1e-6,
             at_most=1.0,
         ),
-    ] = 0.25
+    ] = 0.3
 
 
 class MotionLimits(NamedTuple):
