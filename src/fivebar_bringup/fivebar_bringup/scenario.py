@@ -24,6 +24,8 @@ from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedControll
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
 from fivebar_control.laws.vhc_joint import VhcJointSettings
+from fivebar_control.planning.limits import Risk
+from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.planner import (
     QUINTIC,
@@ -124,6 +126,7 @@ class Scenario(StrictModel):
             at_most=10.0,
         ),
     ] = 0.002
+    risk: Section[Risk] = Risk()
     force: Annotated[
         bool, Setting("Run the motion although the screen refuses it, as for a demonstration of what goes wrong.")
     ] = False
@@ -238,6 +241,13 @@ class Scenario(StrictModel):
     def drives(self) -> Drives:
         """Return what the estimator knows of encoders and drives."""
         return Drives(self.plant.encoder_counts, self.plant.delay_samples, self.plant.torque_limit)
+
+    def sensing(self) -> Sensing | None:
+        """Return what the estimator has to work with; None without one."""
+        if not self.estimated:
+            return None
+        every = self.imu.schedule(self.rate_hz).every
+        return Sensing(self.drives(), self.ekf, self.known_within(), every)
 
     def homing(self) -> Homing:
         """Return the posture in which the robot starts, as the estimator is told."""

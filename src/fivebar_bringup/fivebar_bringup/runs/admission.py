@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import Feasibility, is_predictable, screen_run
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
 from fivebar_control.trajectory.planner import Plan, PlanRefused
@@ -40,15 +41,37 @@ def refuse_unfit(scenario: Scenario) -> None:
     """
     if scenario.force:
         return
-    reasons = screened(scenario, scenario.plan()).reasons
-    if reasons:
-        raise PlanRefused(f"{'; '.join(reasons)} (with force: true the scenario runs all the same)")
+    plan = scenario.plan()
+    verdict = screened(scenario, plan)
+    if not verdict.feasible:
+        help_ = _advice(scenario, plan, verdict)
+        within = f"; within the limits with {help_}" if help_ else ""
+        raise PlanRefused(f"{'; '.join(verdict.reasons)}{within} (with force: true the scenario runs all the same)")
+
+
+def _advice(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
+    """Return what would make a motion feasible that the tolerances of the robot forbid."""
+    given = scenario.sensing()
+    if given is None or not concerns_tolerances(verdict):
+        return ""
+
+    def possible(factor: float) -> bool:
+        durations = tuple(duration / factor for duration in scenario.durations())
+        quicker = scenario.model_copy(update={"segment_duration": durations})
+        try:
+            return screened(quicker, quicker.plan()).feasible
+        except PlanRefused:
+            return False
+
+    limits = limits_of_scenario(scenario, plan)
+    judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
+    return advice(verdict, plan.path, given, judge, possible)
 
 
 def screened(scenario: Scenario, plan: Plan) -> Feasibility:
     """Return the screen's verdict on a scenario with its plan."""
     limits = limits_of_scenario(scenario, plan)
-    return screen_run(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
+    return screen_run(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits, scenario.sensing())
 
 
 def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
@@ -64,4 +87,6 @@ def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
     return limits._replace(
         zone_stay=max(limits.zone_stay, ZONE_PASSAGES * plan.zone_time),
         predicted_error=PREDICTED_SHARE * scenario.error_tolerance,
+        error_tolerance=scenario.error_tolerance,
+        risk=scenario.risk,
     )

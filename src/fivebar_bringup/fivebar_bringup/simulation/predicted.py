@@ -11,11 +11,15 @@ from fivebar_bringup.simulation.case import Sampled, X, Y, case_of
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_control.model.kinematics import det_a, state_from_joints
-from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun
+from fivebar_control.planning.predicted_run import LOST, Moment, Peak, PredictedRun
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings
 from fivebar_sim.settings import PlantSettings
 
 PLACE = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
+MOMENT = [
+    TraceRow._fields.index(name)
+    for name in ("estimated_x", "estimated_y", "estimated_vx", "estimated_vy", "command1", "command2")
+]
 REQUESTED = [TraceRow._fields.index(name) for name in ("requested1", "requested2")]
 
 
@@ -54,4 +58,5 @@ def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
         error=peak(math.inf, len(trace) - 1) if lost else peak(float(distances[worst]), worst),
         torque=peak(float(requests[largest]), largest),
         mode_changes=peak(float(outcome.mode_changes), int(changes[-1]) if changes.size else 0),
+        moments=tuple(Moment(*row) for row in trace[:, MOMENT].tolist()),
     )

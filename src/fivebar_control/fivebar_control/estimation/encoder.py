@@ -73,3 +73,25 @@ def _uniform(count: float, reading: float, samples: int) -> Angle:
 def with_variance(angle: Angle, variance: float) -> Angle:
     """Return an angle with a further variance (rad^2): that between the motor, where the encoder is, and the link."""
     return Angle(angle.value, angle.variance + variance)
+
+
+def angle_variance(count: float, rate_hz: int, speed: float) -> float:
+    """Return the variance (rad^2) that the readings of an encoder have on average at a speed (rad/s).
+
+    Of the readings within a count one is new and the others repeat it; their information adds up.
+    """
+    if count == 0.0:
+        return EXACT_ANGLE * EXACT_ANGLE
+    readings = rate_hz * count / abs(speed) if speed != 0.0 else math.inf
+    if readings <= 1.0:
+        return _uniform(count, 0.0, 1).variance
+    if math.isinf(readings):
+        return _uniform(count, 0.0, MOST_REPETITIONS).variance
+    width = max(LEAST_TRAVEL, 1.0 / readings) * count
+    information = 12.0 / (width * width)
+    information += sum(
+        1.0 / _uniform(count, 0.0, repeated).variance
+        for repeated in range(2, int(min(readings, float(MOST_REPETITIONS))) + 1)
+    )
+    information += max(readings - MOST_REPETITIONS, 0.0) / _uniform(count, 0.0, MOST_REPETITIONS).variance
+    return readings / information

@@ -106,9 +106,23 @@ def check_ambiguity(model: FilterModel, limits: AmbiguityLimits, near: int, beli
         return AmbiguityCheck(near, math.inf, True)
     if not kappa < TEST_KAPPA:
         return AmbiguityCheck(near, math.inf, False)
-    mirror = mirrored(model.robot, leg1, leg2, belief)
-    distance = 0.0 if mirror is None else deviations(mirror, belief.covariance)
+    distance = _to_mirror(model.robot, leg1, leg2, belief)
     return AmbiguityCheck(near, distance, not distance >= limits.mirror_deviations)
+
+
+def mirror_distance(model: FilterModel, belief: Belief) -> float:
+    """Return how many standard deviations the other assembly mode is from a belief; infinite far from the locus."""
+    x, y, vx, vy, _, _, _ = belief.estimate
+    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
+    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
+    if not inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y) < TEST_KAPPA:
+        return math.inf
+    return _to_mirror(model.robot, leg1, leg2, belief)
+
+
+def _to_mirror(robot: FiveBar, leg1: LegMotion, leg2: LegMotion, belief: Belief) -> float:
+    mirror = mirrored(robot, leg1, leg2, belief)
+    return 0.0 if mirror is None else deviations(mirror, belief.covariance)
 
 
 def ambiguity_reason(model: FilterModel, limits: AmbiguityLimits, check: AmbiguityCheck) -> str:

@@ -12,7 +12,12 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run
+from fivebar_control.planning.predicted_estimate import (
+    Sensing,
+    predict_estimate,
+    wrong_mode_probability,
+)
+from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
@@ -64,7 +69,21 @@ class Figure(NamedTuple):
         )
 
 
-TORQUE, SPEED, SERIAL, DWELL, ZONE_STAY, REST, DIRECTION, NEAREST, ERROR, REQUEST, MODE_CHANGES = (
+(
+    TORQUE,
+    SPEED,
+    SERIAL,
+    DWELL,
+    ZONE_STAY,
+    REST,
+    DIRECTION,
+    NEAREST,
+    ERROR,
+    REQUEST,
+    MODE_CHANGES,
+    WRONG_MODE,
+    UNCERTAINTY,
+) = (
     "reference torque",
     "motor speed",
     "|sin q_i2|",
@@ -76,6 +95,8 @@ TORQUE, SPEED, SERIAL, DWELL, ZONE_STAY, REST, DIRECTION, NEAREST, ERROR, REQUES
     "predicted distance from the reference",
     "predicted torque request",
     "predicted number of unplanned changes of assembly mode",
+    "predicted probability of a wrong assembly mode within the tolerances",
+    "predicted position error within the tolerances",
 )
 """Names of the figures."""
 
@@ -136,13 +157,14 @@ def screen(
     Torque and speed are those of the reference at the samples of `rate_hz`, the only ones that a controller sees.
     """
     scan = _ReferenceScan(robot, plan, rate_hz, follower)
-    zone_edge = max((2.0 * crossing.epsilon for crossing in plan.crossings), default=0.0)
+    zoned = () if follower.controller.needs_no_zones else plan.crossings
+    zone_edge = max((2.0 * crossing.epsilon for crossing in zoned), default=0.0)
     room = limits.rest_room if follower.controller.blended else 1.0
     figures = [
         scan.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
         scan.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
         scan.worst(SERIAL, "serial", limits.serial_margin, False),
-        scan.worst_rest(max(limits.rest, room * zone_edge)),
+        scan.worst_rest(max(limits.rest, _with_room(zone_edge, room))),
     ]
     dwells = scan.dwells(NEAR_LOCUS)
     if dwells:
@@ -160,20 +182,31 @@ def screen(
 
 
 def screen_run(
-    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    follower: TunedController,
+    limits: MotionLimits,
+    sensing: Sensing | None = None,
 ) -> Feasibility:
     """Judge a plan as `screen` does, and where that finds nothing, by the run that it is predicted to become.
 
-    Motions that may meet Type 1 are judged by their reference alone: there the predicting model is not regular.
+    Segments that are planned in the motors' angles, through Type 1, are judged by their reference alone: there the
+    predicting model is not regular. Where an estimator works with declared tolerances (`sensing`), what its estimate is
+    going to be worth counts too.
     """
     verdict = screen(robot, plan, rate_hz, follower, limits)
-    if not verdict.feasible or not is_predictable(plan):
+    if not verdict.feasible:
         return verdict
-    return with_prediction(verdict, predict_run(robot, plan, rate_hz, follower, limits.torque), plan, limits)
+    if not stretches_of(plan, rate_hz):
+        return verdict
+    predicted = predict_run(robot, plan, rate_hz, follower, limits.torque)
+    verdict = with_prediction(verdict, predicted, plan, limits)
+    return with_sensing(verdict, predicted, robot, plan, rate_hz, limits, sensing)
 
 
 def is_predictable(plan: Plan) -> bool:
-    """Return whether `predict_run` can tell what becomes of a plan."""
+    """Return whether `predict_run` can tell what becomes of a plan from beginning to end."""
     return not plan.modes
 
 
@@ -191,6 +224,34 @@ def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, l
         figure(MODE_CHANGES, unplanned, 0.0),
     )
     return Feasibility(verdict.figures + figures)
+
+
+def with_sensing(
+    verdict: Feasibility,
+    predicted: PredictedRun,
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    limits: MotionLimits,
+    sensing: Sensing | None,
+) -> Feasibility:
+    """Return a feasible verdict with the figures of the predicted estimate: assembly mode and position.
+
+    Unchanged without an estimator or declared tolerances.
+    """
+    if not verdict.feasible or sensing is None or not sensing.declared:
+        return verdict
+    estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted)
+    mirror, position, risk = estimate.mirror, estimate.position, limits.risk
+    wrong_at_most = min(risk.wrong_mode, wrong_mode_probability(sensing.settings.mirror_deviations))
+    error = predicted.error.value + estimate.spread.exceeded_by(risk.position)
+    return Feasibility(
+        (
+            *verdict.figures,
+            Figure(WRONG_MODE, estimate.wrong_mode, wrong_at_most, True, *mirror[1:]),
+            Figure(UNCERTAINTY, error, limits.error_tolerance, True, *position[1:], unit="m"),
+        )
+    )
 
 
 def dwells_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Dwell]:
@@ -342,6 +403,14 @@ class _ReferenceScan:
             if kappas[index] < NEAR_PASS:
                 samples.update(range(coarse[max(index - 1, 0)], coarse[min(index + 1, len(coarse) - 1)] + 1))
         return sorted(samples)
+
+
+def _with_room(edge: float, room: float) -> float:
+    """Return `room` times the kappa of a zone's edge, or where that is near 1, the most there is: the same room to 1.
+
+    At low rates zones are so wide that twice their edge is more than a kappa can be.
+    """
+    return min(room * edge, 1.0 - (1.0 - edge) / room)
 
 
 def _local_minima(values: list[float]) -> list[int]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.safety.stages import SafetySettings
+from fivebar_description.settings import Setting
 
 COARSE_SPEED_STEP = 0.04
 """Speed resolution (rad/s) of the encoders up to which a blended controller may dwell near the locus for 0.2 s."""
@@ -17,6 +18,31 @@ COARSE_SPEED_STEP = 0.04
 ESTIMATED_DWELL = 0.15
 """Longest dwell near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on
 its reference."""
+
+
+class Risk(NamedTuple):
+    """How likely it may be that the robot fails because it is not exactly as its file says, within `tolerances`.
+
+    Judged before a motion begins, where an estimator works with declared tolerances of lengths, bases or zeros.
+    """
+
+    wrong_mode: Annotated[
+        float,
+        Setting(
+            "Largest predicted probability of taking the mirrored assembly mode for the actual one. The estimator"
+            " itself gives up at `mirror_deviations`, by default at 6e-3.",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = 1e-3
+    position: Annotated[
+        float,
+        Setting(
+            "Largest predicted probability of leaving the reference by more than `error_tolerance`.",
+            at_least=1e-6,
+            at_most=1.0,
+        ),
+    ] = 0.3
 
 
 class MotionLimits(NamedTuple):
@@ -39,6 +65,8 @@ class MotionLimits(NamedTuple):
             cannot be held on the locus.
         clearance: least kappa wherever a law acts that is undefined on the locus: 0.12 mm from it on the middle path.
         predicted_error: largest distance from the reference in a predicted run (m).
+        error_tolerance: largest distance of a robot within its tolerances (m).
+        risk: of a robot within its tolerances.
     """
 
     torque: float = 2.0
@@ -52,6 +80,8 @@ class MotionLimits(NamedTuple):
     authority: float = MIN_AUTHORITY
     clearance: float = 0.01
     predicted_error: float = 1e-3
+    error_tolerance: float = 2e-3
+    risk: Risk = Risk()
 
 
 def limits_of(

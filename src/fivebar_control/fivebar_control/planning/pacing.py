@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
+from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import Feasibility, dwells_near_locus, screen, screen_run
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.path import Path
@@ -32,13 +34,14 @@ SLOWEST_SHARE = 0.5
 
 
 class Task(NamedTuple):
-    """What a motion is planned for: robot, working mode, sampling rate, controller and limits."""
+    """What a motion is planned for: robot, working mode, sampling rate, controller, limits, and what is sensed."""
 
     robot: FiveBar
     working_mode: tuple[int, int]
     rate_hz: int
     follower: TunedController
     limits: MotionLimits
+    sensing: Sensing | None = None
 
     def plan(self, waypoints: Sequence[Point], durations: Sequence[float]) -> Plan:
         """Return the plan of rest-to-rest segments, with ballistic zones.
@@ -54,8 +57,17 @@ class Task(NamedTuple):
 
     def judge_run(self, plan: Plan) -> Feasibility:
         """Return the verdict on a plan's reference and predicted run, which takes longer."""
-        follower = limited_to(self.follower, self.limits.torque)
-        return screen_run(self.robot, plan, self.rate_hz, follower, self.limits)
+        return screen_run(self.robot, plan, self.rate_hz, self._limited(), self.limits, self.sensing)
+
+    def advice(self, plan: Plan, verdict: Feasibility) -> str:
+        """Return what would make a motion feasible that nothing but the robot's tolerances forbids; "" for nothing."""
+        if self.sensing is None or not concerns_tolerances(verdict):
+            return ""
+        judge = judge_of(self.robot, plan, self.rate_hz, self._limited(), self.limits)
+        return advice(verdict, plan.path, self.sensing, judge)
+
+    def _limited(self) -> TunedController:
+        return limited_to(self.follower, self.limits.torque)
 
 
 class Pace(NamedTuple):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
-from fivebar_control.loop.cycle import control_cycle
+from fivebar_control.loop.cycle import CycleSettings, control_cycle
 from fivebar_control.loop.plan_sample import plan_sample
 from fivebar_control.loop.setup import cycle_settings_of, first_memory, steps_of
 from fivebar_control.model.dynamics import direct_dynamics
@@ -21,6 +21,7 @@ from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, limits_of
+from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
@@ -50,6 +51,17 @@ class Peak(NamedTuple):
         return Peak(value, time, x, y)
 
 
+class Moment(NamedTuple):
+    """The predicted robot at a sample: platform (m, m/s), and the torques (Nm) that act until the next one."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    tau1: float
+    tau2: float
+
+
 class PredictedRun(NamedTuple):
     """What a run is predicted to come to.
 
@@ -57,11 +69,13 @@ class PredictedRun(NamedTuple):
         error: largest distance from the reference (m), infinite where the run cannot go on.
         torque: largest torque requested of either motor before the limits (Nm).
         mode_changes: how often the assembly mode changes; its place is that of the last change.
+        moments: the robot, sample by sample.
     """
 
     error: Peak
     torque: Peak
     mode_changes: Peak
+    moments: tuple[Moment, ...] = ()
 
 
 def predict_run(
@@ -69,7 +83,8 @@ def predict_run(
 ) -> PredictedRun:
     """Return what becomes of a plan on the robot as modelled, without delay, from a rest at its beginning.
 
-    The plan must be in platform coordinates throughout: the model is not regular at Type 1.
+    The model is not regular at Type 1. Of a plan that may meet it each stretch between such motions is predicted for
+    itself, from the rest at its beginning, and what is planned in the motors' angles is left out.
 
     Args:
         robot: of the controllers and, here, of the plant.
@@ -78,20 +93,66 @@ def predict_run(
         follower: the controller.
         torque_limit: to which its torque is limited (Nm), infinite for none.
     """
-    mode1, mode2 = plan.mode1, plan.mode2
     # the prediction ends at the first fault, so that nothing is braked
     safety = SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0, brake=False)
     limits, brake = limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
-    settings = cycle_settings_of(robot, mode1, mode2, rate_hz, follower, limits, brake)
+    start = plan.path.at(0.0)
+    none = Peak(0.0, 0.0, start.x, start.y)
+    predicted = PredictedRun(none, none, none)
+    for stretch in stretches_of(plan, rate_hz):
+        settings = cycle_settings_of(robot, *stretch.mode, rate_hz, follower, limits, brake)
+        predicted = _predict_stretch(robot, plan, stretch, follower, settings, predicted)
+        if math.isinf(predicted.error.value):
+            break
+    return predicted
+
+
+class Stretch(NamedTuple):
+    """Samples `first` to `last` of a motion in platform coordinates, from a rest, in a working mode."""
+
+    first: int
+    last: int
+    mode: tuple[int, int]
+
+
+def stretches_of(plan: Plan, rate_hz: int) -> list[Stretch]:
+    """Return the stretches of a plan that are predicted; what follows the end, too, belongs to the last one."""
+    found: list[Stretch] = []
+    joined = False
+    for index, segment in enumerate(plan.path.segments):
+        if isinstance(segment, JointSegment):
+            joined = False
+            continue
+        mode = plan.modes[index] if plan.modes else (plan.mode1, plan.mode2)
+        first = found.pop().first if joined else math.ceil(segment.start_time * rate_hz - 1e-6)
+        # the instant between two segments belongs to the later one
+        last = math.ceil((segment.start_time + segment.duration) * rate_hz - 1e-6) - 1
+        found.append(Stretch(first, last, mode))
+        joined = True
+    if joined:
+        found[-1] = found[-1]._replace(last=plan.path.samples(rate_hz) + math.ceil(HOLD * rate_hz))
+    return found
+
+
+def _predict_stretch(
+    robot: FiveBar,
+    plan: Plan,
+    stretch: Stretch,
+    follower: TunedController,
+    settings: CycleSettings,
+    before: PredictedRun,
+) -> PredictedRun:
+    """Return what becomes of a stretch together with those before it."""
+    mode1, mode2 = stretch.mode
     nominal_step, constraint_step = steps_of(follower.controller)
     memory = first_memory(follower.controller)
+    rate_hz = round(1.0 / settings.period)
     steps = math.ceil(settings.period / LONGEST_STEP - 1e-9)
-    start = plan.path.at(0.0)
+    start = plan.path.at(stretch.first / rate_hz)
     state = state_from_platform(robot, mode1, mode2, start.x, start.y, 0.0, 0.0)
-    error = torque = Peak(0.0, 0.0, start.x, start.y)
-    changes = Peak(0.0, 0.0, start.x, start.y)
+    error, torque, changes, moments = *before[:3], list(before.moments)
     side = 0.0
-    for number in range(plan.path.samples(rate_hz) + math.ceil(HOLD * rate_hz) + 1):
+    for number in range(stretch.first, stretch.last + 1):
         t = number / rate_hz
         planned = plan_sample(robot, plan, t)
         desired = planned.platform
@@ -108,8 +169,9 @@ def predict_run(
         if cycle.fault != NO_FAULT:
             error = Peak(math.inf, t, state.x, state.y)
             break
+        moments.append(Moment(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2))
         state = _advanced(robot, mode1, mode2, state, cycle.command, settings.period / steps, steps)
-    return PredictedRun(error, torque, changes)
+    return PredictedRun(error, torque, changes, tuple(moments))
 
 
 def _advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:

@@ -25,6 +25,7 @@ from fivebar_control.planning.postures import (
     place_at,
     rest_problem,
 )
+from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.planning.sight import Point, look_along
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
@@ -39,6 +40,9 @@ SAME_PLACE = 1e-6
 
 SLOWER = (1.0, 1.4, 2.0, 2.8, 4.0)
 """Factors on the durations that are tried, where segments that are feasible each are not so together."""
+
+QUICKER_OR_SLOWER = (1.0, 0.7, 0.5, *SLOWER[1:])
+"""The same for a robot with tolerances: the shorter the time near the locus, the less an estimate drifts there."""
 
 ATTEMPTS = 6
 """Ways on the map that are tried."""
@@ -100,6 +104,7 @@ def plan_transfer(
     follower: TunedController = DEFAULT_FOLLOWER,
     limits: MotionLimits = DEFAULT_LIMITS,
     duration: float | Speed = Speed.COMFORTABLE,
+    sensing: Sensing | None = None,
 ) -> Transfer:
     """Plan a motion from a rest at `start` to one at `goal` (m) in an assembly mode, the sign of det A.
 
@@ -113,11 +118,12 @@ def plan_transfer(
         follower: which controller is to follow.
         limits: what the motion has to keep.
         duration: of the whole motion (s), or how to choose it.
+        sensing: what the estimator has, None without one.
 
     Raises:
         TransferRefused: there is no feasible motion, or none was found.
     """
-    task = Task(robot, working_mode, rate_hz, follower, limits)
+    task = Task(robot, working_mode, rate_hz, follower, limits, sensing)
     for name, point in (("start", start), ("goal", goal)):
         problem = rest_problem(robot, working_mode, *point, limits)
         if problem is not None:
@@ -148,6 +154,7 @@ class _Search:
     def __init__(self, task: Task, start: Point, goal: Point, duration: float | Speed) -> None:
         self._task, self._start, self._goal, self._duration = task, start, goal, duration
         self._slowest: dict[tuple[Point, Point], Plan | NoPace] = {}
+        self._advised = False
 
     def found(self, needed: int) -> _Timed:
         """Return the motion: the straight line where it crosses no more often than needed, else the best way known."""
@@ -241,11 +248,22 @@ class _Search:
             feasibility = self._task.judge_run(plan)
             if feasibility.feasible:
                 return _Timed(plan, feasibility, waypoints, durations)
-            reason = reason or "; ".join(feasibility.reasons)
+            reason = reason or "; ".join(feasibility.reasons) + self._advice(plan, feasibility)
         if isinstance(self._duration, Speed):
             return reason
         shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
         return f"in {self._duration:g} s {reason} (possible are about {shortest:.2f} to {longest:.2f} s)"
+
+    def _advice(self, plan: Plan, verdict: Feasibility) -> str:
+        """Return what would make a motion feasible that the robot's tolerances forbid: once, as it takes long.
+
+        A higher speed is no advice: the search tries these itself.
+        """
+        if self._advised:
+            return ""
+        found = self._task.advice(plan, verdict)
+        self._advised = bool(found)
+        return f"; within the limits with {found}" if found else ""
 
     def _durations(self, paces: Sequence[Pace]) -> list[tuple[float, ...]]:
         """Return the durations to try, whole numbers of samples."""
@@ -257,12 +275,14 @@ class _Search:
         if not isinstance(self._duration, Speed):
             share = self._duration / sum(chosen)
             return [tuple(max(1, round(one * share * rate_hz)) / rate_hz for one in chosen)]
+        given = self._task.sensing
+        factors = QUICKER_OR_SLOWER if given is not None and given.declared else SLOWER
         return [
             tuple(
-                math.ceil(min(one * factor, pace.slowest) * rate_hz - 1e-6) / rate_hz
+                math.ceil(min(max(one * factor, pace.fastest), pace.slowest) * rate_hz - 1e-6) / rate_hz
                 for one, pace in zip(chosen, paces, strict=True)
             )
-            for factor in SLOWER
+            for factor in factors
         ]
 
 

@@ -78,6 +78,10 @@ class ZoneSettings(NamedTuple):
         return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == FIXED else None)
 
 
+ON_LOCUS = 1e-6
+"""Below this 1/cond(A) a rest is on the Type 2 locus."""
+
+
 class ZoneRule(NamedTuple):
     """How wide a blending zone is.
 
@@ -163,7 +167,7 @@ def plan_motion(
     motion meet Type 1: a waypoint within 0.1 mm of the boundary is a rest on it, and a segment there or between two
     working modes is planned in the motors' angles. With the time law "criterion", a segment between two assembly modes
     meets the dynamic criterion where it crosses. `min_authority` is the least |n . v1| at a crossing; a controller that
-    does not hold the path by its normal needs none.
+    does not hold the path by its normal needs none, and has no blending zones.
 
     Raises:
         PlanRefused: malformed waypoints, durations or rate; a point out of reach; a segment that meets Type 1; a
@@ -190,7 +194,8 @@ def plan_motion(
         met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
         crossings += met
-    _refuse_rest_in_zone(robot, crossings, modes, waypoints)
+    # a law that holds the path by no normal is blended with none: it has no zones
+    _refuse_rest_in_zone(robot, crossings if min_authority > 0.0 else (), modes, waypoints)
     if len(working_mode) == 2:
         return Plan(Path(segments), tuple(crossings), *modes[0], zone_time)
     return Plan(
@@ -357,7 +362,9 @@ def _refuse_rest_in_zone(
     widest = max((crossing.epsilon for crossing in crossings), default=0.0)
     for number, (mode, (x, y)) in enumerate(zip(modes, waypoints, strict=True), start=1):
         kappa = inverse_condition(state_from_platform(robot, *mode, x, y, 0.0, 0.0))
-        if kappa < max(2.0 * widest, 1e-6):
+        if kappa < ON_LOCUS:
+            raise PlanRefused(f"waypoint {number}: a rest at {place(x, y)} is on the Type 2 locus")
+        if kappa < 2.0 * widest:
             raise PlanRefused(
                 f"waypoint {number}: a rest at {place(x, y)} is inside the blending zone of the Type 2 locus:"
                 f" 1/cond(A) = {kappa:.4f}, expected at least {2.0 * widest:.4f}"

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from random_scenarios import NAMES, anywhere, near_the_locus, run_of
 from typer.testing import CliRunner
@@ -14,10 +17,21 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.runs.admission import load_admitted, refuse_unfit, screened
 from fivebar_bringup.runs.launching import drive_processes
 from fivebar_bringup.scenario import Scenario, load_scenario, shipped_scenarios
+from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_control.planning.feasibility import ERROR, MODE_CHANGES, NEAREST, REQUEST
+from fivebar_control.planning.feasibility import (
+    ERROR,
+    MODE_CHANGES,
+    NEAREST,
+    REQUEST,
+    UNCERTAINTY,
+    WRONG_MODE,
+)
+from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.links import LinkErrors
 
 HOLE = """
 name: hole
@@ -25,6 +39,9 @@ controller: {controller}
 waypoints: [[0.0, 0.15], [0.0, 0.0845]]
 """
 """A rest 1 um before the locus: no change of assembly mode, so no crossing and no zone."""
+
+
+ROBOTS = 16
 
 
 def scenario_file(directory: Path, controller: str, more: str = "") -> str:
@@ -146,3 +163,71 @@ def test_what_is_admitted_succeeds_and_half_of_what_is_refused_fails(
             failed += bool(failures)
     assert min(admitted, refused) >= len(NAMES)
     assert failed >= math.ceil(refused / 2)
+
+
+def tolerant(**changes: Any) -> Scenario:
+    """Return a slow crossing on a robot that is known within tolerances, from its encoders alone."""
+    content = {
+        "name": "tolerant",
+        "controller": "unified",
+        "waypoints": ((0.0, 0.12), (0.0, 0.05)),
+        "segment_duration": 0.8,
+        "unified": {"kp": 2500.0, "kd": 100.0, "weight": 0.3},
+        "plant": {"encoder_counts": 20_000, "torque_limit": 2.0, "delay_samples": 1},
+        "estimator": "ekf",
+        "tolerances": {"length": 2e-4, "zero": 1e-3},
+    }
+    return Scenario.model_validate(content | changes)
+
+
+def test_a_crossing_that_the_tolerances_do_not_allow_is_refused_with_what_would() -> None:
+    with pytest.raises(PlanRefused) as refusal:
+        refuse_unfit(tolerant())
+    text = str(refusal.value)
+    assert re.search(
+        rf"{UNCERTAINTY} is 0\.00.* m after 0\.4.* s, expected at most 0\.002 m; within the limits with"
+        r" a gyroscope on the distal link of leg 2 \(ekf: {gyro: true}\), or 2 times the speed \(there .* m/s\),"
+        r" or lengths known to ±0\.1 mm \(with force: true",
+        text,
+    )
+    refuse_unfit(tolerant(force=True))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"ekf": {"gyro": True}},
+        {"tolerances": {"length": 1e-4, "zero": 1e-3}},
+        {"segment_duration": 0.4},
+        {"error_tolerance": 0.01},
+        {"risk": {"position": 1.0}},
+    ],
+)
+def test_what_the_advice_names_is_admitted_and_so_is_a_wider_tolerance(changes: dict[str, Any]) -> None:
+    refuse_unfit(tolerant(**changes))
+
+
+@pytest.mark.parametrize("changes", [{"tolerances": {"gyro_scale": 0.05}}, {"estimator": "none"}])
+def test_without_tolerances_or_an_estimator_nothing_more_is_judged(changes: dict[str, Any]) -> None:
+    scenario = tolerant(**changes)
+    verdict = screened(scenario, scenario.plan())
+    assert verdict.feasible
+    assert {WRONG_MODE, UNCERTAINTY}.isdisjoint(figure.name for figure in verdict.figures)
+
+
+@pytest.mark.parametrize("gyro", [False, True])
+def test_robots_within_the_tolerances_fare_as_predicted(gyro: bool) -> None:
+    """What is refused leaves the tolerance on half of the robots at least, what is admitted on none of these."""
+    bound = 4e-4
+    scenario = tolerant(tolerances={"length": bound}, ekf={"gyro": gyro}, imu={"gyro_noise": 0.01})
+    plan = scenario.plan()
+    verdict = screened(scenario, plan)
+    assert verdict.feasible is gyro
+    samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
+    left = 0
+    for seed in range(ROBOTS):
+        errors = np.random.default_rng((29, seed)).uniform(-bound, bound, 4).tolist()
+        plant = scenario.plant._replace(links=LinkErrors(*errors), seed=seed)
+        outcome = crossing(case_of(scenario.model_copy(update={"plant": plant})), samples)
+        left += outcome.fault != NO_FAULT or outcome.error_peak > scenario.error_tolerance
+    assert left == 0 if gyro else left >= ROBOTS / 2

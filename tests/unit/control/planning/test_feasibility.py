@@ -198,16 +198,25 @@ def test_every_limit_refuses_by_itself_and_says_where(dextar: FiveBar, tightened
 
 
 def test_the_rests_of_a_blended_controller_keep_twice_the_edge_of_its_widest_zone(dextar: FiveBar) -> None:
-    """The law without switching rests outside the zone that its plan would have, which is enough."""
+    """The law without switching has no zones."""
     waypoints = ((0.0, 0.15), (0.0, 0.035), (0.01, 0.035), (0.01, 0.15))
     plan = plan_motion(dextar, (1, -1), waypoints, (0.5, 0.5, 2.0), RATE_HZ, ZoneRule())
     wide, narrow = (2.0 * crossing.epsilon for crossing in plan.crossings)
     assert wide > 2.0 * narrow
-    for follower, room in ((BLENDED, 2.0), (UNIFIED, 1.0)):
+    for follower, room in ((BLENDED, 2.0), (UNIFIED, 0.0)):
         limits = (
             figure(screen(dextar, plan, RATE_HZ, follower, MotionLimits(rest=rest)), REST).limit for rest in (0.0, 0.9)
         )
         assert tuple(limits) == pytest.approx((room * wide, 0.9), rel=1e-12)
+
+
+def test_no_rest_has_to_be_farther_than_a_kappa_can_be(dextar: FiveBar) -> None:
+    """At a low rate a zone is wide: the rest is then half way from its edge to 1."""
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [1.0], 50, ZoneRule())
+    edge = 2.0 * plan.crossings[0].epsilon
+    assert edge > 0.5
+    limit = figure(screen(dextar, plan, 50, BLENDED, MotionLimits()), REST).limit
+    assert limit == pytest.approx(0.5 * (edge + 1.0), rel=1e-12)
 
 
 @pytest.mark.parametrize(("torque", "share", "most"), [(2.0, 0.85, 1.7), (4.0, 0.5, 2.0)])

@@ -9,7 +9,7 @@ import pytest
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.feasibility import ERROR, MODE_CHANGES, REQUEST, Figure, screen_run
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
-from fivebar_control.planning.predicted_run import LOST, Peak, predict_run
+from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, predict_run, stretches_of
 from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
@@ -55,6 +55,17 @@ def test_an_infeasible_reference_is_not_predicted(dextar: FiveBar) -> None:
     verdict = screen_run(dextar, plan, RATE_HZ, UNIFIED, MotionLimits())
     assert not verdict.feasible
     assert verdict.figure(ERROR) is None
+
+
+def test_of_a_motion_through_type_1_the_stretches_in_platform_coordinates_are_predicted(dextar: FiveBar) -> None:
+    """Each in its working mode from the rest at its beginning; without such a meeting there is one stretch."""
+    waypoints, modes = ((0.0, 0.15), (0.0, 0.12), (-0.06, 0.12)), ((1, -1), (1, -1), (-1, -1))
+    signs = [sign for mode in modes for sign in mode]
+    through = plan_motion(dextar, signs, waypoints, [0.2, 1.0], RATE_HZ, ZoneRule())
+    assert stretches_of(through, RATE_HZ) == [Stretch(0, 99, (1, -1))]
+    predicted = predict_run(dextar, through, RATE_HZ, UNIFIED, 2.0)
+    alone = plan_motion(dextar, (1, -1), waypoints[:2], [0.2], RATE_HZ, ZoneRule())
+    assert predicted.moments == predict_run(dextar, alone, RATE_HZ, UNIFIED, 2.0).moments[:100]
 
 
 def test_the_first_undefined_value_is_the_largest() -> None:

@@ -227,6 +227,13 @@ def test_a_rest_on_the_locus_or_inside_a_zone_is_refused(dextar: FiveBar) -> Non
     assert "waypoint 2" in refusal(dextar, ((0.0, 0.15), inside), rule=ZoneRule(epsilon=0.51 * kappa))
 
 
+def test_a_law_without_zones_may_rest_in_what_would_be_one_but_not_on_the_locus(dextar: FiveBar) -> None:
+    inside, rule = (0.0, LOCUS_Y - 0.004), ZoneRule(epsilon=0.05)
+    plan_motion(dextar, (1, -1), ((0.0, 0.15), inside), [1.0], 500, rule, min_authority=0.0)
+    with pytest.raises(PlanRefused, match=r"waypoint 2: a rest at \(0.0000, 0.0845\) m is on the Type 2 locus"):
+        plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, LOCUS_Y)), [1.0], 500, rule, min_authority=0.0)
+
+
 def test_a_rest_on_the_locus_is_refused_also_if_the_motion_never_crosses_it(dextar: FiveBar) -> None:
     assert "waypoint 2: a rest at (0.0000, 0.0845) m" in refusal(dextar, ((0.0, 0.15), (0.0, LOCUS_Y)))
     assert "waypoint 1: a rest at (0.0000, 0.0845) m" in refusal(dextar, ((0.0, LOCUS_Y), (0.0, 0.15)))

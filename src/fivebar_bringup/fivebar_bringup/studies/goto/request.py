@@ -8,8 +8,9 @@ from typing import NamedTuple
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.laws import registry
-from fivebar_control.planning.limits import limits_of
+from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
+from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.transfer import Speed, Transfer, plan_transfer
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -76,8 +77,9 @@ def plan_request(request: Request) -> Transfer:
         None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
         request.rate_hz,
         follower,
-        limits_of(follower, request.torque_limit, request.motor_speed, step),
+        _limits(request, limits_of(follower, request.torque_limit, request.motor_speed, step)),
         duration=request.duration,
+        sensing=_sensing(request),
     )
 
 
@@ -101,6 +103,21 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         "plant": _plant(request)._asdict(),
     }
     return validate(content, Scenario, "goto")
+
+
+def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
+    """Return the limits with what the run before allows a robot within its tolerances."""
+    before = request.start.scenario
+    return limits if before is None else limits._replace(error_tolerance=before.error_tolerance, risk=before.risk)
+
+
+def _sensing(request: Request) -> Sensing | None:
+    """Return what the estimator of the run has, that of the run before; None without one."""
+    before = request.start.scenario
+    if before is None:
+        return None
+    update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request)}
+    return before.model_copy(update=update).sensing()
 
 
 def _plant(request: Request) -> PlantSettings:

@@ -14,7 +14,16 @@ from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, VARIED,
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
-from fivebar_control.planning.feasibility import DWELL, REST, TORQUE, Feasibility, Figure, screen, with_prediction
+from fivebar_control.planning.feasibility import (
+    DWELL,
+    REST,
+    TORQUE,
+    Feasibility,
+    Figure,
+    screen,
+    with_prediction,
+    with_sensing,
+)
 from fivebar_control.planning.limits import limits_of
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
@@ -84,7 +93,16 @@ def screened(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Feasi
     verdict = screen(scenario.five_bar(), plan, RATE_HZ, follower, limits)
     if not verdict.feasible:
         return verdict
-    return with_prediction(verdict, predicted_on_engine(scenario, samples), plan, limits)
+    predicted = predicted_on_engine(scenario, samples)
+    return with_sensing(
+        with_prediction(verdict, predicted, plan, limits),
+        predicted,
+        scenario.five_bar(),
+        plan,
+        RATE_HZ,
+        limits,
+        scenario.sensing(),
+    )
 
 
 def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:

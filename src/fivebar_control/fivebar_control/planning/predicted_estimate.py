@@ -1,0 +1,196 @@
+"""How well an estimator will know the robot along a predicted run, from tolerances and sensors, before anything moves.
+
+The covariance of the filter does not depend on the readings but through the rows' linearisation. So it is run along the
+predicted states with the declared sensors, without random numbers: what the estimator will say of itself, which is
+honest where the tolerances are.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_control.estimation.covariance import STATES, Matrix, Vector, X, Y, propagated
+from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, corrected, homed_belief, transition, turned
+from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
+from fivebar_control.estimation.mirror import mirror_distance
+from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.step import Drives, EstimatorModel, estimator_model
+from fivebar_control.planning.predicted_run import Moment, Peak, PredictedRun
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import Tolerances
+
+INTEGRATION_POINTS = 4000
+INTEGRATION_END = 40.0
+"""Of the characteristic function, in units of one over the standard deviation."""
+
+BISECTIONS = 30
+
+
+class Sensing(NamedTuple):
+    """What an estimator has to work with, as declared.
+
+    Attributes:
+        drives: encoders and drives.
+        settings: of the filter; `gyro` says whether there is a gyroscope.
+        tolerances: how exactly the robot is known.
+        gyro_every: samples from one gyroscope reading to the next.
+    """
+
+    drives: Drives
+    settings: EkfSettings
+    tolerances: Tolerances
+    gyro_every: int = 1
+
+    @property
+    def declared(self) -> bool:
+        """Whether tolerances of the robot are declared; without, the filter is to believe the model, and so are we."""
+        return max(self.tolerances.length, self.tolerances.base, self.tolerances.zero) > 0.0
+
+
+class Spread(NamedTuple):
+    """Distribution of the estimated position's error along its most uncertain direction: uniform parts plus noise.
+
+    Attributes:
+        bounds: largest effect of each considered error (m).
+        noise: standard deviation of the rest, which is normal (m).
+    """
+
+    bounds: tuple[float, ...]
+    noise: float
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the whole (m)."""
+        return math.sqrt(sum(bound * bound for bound in self.bounds) / 3.0 + self.noise * self.noise)
+
+    def beyond(self, distance: float) -> float:
+        """Return the probability of an error of more than a distance (m), to either side.
+
+        The integral of the characteristic function: the tail of a sum of bounded errors is lighter than a normal one.
+        """
+        if distance <= 0.0:
+            return 1.0
+        t = np.linspace(0.0, INTEGRATION_END / self.deviation, INTEGRATION_POINTS)[1:]
+        values = np.exp(-0.5 * (self.noise * t) ** 2)
+        for bound in self.bounds:
+            values *= np.sinc(bound * t / math.pi)
+        within = 2.0 / math.pi * (float(np.sum(values * np.sin(distance * t) / t)) + 0.5 * distance) * float(t[0])
+        return min(max(1.0 - within, 0.0), 1.0)
+
+    def exceeded_by(self, probability: float) -> float:
+        """Return the distance (m) that the error exceeds with a probability."""
+        low, high = 0.0, sum(self.bounds) + 6.0 * self.noise
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.beyond(middle) > probability else (low, middle)
+        return high
+
+
+class PredictedEstimate(NamedTuple):
+    """What an estimate is predicted to be worth, where it is least.
+
+    Attributes:
+        mirror: fewest standard deviations from the estimate to the other assembly mode with the same motor angles and
+            speeds, infinite where the motion is nowhere near the locus.
+        position: largest standard deviation of the position in any direction (m).
+        spread: distribution of the position's error there.
+    """
+
+    mirror: Peak
+    position: Peak
+    spread: Spread
+
+    @property
+    def wrong_mode(self) -> float:
+        """Probability of taking one of two mirror images for the other, where they are closest."""
+        return wrong_mode_probability(self.mirror.value)
+
+
+def wrong_mode_probability(deviations: float) -> float:
+    """Return how likely the farther of two mirror images seems nearer, so many standard deviations apart."""
+    return 0.5 * math.erfc(0.5 * deviations / math.sqrt(2.0))
+
+
+def predict_estimate(
+    robot: FiveBar, plan: Plan, rate_hz: int, sensing: Sensing, predicted: PredictedRun
+) -> PredictedEstimate:
+    """Return what the estimate of a predicted run is worth; readings arrive as soon as they are made.
+
+    Args:
+        robot: of controllers and estimator.
+        plan: in one working mode.
+        rate_hz: of the estimator.
+        sensing: what it has.
+        predicted: the run, of at least one sample.
+    """
+    model = estimator_model(
+        robot, plan.mode1, plan.mode2, rate_hz, sensing.drives, sensing.settings, sensing.tolerances
+    )
+    every = sensing.gyro_every if sensing.settings.gyro else 0
+    first = predicted.moments[0]
+    belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
+    mirror, position = Peak(math.inf, 0.0, first.x, first.y), Peak(0.0, 0.0, first.x, first.y)
+    widest = belief.covariance
+    for number, moment in enumerate(predicted.moments):
+        if number > 0:
+            belief = _next(model, belief, predicted.moments[number - 1], moment, every > 0 and number % every == 0)
+        t = number / rate_hz
+        distance = mirror_distance(model.filter, belief)
+        if distance < mirror.value:
+            mirror = Peak(distance, t, moment.x, moment.y)
+        deviation = _widest(belief.covariance)[0]
+        if not deviation <= position.value:
+            position, widest = Peak(deviation, t, moment.x, moment.y), belief.covariance
+    return PredictedEstimate(mirror, position, _spread(model, widest))
+
+
+def _next(model: EstimatorModel, belief: Belief, before: Moment, now: Moment, gyro: bool) -> Belief:
+    """Return the belief at the next sample, as the readings of the predicted robot leave it."""
+    known = model.filter
+    middle = _estimate([0.5 * (one + two) for one, two in zip(before[:4], now[:4], strict=True)])
+    covariance = propagated(belief.covariance, transition(known, middle, before.tau1, before.tau2), known.noise)
+    belief = Belief(_estimate(now[:4]), covariance)
+    legs = (
+        leg_motion(known.robot.leg1, known.mode1, *now[:4]),
+        leg_motion(known.robot.leg2, known.mode2, *now[:4]),
+    )
+    q11, q21 = (
+        Angle(math.atan2(leg.r_y, leg.r_x), angle_variance(model.resolution, model.rate_hz, leg.dq1) + model.play)
+        for leg in legs
+    )
+    belief = belief._replace(covariance=corrected(known, belief, q11, q21).belief.covariance)
+    return belief._replace(covariance=turned(known, belief, legs[1].dtheta).belief.covariance) if gyro else belief
+
+
+def _estimate(platform: tuple[float, ...] | list[float]) -> Estimate:
+    x, y, vx, vy = platform
+    return Estimate(x, y, vx, vy, 0.0, 0.0)
+
+
+def _widest(covariance: Matrix) -> tuple[float, Vector]:
+    """Return the largest standard deviation of the position in any direction (m), and that unit vector, [2]."""
+    xx, yy, xy = float(covariance[X, X]), float(covariance[Y, Y]), float(covariance[X, Y])
+    half = 0.5 * (xx - yy)
+    variance = 0.5 * (xx + yy) + math.hypot(half, xy)
+    angle = 0.5 * math.atan2(xy, half)
+    return math.sqrt(variance), np.array([math.cos(angle), math.sin(angle)])
+
+
+def _spread(model: EstimatorModel, covariance: Matrix) -> Spread:
+    """Return the distribution along the most uncertain direction.
+
+    Considered errors c get no gain, so the cross-covariance with them is the error's derivative times c's variance.
+    """
+    deviation, direction = _widest(covariance)
+    bounds = []
+    explained = 0.0
+    for index, considered in enumerate(model.filter.considered):
+        if considered > 0.0:
+            share = abs(float(direction @ covariance[[X, Y], STATES + index])) / considered
+            explained += share * share
+            bounds.append(math.sqrt(3.0) * share)
+    return Spread(tuple(bounds), math.sqrt(max(deviation * deviation - explained, 1e-6 * deviation * deviation)))

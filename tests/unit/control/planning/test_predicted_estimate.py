@@ -1,0 +1,90 @@
+"""What an estimate is predicted to be worth: tails of sums of bounded errors, and the estimator's own opinion later."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.encoder import angle_variance, next_angle, repetitions
+from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.mirror import mirror_distance
+from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.step import Drives, estimator_model
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.planning.predicted_estimate import Sensing, Spread, predict_estimate, wrong_mode_probability
+from fivebar_control.planning.predicted_run import predict_run
+from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import EXACT, Tolerances
+
+RATE_HZ = 500
+COUNT = math.tau / 20_000
+TOLERANCES = Tolerances(length=2e-4, zero=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("spread", "distance", "expected"),
+    [
+        (Spread((1e-3,), 1e-6), 0.8e-3, 0.2),
+        (Spread((1e-3, 1e-3), 1e-6), 1e-3, 0.25),
+        (Spread((), 1e-3), 2e-3, math.erfc(math.sqrt(2.0))),
+        (Spread((1e-3,) * 9, 1e-6), 4e-3, math.erfc(4.0 / math.sqrt(6.0))),
+        (Spread((1e-3,), 1e-4), 0.0, 1.0),
+    ],
+    ids=["a uniform error", "two", "a normal one", "many are nearly normal", "of more than nothing"],
+)
+def test_the_tail_of_a_sum_of_bounded_and_normal_errors(spread: Spread, distance: float, expected: float) -> None:
+    assert spread.beyond(distance) == pytest.approx(expected, abs=4e-3)
+    if distance > 0.0:
+        assert spread.exceeded_by(spread.beyond(distance)) == pytest.approx(distance, rel=1e-3)
+
+
+def test_mirror_images_that_coincide_are_told_apart_by_luck() -> None:
+    assert wrong_mode_probability(0.0) == 0.5
+    assert wrong_mode_probability(2.0 * 3.0902) == pytest.approx(1e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize("gyro", [False, True])
+def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, gyro: bool) -> None:
+    """Its readings are those of the predicted robot, and it looks at them one by one."""
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.12), (0.0, 0.05)), [0.5], RATE_HZ, ZoneRule())
+    predicted = predict_run(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["unified"]), 2.0)
+    sensing = Sensing(Drives(), EkfSettings(gyro=gyro), TOLERANCES)
+    assert sensing.declared
+    assert not sensing._replace(tolerances=EXACT).declared
+    estimate = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted)
+    home = homing_at(dextar, 1, -1, 0.0, 0.12)
+    estimator = StateEstimator(dextar, home, RATE_HZ, sensing.drives, sensing.settings, TOLERANCES)
+    model = estimator_model(dextar, 1, -1, RATE_HZ, sensing.drives, sensing.settings, TOLERANCES)
+    applied = 0.0, 0.0
+    largest, closest = 0.0, math.inf
+    for number, moment in enumerate(predicted.moments):
+        q11, _, q21, _ = inverse_geometry(dextar, 1, -1, moment.x, moment.y)
+        rates = [(number, leg_motion(dextar.leg2, -1, *moment[:4]).dtheta)] if gyro else []
+        estimator.take(number, q11, q21, *applied, rates)
+        applied = moment.tau1, moment.tau2
+        assert estimator.belief is not None
+        largest = max(largest, math.sqrt(np.linalg.eigvalsh(estimator.belief.covariance[:2, :2])[1]))
+        closest = min(closest, mirror_distance(model.filter, estimator.belief))
+    assert estimator.fault is None
+    assert estimate.position.value == pytest.approx(largest, rel=0.02)
+    assert estimate.mirror.value == pytest.approx(closest, rel=0.02)
+    # what is considered is all but the noise of encoders and motion
+    assert estimate.spread.deviation == pytest.approx(estimate.position.value, rel=1e-6)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.001, 0.02, 0.1, 0.5])
+def test_a_counted_reading_is_worth_on_average_what_the_filter_takes_the_readings_for(speed: float) -> None:
+    """Of a motor at a steady speed, through counts at the filter's own measurement model, reading by reading."""
+    readings = [math.floor(speed * number / RATE_HZ / COUNT) * COUNT for number in range(3000)]
+    repeated, information = 1, 0.0
+    for last, reading in pairwise(readings):
+        repeated = repetitions(last, repeated, reading)
+        information += 1.0 / next_angle(COUNT, RATE_HZ, last, repeated, reading, speed).variance
+    assert angle_variance(COUNT, RATE_HZ, speed) == pytest.approx((len(readings) - 1) / information, rel=0.5)
