@@ -92,6 +92,22 @@ def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> M
     return p
 
 
+def with_torque_noise(covariance: Matrix, transition: Matrix, variance1: float, variance2: float) -> Matrix:
+    """Return the covariance after a period whose torques are uncertain.
+
+    Args:
+        covariance: P after the period, [SIZE, SIZE].
+        transition: as for :func:`propagated`; its last two columns are the effect of each motor's torque.
+        variance1, variance2: of the torques (Nm^2).
+    """
+    p = covariance.copy()
+    for row in range(4):
+        for column in range(4):
+            p[row, column] += variance1 * transition[row, D1] * transition[column, D1]
+            p[row, column] += variance2 * transition[row, D2] * transition[column, D2]
+    return p
+
+
 class Correction(NamedTuple):
     """A scalar measurement's effect.
 

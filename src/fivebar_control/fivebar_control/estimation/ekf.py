@@ -43,6 +43,7 @@ from fivebar_control.estimation.covariance import (
     measured,
     process_noise,
     propagated,
+    with_torque_noise,
 )
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.platform_motion import (
@@ -294,6 +295,19 @@ def predicted(model: FilterModel, belief: Belief, tau1: float, tau2: float) -> B
     middle = _half(model, belief.estimate, tau1, tau2)
     later = _half(model, middle, tau1, tau2)
     return Belief(later, propagated(belief.covariance, transition(model, middle, tau1, tau2), model.noise))
+
+
+def guessed(model: FilterModel, belief: Belief, tau1: float, tau2: float, doubt1: float, doubt2: float) -> Belief:
+    """Return the belief one period later, under torques (Nm) that were not measured.
+
+    `doubt1` and `doubt2` are their standard deviations (Nm).
+    """
+    middle = _half(model, belief.estimate, tau1, tau2)
+    rows = transition(model, middle, tau1, tau2)
+    covariance = with_torque_noise(
+        propagated(belief.covariance, rows, model.noise), rows, doubt1 * doubt1, doubt2 * doubt2
+    )
+    return Belief(_half(model, middle, tau1, tau2), covariance)
 
 
 def advanced(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> Estimate:

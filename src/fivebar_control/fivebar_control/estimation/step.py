@@ -22,6 +22,7 @@ from fivebar_control.estimation.ekf import (
     advanced,
     corrected,
     filter_model,
+    guessed,
     homed_belief,
     motor_speeds,
     predicted,
@@ -248,15 +249,30 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
     encoders, gyro = memory.misfit.encoders, memory.misfit.gyro
     for entry in range(start, newest + 1):
         inputs = history.inputs[row_of(history, entry)]
-        for _ in range(int(inputs[PERIODS])):
-            belief = predicted(filter_model, belief, float(inputs[TAU1]), float(inputs[TAU2]))
+        tau1, tau2, gap = float(inputs[TAU1]), float(inputs[TAU2]), inputs[PERIODS] > 1.0
+        before1, before2 = motor_speeds(filter_model, belief.estimate) if entry == newest else (0.0, 0.0)
+        if gap:
+            # the torque of one of these periods is known, and not of which: between it and the one before the gap
+            inputs_before = history.inputs[row_of(history, entry - 1)]
+            doubt1, doubt2 = tau1 - float(inputs_before[TAU1]), tau2 - float(inputs_before[TAU2])
+            for _ in range(int(inputs[PERIODS])):
+                belief = guessed(filter_model, belief, tau1, tau2, doubt1, doubt2)
+        else:
+            belief = predicted(filter_model, belief, tau1, tau2)
         if entry == newest:
             expected = belief.estimate
             speed1, speed2 = motor_speeds(filter_model, expected)
-            q11 = next_angle(model.resolution, model.rate_hz, memory.before1, memory.repeated1, memory.last1, speed1)
-            q21 = next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, speed2)
+            # a motor that turns back within the period has gone farther than its speed at the end tells
+            largest1, largest2 = max(abs(before1), abs(speed1)), max(abs(before2), abs(speed2))
+            q11 = next_angle(model.resolution, model.rate_hz, memory.before1, memory.repeated1, memory.last1, largest1)
+            q21 = next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, largest2)
             keep_angles(history, entry, with_variance(q11, model.play), with_variance(q21, model.play))
         q11, q21 = angle_at(history, entry, 1), angle_at(history, entry, 2)
+        if gap:
+            # the answer to the sample that is missing may have come late, and been taken for that to this one
+            speed1, speed2 = motor_speeds(filter_model, belief.estimate)
+            late1, late2 = speed1 / model.rate_hz, speed2 / model.rate_hz
+            q11, q21 = with_variance(q11, late1 * late1), with_variance(q21, late2 * late2)
         by_angles = corrected(filter_model, belief, q11, q21)
         belief = by_angles.belief
         if entry == newest:
