@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.cli import compare, goto, identify, running, settings, status, studies, sweep
+from fivebar_bringup.cli import calibrate, compare, goto, guide, identify, running, settings, status, studies, sweep
 from fivebar_bringup.cli.app import app
 
-__all__ = ["compare", "goto", "identify", "main", "running", "settings", "status", "studies", "sweep"]
+__all__ = [
+    "calibrate",
+    "compare",
+    "goto",
+    "guide",
+    "identify",
+    "main",
+    "running",
+    "settings",
+    "status",
+    "studies",
+    "sweep",
+]
 
 
 def main() -> None:

@@ -9,7 +9,9 @@ import numpy as np
 
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.loads import PLANE, Push
 from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.effects.motion import ImuMotion, advanced, imu_motion, joints_of, joints_seen, started
 from fivebar_sim.settings import PlantSettings
@@ -57,6 +59,11 @@ class EffectsMotion:
             self._state = after.state
             self._number += 1
         return after.gap
+
+    def hold(self, x: float, y: float) -> None:
+        """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""
+        push = Push(math.hypot(x, y), math.atan2(y, x), PLANE, 0.0, math.inf)
+        self.mechanism = self.mechanism._replace(push=as_numbers(push))
 
     def imu_motion(self) -> ImuMotion:
         """Return the motion of the link that carries the IMU."""

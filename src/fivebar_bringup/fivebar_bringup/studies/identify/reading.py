@@ -78,10 +78,10 @@ def read_record(source: Source, start: RobotFile) -> Record:
     topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
     period, numbers = _grid(recording, topic)
     motors = [
-        _on_grid(_columns(recording, topic, ACTIVE_JOINTS, field), numbers, numbers[-1] + 1)
+        _on_grid(joint_columns(recording, topic, ACTIVE_JOINTS, field), numbers, numbers[-1] + 1)
         for field in ("position", "effort")
     ]
-    joints = _columns(recording, JOINT_STATES, JOINTS, "position")
+    joints = joint_columns(recording, JOINT_STATES, JOINTS, "position")
     _refuse_foreign(source, start, joints)
     mode = np.sign(np.sin(joints[:, 2] + joints[:, 3] - joints[:, 0] - joints[:, 1]))[:, None]
     first = int(recording.stamps(topic)[0])
@@ -103,7 +103,7 @@ def _grid(recording: Recording, topic: Topic) -> tuple[int, IntArray]:
     return period, numbers
 
 
-def _columns(recording: Recording, topic: Topic, names: Sequence[str], field: str) -> FloatArray:
+def joint_columns(recording: Recording, topic: Topic, names: Sequence[str], field: str) -> FloatArray:
     """Return [messages, names] of a topic of JointState."""
     recorded = recording.joint_names(topic)
     if missing := [name for name in names if name not in recorded]:

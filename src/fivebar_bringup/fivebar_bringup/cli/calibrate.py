@@ -1,0 +1,73 @@
+"""Subcommand that finds a robot's geometry from a recording: calibrate."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
+from fivebar_bringup.studies.calibrate.calibrate import DRIVES_FILE, ROBOT_FILE, calibrate_bag, write_calibration
+from fivebar_bringup.studies.calibrate.page import quality_rows
+from fivebar_bringup.studies.calibrate.result import INTERVALS, CalibrationResult
+
+
+@app.command()
+def calibrate(
+    bag: Annotated[Path, typer.Argument(metavar="BAG", help="A bag, or the directory of a run.")],
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", help="Robot or parameter file (.yaml) before [default: that of the run]"),
+    ] = None,
+    touched: Annotated[
+        Path | None,
+        typer.Option("--touched", help="File (.yaml) of measured places of the platform; only they show the scale."),
+    ] = None,
+    encoders_only: Annotated[
+        bool,
+        typer.Option("--encoders-only", help="Use no gyroscope: the elbow gap from the motors' turning points alone."),
+    ] = False,
+    drives: Annotated[
+        str | None,
+        typer.Option("--drives", help="Configuration of the drives, to be written with the corrected encoder zeros."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/calibrate-ROBOT-DATE-TIME]"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Calibrate lengths, bases, encoder zeros and IMU of the robot in BAG, and write them as a robot file.
+
+    The motion must go through the Type 2 locus and back, as the scenario calibration does; docs/calibration.md goes
+    through it, and through calibrating by hand without power.
+
+    Example: `fivebar calibrate runs/moved`, of a run made by `fivebar simulate calibration --out runs/moved`
+    """
+    with input_errors(), ending_on_sigterm():
+        result = calibrate_bag(bag, robot, touched, encoders_only)
+        directory = write_calibration(result, out, drives)
+    if as_json:
+        print(json.dumps(result.as_json(), indent=2, allow_nan=False))
+        return
+    printer = Console()
+    printer.print(_table(result))
+    for quantity, value in (*quality_rows(result), *result.mounting_rows()):
+        printer.print(f"{quantity}: {value}", soft_wrap=True)
+    for one in result.unseen:
+        printer.print(f"not seen, stays as it was: {one.words}", soft_wrap=True)
+    zero_1, zero_2 = result.zeros()
+    place = f"in {directory.path / DRIVES_FILE}" if drives is not None else f"{-zero_1:+.6f} and {-zero_2:+.6f} rad"
+    printer.print(f"correction of home_offset_rad of q11 and q21: {place}", soft_wrap=True)
+    printer.print(f"robot file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
+
+
+def _table(result: CalibrationResult) -> Table:
+    table = Table("parameter", "before", f"calibrated, {INTERVALS}", "unit", box=None)
+    for one in result.parameters():
+        table.add_row(one.name, f"{one.before:g}", one.text(), one.unit)
+    return table

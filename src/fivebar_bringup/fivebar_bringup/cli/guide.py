@@ -1,0 +1,28 @@
+"""Subcommand that simulates leading a robot by hand: guide."""
+
+from __future__ import annotations
+
+from rich.console import Console
+
+from fivebar_bringup.cli.app import OutOption, ScenarioArgument, app, ending_on_sigterm, input_errors
+from fivebar_bringup.runs.run_directory import new_run_directory
+from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.simulation.guided import guide as lead
+from fivebar_bringup.simulation.guided import write_guided_bag
+
+
+@app.command()
+def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
+    """Simulate leading the robot of SCENARIO by hand along its waypoints, without power, and leave a bag.
+
+    The bag has the motors' readings and those of the IMU; docs/calibration.md calibrates from it.
+
+    Example: `fivebar guide calibration --out runs/led`, then `fivebar calibrate runs/led --encoders-only`
+    """
+    with input_errors(), ending_on_sigterm():
+        loaded = load_scenario(scenario)
+        samples = lead(loaded)
+        run = new_run_directory(out, loaded)
+        write_guided_bag(samples, loaded, run.bag)
+    force = max(sample.force for sample in samples)
+    Console().print(f"{len(samples)} samples, the hand pulls with up to {force:.1f} N: {run.path}", soft_wrap=True)

@@ -1,0 +1,96 @@
+"""A robot without power that is led by hand along a scenario's waypoints: the plant, its encoders and IMU, and a hand.
+
+The hand pulls the platform towards the planned place with a spring and a damper. It moves the motors against their
+friction, through the transmissions, and the platform through the Type 2 locus, where the motors have no say.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.runs.bag import serialize
+from fivebar_bringup.runs.bag.writer import BagWriter
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import initial_joints
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    GROUND_TRUTH,
+    IMU_DATA,
+    IMU_FRAME,
+    JOINTS,
+    MOTOR_STATES,
+    sample_stamp_ns,
+)
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.simulation import EffectsMotion
+from fivebar_sim.imu import Imu, ImuReading, ReadingQueue
+from fivebar_sim.sensors import Encoder
+
+STIFFNESS, DAMPING = 2000.0, 60.0
+"""Of the hand: N/m and N s/m."""
+
+
+class GuidedSample(NamedTuple):
+    """One sample.
+
+    Attributes:
+        motors: what both motors' encoders read (rad).
+        imu: readings that arrived with it, each with the sample at which it was made.
+        position, velocity: the exact joints (rad, rad/s).
+        force: of the hand (N).
+    """
+
+    motors: tuple[float, float]
+    imu: list[tuple[int, ImuReading]]
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+    force: float
+
+
+def guide(scenario: Scenario) -> list[GuidedSample]:
+    """Lead the robot of a scenario along its waypoints, at its pace, without power.
+
+    Raises:
+        InputError: the robot moves faster than it can be simulated.
+    """
+    plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
+    motion = EffectsMotion(scenario.five_bar(), scenario.plant, rate_hz, initial_joints(scenario))
+    imu = Imu(scenario.imu, rate_hz, scenario.plant.seed)
+    queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
+    counts = scenario.plant.encoder_counts
+    encoders = None if counts is None else [Encoder(counts, 1.0 / rate_hz) for _ in ACTIVE_JOINTS]
+    samples = []
+    for number in range(plan.path.samples(rate_hz) + 1):
+        angles = motion.seen[0][0], motion.seen[0][2]
+        if encoders is not None:
+            angles = encoders[0].read(angles[0])[0], encoders[1].read(angles[1])[0]
+        tip = motion.imu_motion()
+        arrived = queue.arrived(number, imu.read((tip.along, tip.across), tip.rate, tip.rate_change))
+        q, v = (tuple(values.tolist()) for values in motion.joints)
+        state, wanted = state_from_joints(actual, *q, *v), plan.path.at(number / rate_hz)
+        pull_x = STIFFNESS * (wanted.x - state.x) + DAMPING * (wanted.vx - state.vx)
+        pull_y = STIFFNESS * (wanted.y - state.y) + DAMPING * (wanted.vy - state.vy)
+        samples.append(GuidedSample(angles, arrived, q, v, math.hypot(pull_x, pull_y)))
+        motion.hold(pull_x, pull_y)
+        if math.isinf(motion.advance((0.0, 0.0))):
+            raise InputError(f"{scenario.name}: led by hand, the robot moves too fast after sample {number}")
+    return samples
+
+
+def write_guided_bag(samples: list[GuidedSample], scenario: Scenario, directory: Path) -> None:
+    """Write what a recorder leaves of it: the motors' readings without torque, the IMU's, and the exact state."""
+    with BagWriter(directory, [MOTOR_STATES, IMU_DATA, GROUND_TRUTH]) as bag:
+        for number, sample in enumerate(samples):
+            stamp = sample_stamp_ns(number, scenario.rate_hz)
+            message = serialize.joint_state(stamp, ACTIVE_JOINTS, sample.motors, effort=(0.0, 0.0))
+            bag.write(MOTOR_STATES, stamp, message)
+            exact = serialize.joint_state(stamp, JOINTS, sample.position, sample.velocity, (0.0,) * 4)
+            bag.write(GROUND_TRUTH, stamp, exact)
+            for made, reading in sample.imu:
+                at = sample_stamp_ns(made, scenario.rate_hz)
+                message = serialize.imu(at, IMU_FRAME, reading.angular_velocity, reading.acceleration)
+                bag.write(IMU_DATA, stamp, message)
+        bag.close({})

@@ -1,0 +1,173 @@
+"""The calibration on robots whose readings come from the closed-form geometry of the model, an independent path."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from led_robot import BIAS, PATH, led, with_errors
+
+from fivebar_control.calibration.calibration import (
+    PARAMETERS,
+    Calibration,
+    TouchedPoint,
+    calibrate,
+    calibrate_by_turning_points,
+)
+from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles, geometry_of
+from fivebar_control.calibration.mounting import find_mounting
+from fivebar_control.calibration.observability import SCALE, SHIFT, unseen
+from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.imu import ImuSettings
+from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import Tolerances
+
+TOLERANCES = Tolerances(length=3e-4, base=3e-4, zero=3.5e-3)
+HELD_BASES = TOLERANCES._replace(base=0.0)
+ERRORS = np.array([2.4e-4, -1.9e-4, -2.8e-4, 1.1e-4, 0.0, 0.0])
+ZEROS = (2.9e-3, -2.2e-3)
+
+
+def errors_of(found: Calibration, robot: FiveBar, zeros: tuple[float, float]) -> np.ndarray:
+    actual = geometry_of(robot)
+    actual[6:] = zeros
+    return found.values[: len(GEOMETRY)] - actual
+
+
+def gaps(found: Calibration, errors: np.ndarray) -> np.ndarray:
+    """Errors of the elbow gap (m) at the crossings."""
+    return np.array([row @ errors for _, row in found.crossings])
+
+
+def test_derivatives_of_the_closure(dextar: FiveBar) -> None:
+    random = np.random.default_rng(1)
+    geometry = geometry_of(dextar) + random.uniform(-1e-3, 1e-3, 8)
+    motors, theta = random.uniform(-2.0, 2.0, (20, 2)), random.uniform(-3.0, 3.0, 20)
+    closed, h = closure(geometry, motors, theta), 1e-6
+
+    def slope(*moved: np.ndarray) -> np.ndarray:
+        plus = closure(geometry + moved[0], motors + moved[1], theta + moved[2]).gap
+        return (plus - closure(geometry - moved[0], motors - moved[1], theta - moved[2]).gap) / (2.0 * h)
+
+    nothing = np.zeros(8), np.zeros(2), np.zeros(1)
+    for number in range(8):
+        assert closed.by_geometry[:, number] == pytest.approx(slope(h * np.eye(8)[number], *nothing[1:]), abs=1e-8)
+    for number in range(2):
+        assert closed.by_motors[:, number] == pytest.approx(
+            slope(nothing[0], h * np.eye(2)[number], nothing[2]), abs=1e-8
+        )
+    assert closed.by_theta == pytest.approx(slope(nothing[0], nothing[1], np.full(1, h)), abs=1e-8)
+
+
+def test_exact_readings_give_the_geometry_where_the_bases_are_known(dextar: FiveBar) -> None:
+    robot = with_errors(dextar, ERRORS)
+    found = calibrate(dextar, HELD_BASES, led(robot, ZEROS))
+    assert np.abs(errors_of(found, robot, ZEROS)).max() < 2e-7  # m and rad
+    assert found.values[PARAMETERS.index("gyro_bias")] == pytest.approx(BIAS, abs=1e-5)
+    assert len(found.crossings) == len(PATH) - 1
+    assert not unseen(found)
+
+
+def test_without_a_touched_point_scale_and_origin_are_not_seen_and_said_so(dextar: FiveBar) -> None:
+    robot = with_errors(dextar, np.array([*ERRORS[:4], 1e-4, -2e-4]))
+    record = led(robot, ZEROS)
+    found = calibrate(dextar, TOLERANCES, record)
+    errors = errors_of(found, robot, ZEROS)
+    assert {one.words for one in unseen(found)} == {SCALE, SHIFT}
+    assert np.abs(gaps(found, errors)).max() < 1e-8
+    # all in proportion, and the same zeros
+    assert np.ptp(errors[:4] / found.values[:4]) < 1e-5
+    assert np.abs(errors[6:]).max() < 1e-6
+    touched = tuple(
+        TouchedPoint(q.q11 + ZEROS[0], q.q21 + ZEROS[1], x, y, 1e-6)
+        for x, y in ((0.0, 0.14), (0.04, 0.12))
+        for q in [inverse_geometry(robot, 1, -1, x, y)]
+    )
+    found = calibrate(dextar, TOLERANCES, record, touched=touched)
+    assert not unseen(found)
+    assert np.abs(errors_of(found, robot, ZEROS)).max() < 2e-6
+
+
+def test_intervals_cover_and_the_elbow_gap_is_far_below_its_target(dextar: FiveBar) -> None:
+    """Robots from +-0.3 mm and +-0.2 deg, 20 000 counts, a gyroscope with 0.01 rad/s of noise."""
+    inside, largest = [], 0.0
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        robot = with_errors(dextar, random.uniform(-3e-4, 3e-4, 6))
+        zeros = tuple(random.uniform(-3.5e-3, 3.5e-3, 2).tolist())
+        imu = ImuSettings(gyro_bias=BIAS, gyro_noise=0.01)
+        found = calibrate(dextar, TOLERANCES, led(robot, zeros, PATH[:5], counts=20_000, imu=imu, seed=seed))
+        errors = errors_of(found, robot, zeros)
+        largest = max(largest, float(np.abs(gaps(found, errors)).max()))
+        inside.append(np.abs(errors) < found.half_widths[: len(GEOMETRY)])
+        inside.append(np.abs(gaps(found, errors)) < found.gap_half_widths())
+    # 48 values of which 95 % are expected inside
+    assert np.mean(np.concatenate(inside)) > 0.88
+    assert largest < 1e-5
+
+
+def test_play_and_compliance_of_the_transmissions_do_not_pass_for_lengths(dextar: FiveBar) -> None:
+    robot = with_errors(dextar, ERRORS)
+    record = led(robot, ZEROS, counts=20_000)
+    speeds = np.gradient(record.motors, record.times, axis=0)
+    torques = 0.02 * speeds + 0.3 * np.tanh(speeds / 0.1)
+    ahead = 3e-4 * np.sign(speeds) * (np.abs(speeds) > 1e-3) + 5e-4 * torques
+    moved = record._replace(motors=record.motors + ahead, torques=torques)
+    found = calibrate(dextar, HELD_BASES, moved)
+    assert np.abs(gaps(found, errors_of(found, robot, ZEROS))).max() < 5e-6
+    stiff = calibrate(dextar, HELD_BASES, moved._replace(torques=0.0 * torques))
+    assert np.abs(gaps(stiff, errors_of(stiff, robot, ZEROS))).max() < 3e-5
+
+
+def test_the_mounting_of_the_imu_comes_from_axis_and_accelerometer(dextar: FiveBar) -> None:
+    imu = ImuSettings(
+        gyro_bias=BIAS, roll=0.1, pitch=-0.05, yaw=0.4, mount_x=-0.02, mount_y=0.008, bias=(0.2, -0.1, 0.05)
+    )
+    record = led(dextar, imu=imu)
+    mounting = find_mounting(record, calibrate(dextar, TOLERANCES, record, imu))
+    assert mounting is not None
+    assert mounting.roll[0] == pytest.approx(0.1, abs=1e-6)
+    assert mounting.pitch[0] == pytest.approx(-0.05, abs=1e-6)
+    assert mounting.yaw[0] == pytest.approx(0.4, abs=2e-3)
+    assert mounting.mount_x[0] == pytest.approx(-0.02, abs=2e-4)
+    assert mounting.mount_y[0] == pytest.approx(0.008, abs=2e-4)
+
+
+def test_encoders_alone_give_the_elbow_gap_from_the_turning_points(dextar: FiveBar) -> None:
+    robot = with_errors(dextar, ERRORS)
+    found = calibrate_by_turning_points(dextar, TOLERANCES, led(robot, ZEROS, counts=20_000))
+    assert len(found.crossings) == len(PATH) - 1
+    assert np.abs(found.gaps_before()).max() > 3e-4
+    left = gaps(found, errors_of(found, robot, ZEROS))
+    assert np.abs(left).max() < 1.5e-5
+    assert np.all(np.abs(left) < found.gap_half_widths())
+
+
+def refused(robot: FiveBar, record: CalibrationRecord) -> str:
+    with pytest.raises(NotCalibratable) as caught:
+        calibrate(robot, TOLERANCES, record)
+    return str(caught.value)
+
+
+def test_what_cannot_be_calibrated_is_refused_by_name(dextar: FiveBar) -> None:
+    above = led(dextar, path=((0.0, 0.15), (0.04, 0.12), (-0.04, 0.13), (0.0, 0.15)))
+    assert refused(dextar, above).startswith("no crossing: ")
+    with pytest.raises(NotCalibratable, match="no crossing: "):
+        calibrate_by_turning_points(dextar, TOLERANCES, above)
+    record = led(dextar, path=PATH[:3])
+    still = record._replace(angular_velocity=0.0 * record.angular_velocity)
+    assert refused(dextar, still).startswith("the distal link hardly turns")
+    late = record._replace(imu_times=record.imu_times + 0.5)
+    assert refused(dextar, late).startswith("too short")
+    reversed_ = record._replace(motors=record.motors * [1.0, -1.0])
+    assert "contradicts the robot" in refused(dextar, reversed_)
+
+
+def test_both_distal_angles_close_the_loop_in_their_assembly_modes(dextar: FiveBar) -> None:
+    record = led(dextar, path=PATH[:2])
+    away = record.motors[:50]
+    both = distal_angles(geometry_of(dextar), away)
+    for column, sign in ((0, -1.0), (1, 1.0)):
+        closed = closure(geometry_of(dextar), away, both[:, column])
+        assert np.abs(closed.gap).max() < 1e-12
+        assert set(np.sign(closed.across)) == {sign}
