@@ -335,6 +335,9 @@ def test_an_answer_waits_for_the_announced_readings_and_takes_no_others(
             for topic, message in readings(sample):
                 probe.publish(topic, message)
         expect(probe, sample)
+    # too old to be used by any sample
+    probe.publish(IMU_DATA, reading(1, (0.1, 0.2, 0.3)))
+    probe.wait_for_dropped("/state_estimator", 1)
 
 
 def test_readings_that_must_not_be_used_are_dropped_and_counted(bench: Bench, turning_samples: list[Sample]) -> None:
@@ -346,6 +349,8 @@ def test_readings_that_must_not_be_used_are_dropped_and_counted(bench: Bench, tu
         (IMU_DATA, reading(1, (math.nan, 0.0, 0.0))),
         (IMU_DATA, reading(1, (0.0, math.inf, 0.0))),
         (IMU_DATA, off_grid),
+        # of an earlier run
+        (IMU_DATA, reading(RATE_HZ, (0.1, 0.2, 0.3))),
     ]
     for number in (0.5, -1.0, math.nan, math.inf):
         bad.append((IMU_RELEASED, joint_state(sample_stamp_ns(1, RATE_HZ), ["imu"], [number])))

@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
 from types import FrameType
 from typing import Annotated
@@ -23,7 +24,6 @@ from fivebar_description.strict_yaml import InputError
 COMPLETED, FAILED, BAD_INPUT = 0, 1, 2
 
 app = typer.Typer(
-    help="Drive a five-bar parallel robot through its Type 2 singularities.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
@@ -40,6 +40,21 @@ OutOption = Annotated[
     typer.Option("--out", help="New or empty directory for the results [default: runs/SCENARIO-DATE-TIME]"),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output, nothing else.")]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"fivebar {version('fivebar_bringup')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Drive a five-bar parallel robot through its Type 2 singularities."""
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
-from fivebar_control.estimation.step import Drives
+from fivebar_control.estimation.step import Drives, history_samples
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
@@ -41,6 +41,9 @@ from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 from fivebar_description.tolerances import TOLERANCE_PREFIX, Tolerances
 
 FAILED = 1
+
+LONGEST_LEAD = 0.2
+"""Time (s) by which a gyroscope reading may be ahead of the last sample, as when it is read first after a pause."""
 
 
 def read_released(message: JointState) -> tuple[int, ...]:
@@ -84,6 +87,7 @@ class StateEstimatorNode(SamplingNode):
         self._estimator = StateEstimator(*self._arguments)
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[int, ...] | None] | None = None
         self._rates: dict[int, float] = {}
+        self._longest_delay = history_samples(settings.rate_hz)
         self._replied = -1
         self._reply: tuple[JointState, JointState, JointState] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
@@ -132,6 +136,11 @@ class StateEstimatorNode(SamplingNode):
         if sample is None:
             self.drop(IMU_DATA, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
             return
+        ahead = sample - self.last_sample
+        if not -self._longest_delay <= ahead <= LONGEST_LEAD * self.rate_hz:
+            # too old for the history, or of an earlier run
+            self.drop(IMU_DATA, f"stamp of sample {sample}, expected one close to sample {self.last_sample}")
+            return
         if not math.isfinite(vector.x + vector.y + vector.z):
             self.drop(IMU_DATA, f"angular velocity is {(vector.x, vector.y, vector.z)}, expected finite numbers")
             return
@@ -164,6 +173,9 @@ class StateEstimatorNode(SamplingNode):
         (sample, readings, released), self._waiting = self._waiting, None
         made = sorted(self._rates) if released is None else [one for one in released if one in self._rates]
         rates = [(one, self._rates.pop(one)) for one in made if one <= sample]
+        # readings that no sample announces, as repeated ones, must not accumulate
+        oldest = sample - self._longest_delay
+        self._rates = {one: rate for one, rate in self._rates.items() if one >= oldest}
         known = self._estimator.fault
         try:
             estimate = self._estimator.take(sample, *readings, rates)
