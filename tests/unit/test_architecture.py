@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -148,13 +149,40 @@ def test_laws_plant_and_offline_runner_need_no_ros() -> None:
     assert done.returncode == 0, done.stderr
 
 
+ROSDEP = {
+    "can": "python3-can",
+    "canopen": "canopen-pip",
+    "jinja2": "python3-jinja2",
+    "matplotlib": "python3-matplotlib",
+    "numba": "python3-numba",
+    "numpy": "python3-numpy",
+    "pinocchio": "pinocchio",
+    "rich": "python3-rich",
+    "rosbags": "python3-rosbags-pip",
+    "ruamel": "python3-ruamel.yaml",
+    "scipy": "python3-scipy",
+    "typer": "python3-typer",
+    "yaml": "python3-yaml",
+}
+"""rosdep keys of modules; those of ROS packages are their names."""
+
+FROM_PIP = {"annotated_types": "pydantic", "pydantic": "pydantic", "pydantic_core": "pydantic", "mcap": "mcap"}
+"""What has no rosdep key, or an older version behind it: the distribution on PyPI that brings it."""
+
+DEVELOPMENT = {"mujoco"}
+"""What only the benchmark uses."""
+
+
 @pytest.mark.parametrize("package", sorted(MAY_IMPORT))
-def test_package_xml_names_the_packages_that_are_imported(package: str) -> None:
+def test_what_is_imported_is_declared(package: str) -> None:
+    """In package.xml as a package or a rosdep key, or in the line for pip in README.md."""
     root = ElementTree.parse(SRC / package / "package.xml").getroot()
     declared = {element.text for kind in ("depend", "exec_depend") for element in root.findall(kind)}
     used = {name.split(".")[0] for path in (SRC / package / package).rglob("*.py") for name in imported(path)}
-    ours = {name for name in used if name.startswith("fivebar_") and name != package}
-    assert ours <= declared
+    foreign = used - set(sys.stdlib_module_names) - DEVELOPMENT - {package}
+    assert {ROSDEP.get(name, name) for name in foreign - set(FROM_PIP)} <= declared
+    (line,) = re.findall(r"^pip install .*", (SRC.parent / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert {FROM_PIP[name] for name in foreign & set(FROM_PIP)} <= set(re.findall(r"[a-z]+", line))
 
 
 def undocumented(tree: ast.Module) -> Iterator[str]:
