@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.cli import compare, goto, identify, running, settings, status, studies, sweep
+from fivebar_bringup.cli import compare, goto, identify, posture, running, settings, status, studies, sweep
 from fivebar_bringup.cli.app import app
 
-__all__ = ["compare", "goto", "identify", "main", "running", "settings", "status", "studies", "sweep"]
+__all__ = ["compare", "goto", "identify", "main", "posture", "running", "settings", "status", "studies", "sweep"]
 
 
 def main() -> None:
