@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.cli import calibrate, compare, goto, guide, identify, running, settings, status, studies, sweep
+from fivebar_bringup.cli import (
+    calibrate,
+    compare,
+    goto,
+    guide,
+    identify,
+    posture,
+    running,
+    settings,
+    status,
+    studies,
+    sweep,
+)
 from fivebar_bringup.cli.app import app
 
 __all__ = [
@@ -12,6 +24,7 @@ __all__ = [
     "guide",
     "identify",
     "main",
+    "posture",
     "running",
     "settings",
     "status",

@@ -48,7 +48,7 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
     if kappa < MIN_HOMING_KAPPA:
         raise HomingContradicted(
             f"homing_contradicted: at {place} the assembly mode is ambiguous: 1/cond(A) = {kappa:.3f},"
-            f" expected at least {MIN_HOMING_KAPPA}"
+            f" expected at least {MIN_HOMING_KAPPA}; `fivebar posture` tells the way out"
         )
     if assembly_mode(state) != homing.assembly:
         raise HomingContradicted(

@@ -170,11 +170,11 @@ def _predict_stretch(
             error = Peak(math.inf, t, state.x, state.y)
             break
         moments.append(Moment(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2))
-        state = _advanced(robot, mode1, mode2, state, cycle.command, settings.period / steps, steps)
+        state = advanced(robot, mode1, mode2, state, cycle.command, settings.period / steps, steps)
     return PredictedRun(error, torque, changes, tuple(moments))
 
 
-def _advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:
+def advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:
     """Return the state after some Runge-Kutta steps (s) under a torque (Nm)."""
 
     def motion(x: float, y: float, vx: float, vy: float) -> tuple[float, float, float, float]:

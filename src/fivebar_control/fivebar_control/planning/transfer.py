@@ -127,7 +127,8 @@ def plan_transfer(
     for name, point in (("start", start), ("goal", goal)):
         problem = rest_problem(robot, working_mode, *point, limits)
         if problem is not None:
-            raise TransferRefused(f"{name}: {problem}")
+            near = name == "start" and place_at(robot, working_mode, *point).kappa < limits.rest
+            raise TransferRefused(f"{name}: {problem}{'; `fivebar posture` tells the way out' if near else ''}")
     if assembly is not None:
         problem = assembly_problem(robot, working_mode, *goal, assembly, limits)
         if problem is not None:

@@ -9,7 +9,7 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.kinematics import state_from_joints, working_mode
-from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS
+from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
 from fivebar_description.strict_yaml import InputError
 
 HOME = (0.0, 0.15)
@@ -53,3 +53,26 @@ def start_after(directory: Path) -> Start:
             " expected a robot at rest"
         )
     return Start(state.x, state.y, working_mode(state), scenario)
+
+
+class Standing(NamedTuple):
+    """A robot that has come to rest: motor angles by its encoders (rad), and the scenario that took it there."""
+
+    q11: float
+    q21: float
+    scenario: Scenario
+
+
+def standing_after(directory: Path) -> Standing:
+    """Return where the motors stood at the last sample of a run.
+
+    Raises:
+        InputError: the directory does not hold a run.
+        BagError: its bag cannot be read.
+    """
+    run = RunDirectory(directory)
+    recording = read_bag(run.bag)
+    topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
+    names, last = recording.joint_names(topic), recording.field(topic, "position")[-1]
+    q11, q21 = (float(last[names.index(joint)]) for joint in ("q11", "q21"))
+    return Standing(q11, q21, run.read_scenario())

@@ -1,0 +1,77 @@
+"""Subcommand about a robot at rest: posture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fivebar_bringup.cli.app import COMPLETED, JsonOption, app, input_errors
+from fivebar_bringup.studies.goto.start import standing_after
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.planning.standstill import DEVIATIONS, Standstill, mode_by_turn, standstill_at, way_out
+from fivebar_description.parameters import load_robot, tolerances_of
+from fivebar_description.strict_yaml import InputError
+
+
+# a negative angle must not be taken for an option
+@app.command(context_settings={"ignore_unknown_options": True})
+def posture(
+    q11: Annotated[float | None, typer.Argument(help="Angle of motor 1, rad.")] = None,
+    q21: Annotated[float | None, typer.Argument(help="Angle of motor 2, rad.")] = None,
+    after: Annotated[
+        Path | None, typer.Option("--after", help="Run directory: the motors as they stood at its end.")
+    ] = None,
+    robot: Annotated[str, typer.Option(help="Name of a shipped parameter file, or path to one.")] = "dextar",
+    rate: Annotated[
+        float | None, typer.Option(help="Reading of the gyroscope on the distal link of leg 2, rad/s, as it falls.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Say where a robot at rest stands by its encoders: both assembly modes, and the way off the Type 2 locus.
+
+    The tolerances of the robot's file, or those of the run, tell how near to the locus it may be.
+
+    Example: `fivebar posture 1.2 1.9 --robot my_robot.yaml`
+    """
+    with input_errors():
+        if after is not None and q11 is None:
+            standing = standing_after(after)
+            known, tolerances = standing.scenario.five_bar(), standing.scenario.known_within()
+            angles = standing.q11, standing.q21
+        elif after is None and q11 is not None and q21 is not None:
+            known, tolerances, angles = load_robot(robot), tolerances_of(robot), (q11, q21)
+        else:
+            raise InputError("Q11 Q21 and --after: expected one of them")
+        stand = standstill_at(known, tolerances, *angles)
+        if stand is None:
+            raise InputError(f"Q11 Q21: at {angles[0]:g}, {angles[1]:g} rad both elbows are in one place")
+    fallen = None if rate is None else mode_by_turn(stand, rate, DEVIATIONS * EkfSettings().gyro_noise)
+    if as_json:
+        content = stand._asdict() | {"near": stand.near, "way_out": way_out(stand), "falls_to": fallen}
+        print(json.dumps(content, indent=2).replace("NaN", "null"))
+    else:
+        print("\n".join(_lines(stand, fallen)))
+    raise typer.Exit(COMPLETED)
+
+
+def _lines(stand: Standstill, fallen: int | None) -> list[str]:
+    shape = "stretched" if stand.stretched else "folded"
+    short = f"{1e3 * stand.gap:+.3f} mm (±{1e3 * DEVIATIONS * stand.gap_deviation:.3f} mm)"
+    lines = [f"elbows {short} from where the distal links lie on one line, {shape}: the Type 2 locus"]
+    if stand.gap >= 0.0:
+        lines += [
+            f"assembly mode {sign}: platform at ({x:.4f}, {y:.4f}) m, {1e3 * stand.side:.1f} mm beside the elbows' line"
+            for sign, (x, y) in (("+", stand.plus), ("-", stand.minus))
+        ]
+    if fallen is not None:
+        towards = {1: "to assembly mode +", -1: "to assembly mode -", 0: "not at all, within its noise"}[fallen]
+        lines.append(f"by the gyroscope it falls {towards}")
+    if stand.near:
+        lines.append("the encoders do not tell the assembly mode; the way out:")
+        lines += [f"  {sentence}" for sentence in way_out(stand)]
+    else:
+        lines.append("away from the locus: declare the assembly mode in which it stands, or see which")
+    return lines
