@@ -74,7 +74,6 @@ class EmulatedRobot(GraphNode):
         self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._ending = threading.Event()
-        self._sample, self._commanded = 0, -1
         self._overruns = 0
         self._faulty = False
         self._state = "running"
@@ -83,10 +82,9 @@ class EmulatedRobot(GraphNode):
         self._began: float | None = None
         self._truth = self.advertise(GROUND_TRUTH)
         self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=("noise",))
-        self._gyro_random = gyro_stream(settings.seed)
-        self._readings: ReadingQueue[Imu] = ReadingQueue(self._imu, self._rate_hz, settings.seed)
+        self._seed = settings.seed
         self._imu_data = self.advertise(IMU_DATA)
-        self._last_reading = -1
+        self._begin_run()
         self._faults = self.advertise(FAULTS)
         self._status = self.advertise(RUN_STATUS)
         self.listen(MOTOR_STATES, self._on_states)
@@ -98,6 +96,12 @@ class EmulatedRobot(GraphNode):
             target=self._emulation.run, args=(self._ending, self._execute_orders), daemon=True
         )
         self._thread.start()
+
+    def _begin_run(self) -> None:
+        """Count samples and make the gyroscope's readings from sample 0 on."""
+        self._sample, self._commanded, self._last_reading = 0, -1, -1
+        self._gyro_random = gyro_stream(self._seed)
+        self._readings: ReadingQueue[Imu] = ReadingQueue(self._imu, self._rate_hz, self._seed)
 
     def stop(self) -> None:
         """Leave the bus."""
@@ -128,6 +132,9 @@ class EmulatedRobot(GraphNode):
         if sample is None:
             self.drop(MOTOR_STATES, f"stamp {stamp_of(message)} ns is not on the grid of {self._rate_hz} Hz")
             return
+        if sample == 0 and self._sample > 0:
+            # the bridge was activated again
+            self._begin_run()
         if sample > self._sample:
             self._began = self._began if self._began is not None else now
             self._overruns += sample - 1 - max(self._commanded, self._sample - 1)
