@@ -87,12 +87,13 @@ def test_the_estimator_follows_the_same_counts_to_the_same_torques(name: str) ->
 @pytest.mark.parametrize("delay", [0, 3])
 def test_counted_joints_quantised_and_delayed_torques_are_those_of_the_offline_runner(delay: int) -> None:
     plant = {"encoder_counts": 40_000, "torque_quantum": 0.002, "delay_samples": delay, "torque_limit": 3.0}
-    expect_agreement(changed("middle", plant, gains={"kp": 400.0, "kd": 40.0, "kp_vhc": 400.0, "kd_vhc": 40.0}), 1e-12)
+    gains = {"kp": 400.0, "kd": 40.0, "kp_vhc": 400.0, "kd_vhc": 40.0}
+    expect_agreement(changed("middle", plant, gains=gains, segment_duration=0.5), 1e-12)
 
 
 def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
     safety = {"torque_limit": 0.5, "torque_rate_limit": 60.0}
-    run, outcome = expect_agreement(changed("middle", safety=safety, controller="unified"))
+    run, outcome = expect_agreement(changed("middle", safety=safety, controller="unified", segment_duration=0.5))
     assert any(sample.requested != sample.command for sample in run.samples)
     assert max(outcome.applied1, outcome.applied2) <= 0.5 < max(outcome.requested1, outcome.requested2)
 
@@ -108,7 +109,7 @@ def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
     ],
 )
 def test_faults_come_at_the_same_sample(fault: str, fields: dict[str, Any]) -> None:
-    expect_fault(changed("middle", **fields), fault)
+    expect_fault(changed("middle", **fields, segment_duration=0.5), fault)
 
 
 def test_a_braked_robot_stops_as_in_the_offline_runner() -> None:
@@ -136,7 +137,7 @@ def test_a_braked_robot_stops_as_in_the_offline_runner() -> None:
 
 def test_an_undefined_torque_is_found_at_the_same_sample() -> None:
     """By gains that overflow, which a scenario's file refuses."""
-    scenario = changed("middle", {"encoder_counts": 4096}, safety=ANY_REQUEST)
+    scenario = changed("middle", {"encoder_counts": 4096}, safety=ANY_REQUEST, segment_duration=0.5)
     overflowing = scenario.gains._replace(kp=1e308, kd=1e308)
     expect_fault(scenario.model_copy(update={"gains": overflowing}), "torque_undefined")
 
