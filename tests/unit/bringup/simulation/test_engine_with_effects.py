@@ -29,7 +29,9 @@ EFFECTS: dict[str, dict[str, Any]] = {
 
 
 def with_effects(name: str, effects: dict[str, Any], **fields: Any) -> Scenario:
-    return changed(name, {**effects, "seed": 5}, controller="unified", segment_duration=0.4, **fields)
+    """One segment, through the locus."""
+    common: dict[str, Any] = {"controller": "unified", "segment_duration": 0.4, "waypoints": [[0.0, 0.15], [0.0, 0.02]]}
+    return changed(name, {**effects, "seed": 5}, **common, **fields)
 
 
 def test_every_effect_is_here() -> None:
