@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from forked_node import ForkedNode
-from graph_probe import Bench, Probe, values_of
+from graph_probe import COMMAND, Bench, Probe, values_of
 from middle_motion import MiddleMotion
 
 from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE
-
-STATUS = [sys.executable, "-m", "fivebar_bringup.cli.main", "status"]
 
 
 def feed(probe: Probe, motion: MiddleMotion, samples: int) -> None:
@@ -114,7 +111,7 @@ def test_nodes_in_one_process_answer_each_with_its_parameters(bench: Bench, moti
     assert 0.0 < sigma < 1.0
     assert sigma == pytest.approx(2.0 - kappa / 0.3, abs=1e-12)
     assert probe.answer(REFERENCE, sample + 1)
-    reports = bench.run([*STATUS, "--domain", str(bench.domain), "--json"])
+    reports = bench.fork(COMMAND, ["status", "--domain", str(bench.domain), "--json"])
     assert reports.wait() == 0
     assert [report["node"] for report in json.loads(reports.stdout)] == ["/supervisor", "/trajectory_generator"]
     assert {report["level"] for report in json.loads(reports.stdout)} == {"ok"}
@@ -135,14 +132,14 @@ def test_a_group_needs_modules_of_nodes(bench: Bench) -> None:
 
 
 def test_status_of_an_empty_domain_says_so(bench: Bench) -> None:
-    process = bench.run([*STATUS, "--domain", str(bench.domain)])
+    process = bench.fork(COMMAND, ["status", "--domain", str(bench.domain)])
     assert process.wait() == 1
     assert f"no node of the graph is heard in domain {bench.domain}" in process.stdout
 
 
 def test_status_without_a_domain_takes_that_of_the_run(bench: Bench, tmp_path: Path) -> None:
     """The bench holds its domain as `fivebar run` does, in a folder that no other test looks at."""
-    process = bench.run([*STATUS], ROS_DOMAIN_ID="x", TMPDIR=str(tmp_path))
+    process = bench.fork(COMMAND, ["status"], ROS_DOMAIN_ID="x", TMPDIR=str(tmp_path))
     assert process.wait() == 2
     assert "ROS_DOMAIN_ID: 'x'" in process.stderr
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from graph_probe import DDS_VARIABLES, Bench
+from graph_probe import DDS_VARIABLES, Bench, node_modules
 from middle_motion import MiddleMotion
 
 from fivebar_description.interface import JOINT_STATES, SUPERVISOR_STATE
@@ -102,8 +102,9 @@ def test_there_is_no_shared_memory_for_a_killed_process_to_leave_behind(bench: B
 
 def test_without_the_defaults_a_node_does_listen_everywhere(bench: Bench) -> None:
     """Shows that the tests above can see what they look for."""
-    process = bench.run(
-        [sys.executable, "-m", "fivebar_control.nodes.supervisor"],
+    process = bench.fork(
+        node_modules()["supervisor"],
+        [],
         ROS_AUTOMATIC_DISCOVERY_RANGE="SUBNET",
         FASTDDS_DEFAULT_PROFILES_FILE="",
         FASTRTPS_DEFAULT_PROFILES_FILE="",

@@ -25,7 +25,7 @@ def fork_context(modules: Sequence[str]) -> ForkServerContext:
     """Return the context of a server that has loaded some modules; none of them starts threads before its `main`."""
     context = multiprocessing.get_context("forkserver")
     # with what runs in the fork before that `main`
-    context.set_forkserver_preload([*modules, "pytest.__main__", __name__])
+    context.set_forkserver_preload([*modules, "pytest.__main__", __name__, "fork_ready"])
     with pytest.MonkeyPatch.context() as patch:
         # the server does not take the path of this process
         patch.setenv("PYTHONPATH", str(Path(__file__).parent), prepend=os.pathsep)

@@ -349,9 +349,9 @@ class Bench:
         """Start nodes in one process: their modules, then what follows `--ros-args`."""
         return self.fork(NODE_GROUP, words)
 
-    def fork(self, module: str, arguments: Sequence[str]) -> ForkedNode:
+    def fork(self, module: str, arguments: Sequence[str], **variables: str) -> ForkedNode:
         """Start what `python -m MODULE ARGUMENTS` would, from a process that has loaded all nodes."""
-        environment = clean_environment(self.domain, self.folder)
+        environment = {**clean_environment(self.domain, self.folder), **variables}
         process = ForkedNode(fork_context(PRELOADED), module, arguments, self.folder / "processes", environment)
         self._stack.callback(process.close)
         return process

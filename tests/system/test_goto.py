@@ -15,6 +15,9 @@ from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.studies.goto.start import start_after
 from fivebar_description.interface import FAULTS, REFERENCE, RUN_STATUS
 
+SHORT = "name: short\ncontroller: unified\nwaypoints: [[0.0, 0.15], [0.0, 0.14]]\nsegment_duration: 0.2\n"
+"""What a robot does before it stands, by default two seconds' motion."""
+
 
 def test_it_runs_the_plan_and_goes_on_from_there(fivebar: Callable[..., FivebarCommand], tmp_path: Path) -> None:
     """There, and back: the second motion begins where the first has ended, in the other assembly mode."""
@@ -41,7 +44,9 @@ def test_a_standing_robot_goes_where_it_is_asked_to(fivebar: Callable[..., Fiveb
         probe.listen(RUN_STATUS)
         out = tmp_path / "stand"
         domain = str(bench.domain)
-        standing = fivebar("stand", "unified_middle", "--seconds", "600", "--domain", domain, "--out", str(out))
+        scenario = tmp_path / "short.yaml"
+        scenario.write_text(SHORT, encoding="utf-8")
+        standing = fivebar("stand", str(scenario), "--seconds", "600", "--domain", domain, "--out", str(out))
         probe.wait_for(
             lambda: any('"sample": 0,' not in message.data for message in probe.got(RUN_STATUS)), "the run", 60.0
         )
