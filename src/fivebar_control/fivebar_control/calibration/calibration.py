@@ -87,6 +87,10 @@ SPAN = 5
 FARTHEST = 30.0
 """Deviations from what is known before beyond which no parameter is looked for."""
 
+COMMON = 0.1
+"""Part of what the transmissions yield that counts as a common error of the closure, which no repetition averages out;
+found by the coverage of the intervals on elastic robots."""
+
 BLOCK = 0.25
 """Time (s) after which residuals are taken for independent."""
 
@@ -132,6 +136,8 @@ class Calibration(NamedTuple):
         platform: [k, 2], the platform there (m).
         residuals: [k], of the closure (m).
         across: [k], det A.
+        yielding: by how much play and elasticity of the transmissions open the loop near the locus, root mean square
+            (m): an estimator that takes them as rigid finds the geometry wrong by that.
         crossings: passages through the locus.
         misfit: mean of the squared residuals in units of their variances; 1 where robot and noise are as modelled.
         colour: factor by which correlated residuals widen the variances.
@@ -149,6 +155,7 @@ class Calibration(NamedTuple):
     platform: FloatArray
     residuals: FloatArray
     across: FloatArray
+    yielding: float
     crossings: list[Crossing]
     misfit: float
     colour: float
@@ -239,6 +246,7 @@ def calibrate_by_turning_points(robot: FiveBar, tolerances: Tolerances, record: 
         platform=closed.platform,
         residuals=left * deviation,
         across=np.zeros(len(points)),
+        yielding=0.0,
         crossings=[Crossing(number, one.row) for number, one in enumerate(points)],
         misfit=misfit,
         colour=1.0,
@@ -466,7 +474,7 @@ class _Problem:
         rows = self._rows(values, states)
         step = reduced(rows, self._states)
         misfit = self._misfit(rows) * self.colour
-        closed, _ = self._closure(values, states)
+        closed, deviation = self._closure(values, states)
         residual = math.sqrt(float(np.mean(closed.gap**2)))
         if residual > LARGEST_RESIDUAL or misfit > LARGEST_MISFIT:
             raise NotCalibratable(
@@ -481,7 +489,14 @@ class _Problem:
                 f"no crossing: the motion stays in one assembly mode, |det A| of at least {np.min(np.abs(across)):.2f}:"
                 " expected one that goes through the Type 2 locus and back"
             )
+        rigid = closure(values[: len(GEOMETRY)], self._read.values, states).gap[: self._samples]
+        yielding = float(np.sqrt(np.mean(rigid[np.abs(across) < NEAR] ** 2)))
         covariance = _inverse(step.information + np.diag(1.0 / self._before**2), self._before)
+        # of what yields, a part is the same at every crossing
+        common = np.zeros(len(rows.residual))
+        common[: self._samples] = COMMON * yielding / deviation[: self._samples] / math.sqrt(self.colour)
+        shift = covariance @ (projected(rows, step.response).T @ common)
+        covariance += np.outer(shift, shift)
         return Calibration(
             start=self._start,
             values=values,
@@ -493,6 +508,7 @@ class _Problem:
             platform=closed.platform[: self._samples],
             residuals=closed.gap[: self._samples],
             across=across,
+            yielding=yielding,
             crossings=crossings,
             misfit=misfit,
             colour=self.colour,

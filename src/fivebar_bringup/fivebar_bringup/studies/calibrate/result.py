@@ -90,7 +90,7 @@ class CalibrationResult(NamedTuple):
         return result
 
     def tolerances(self) -> Tolerances:
-        """Return tolerances that, taken as independent, give the elbow gap its interval.
+        """Return tolerances that, taken as independent, give the elbow gap its interval and what transmissions yield.
 
         Lengths and zeros are known less well one by one than what matters on the locus, a sum of them.
         """
@@ -103,7 +103,7 @@ class CalibrationResult(NamedTuple):
         )
         each = widths.repeat((4, 2, 2)) / QUANTILE
         shares = [
-            half / QUANTILE / math.sqrt(float(np.sum((row * each) ** 2)))
+            math.hypot(half / QUANTILE, found.yielding) / math.sqrt(float(np.sum((row * each) ** 2)))
             for half, (_, row) in zip(found.gap_half_widths().tolist(), found.crossings, strict=True)
         ]
         length, base, zero = (math.sqrt(3.0) / QUANTILE * max(shares) * widths).tolist()
@@ -222,6 +222,7 @@ class CalibrationResult(NamedTuple):
             "touched_points": self.touched,
             "misfit": found.misfit,
             "colour": found.colour,
+            "yielding_m": found.yielding,
         }
 
 
