@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.cli import calibrate, compare, goto, guide, identify, running, settings, status, studies, sweep
+from fivebar_bringup.cli import (
+    calibrate,
+    compare,
+    estimate,
+    goto,
+    guide,
+    identify,
+    running,
+    settings,
+    status,
+    studies,
+    sweep,
+)
 from fivebar_bringup.cli.app import app
 
 __all__ = [
     "calibrate",
     "compare",
+    "estimate",
     "goto",
     "guide",
     "identify",
