@@ -5,6 +5,7 @@ from __future__ import annotations
 from fivebar_bringup.cli import (
     calibrate,
     compare,
+    estimate,
     goto,
     guide,
     identify,
@@ -20,6 +21,7 @@ from fivebar_bringup.cli.app import app
 __all__ = [
     "calibrate",
     "compare",
+    "estimate",
     "goto",
     "guide",
     "identify",

@@ -8,6 +8,7 @@ state at t_(k+d); the reference under that stamp must be that of t_(k+d) too (`l
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ from fivebar_control.estimation.mirror import ambiguity_reason
 from fivebar_control.estimation.step import (
     Drives,
     EstimatorMemory,
+    Misfit,
     estimator_model,
     first_update,
     inconsistency_reason,
@@ -36,6 +38,8 @@ from fivebar_description.tolerances import EXACT, Tolerances
 LONGEST_GAP = 10
 """Samples without a reading over which the filter predicts; after a longer gap the estimate is lost."""
 
+
+NO_READINGS = Misfit(math.nan, math.nan)
 
 Vector6 = tuple[float, float, float, float, float, float]
 
@@ -85,6 +89,8 @@ class StateEstimator:
         self._answer: JointEstimate | None = None
         self._memory: EstimatorMemory | None = None
         self.fault: Fault | None = None
+        self.squared = NO_READINGS
+        """Of the last sample: mean squares of the innovations in units of their variances, NaN without a reading."""
         self._last = 0
 
     @property
@@ -157,6 +163,7 @@ class StateEstimator:
         memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
         start = min((with_rate(memory, made, rate) for made, rate in rates), default=memory.newest)
         updated = next_update(model, memory, min(start, memory.newest))
+        self.squared = updated.squared
         if sample - last > LONGEST_GAP:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         reason = self._frozen.check((q11, q21), updated.predicted, sample - last > 1)

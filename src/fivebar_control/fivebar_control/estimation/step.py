@@ -131,10 +131,17 @@ class EstimatorMemory(NamedTuple):
 
 
 class Update(NamedTuple):
-    """The memory after a sample's readings, and the estimate that was predicted for them."""
+    """Result of a sample's readings.
+
+    Attributes:
+        memory: after them.
+        predicted: the estimate that was predicted for them.
+        squared: mean of the squared innovations of this sample's readings in units of their variances; NaN without one.
+    """
 
     memory: EstimatorMemory
     predicted: Estimate
+    squared: Misfit
 
 
 class Prediction(NamedTuple):
@@ -247,6 +254,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
     belief = belief_at(history, start - 1)
     expected = belief.estimate
     encoders, gyro = memory.misfit.encoders, memory.misfit.gyro
+    by_encoders = by_gyro = math.nan
     for entry in range(start, newest + 1):
         inputs = history.inputs[row_of(history, entry)]
         tau1, tau2, gap = float(inputs[TAU1]), float(inputs[TAU2]), inputs[PERIODS] > 1.0
@@ -276,15 +284,18 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         by_angles = corrected(filter_model, belief, q11, q21)
         belief = by_angles.belief
         if entry == newest:
-            encoders += model.misfit_share * (0.5 * by_angles.misfit - encoders)
+            by_encoders = 0.5 * by_angles.misfit
+            encoders += model.misfit_share * (by_encoders - encoders)
         if not math.isnan(inputs[RATE]):
             by_rate = turned(filter_model, belief, float(inputs[RATE]))
             belief = by_rate.belief
             # of a late reading, which is taken again with each later one, the first time counts
             if entry == start:
-                gyro += model.misfit_share * (by_rate.misfit - gyro)
+                by_gyro = by_rate.misfit
+                gyro += model.misfit_share * (by_gyro - gyro)
         keep_belief(history, entry, belief)
-    return Update(changed_memory(memory, belief, memory.near, Misfit(encoders, gyro)), expected)
+    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro))
+    return Update(changed, expected, Misfit(by_encoders, by_gyro))
 
 
 def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit) -> EstimatorMemory:

@@ -1,0 +1,58 @@
+"""Subcommand that estimates a recorded motion again: estimate."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
+from fivebar_bringup.studies.estimate.estimate import estimate_bag, write_estimation
+
+
+@app.command()
+def estimate(
+    bag: Annotated[Path, typer.Argument(metavar="BAG", help="A bag, or the directory of a run, with estimator ekf.")],
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="SECTION.NAME=VALUE", help="A setting of ekf or tolerances to change; may be repeated."
+        ),
+    ] = None,
+    file: Annotated[
+        Path | None,
+        typer.Option("--settings", help="YAML file with sections ekf and tolerances, or a whole scenario."),
+    ] = None,
+    scenario: Annotated[
+        Path | None, typer.Option("--scenario", help="Scenario (.yaml) of a bag that lies in no run's directory.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/estimate-NAME-DATE-TIME]"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the record in BAG through the estimator again, with other settings, and tell how consistent it is.
+
+    Without any change the result equals the recorded estimate bit for bit where the run was simulated.
+
+    Example: `fivebar estimate runs/first --set ekf.gyro_noise=0.02 --set tolerances.length=1e-4`
+    """
+    with input_errors(), ending_on_sigterm():
+        estimation = estimate_bag(bag, file, settings or [], scenario)
+        directory = write_estimation(estimation, out)
+    if as_json:
+        print(json.dumps(estimation.as_json(), indent=2, allow_nan=False))
+        return
+    printer = Console()
+    for name, was, now in estimation.changes():
+        printer.print(f"{name}: {was} -> {now}", soft_wrap=True)
+    table = Table("figure", "recorded settings", "changed settings", box=None)
+    for row in estimation.rows():
+        table.add_row(*row)
+    printer.print(table)
+    printer.print(f"look at {directory.page}", soft_wrap=True)

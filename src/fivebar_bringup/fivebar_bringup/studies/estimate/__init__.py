@@ -1,0 +1,1 @@
+"""Estimates a recorded motion again, with other settings: reads the bag, replays it, writes figure and page."""

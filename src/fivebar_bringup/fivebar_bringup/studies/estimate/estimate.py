@@ -1,0 +1,120 @@
+"""Estimates a bag again and writes figure and page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.pages.units import engineering
+from fivebar_bringup.runs.results import new_directory
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.studies.estimate.changes import SECTIONS, changed_scenario
+from fivebar_bringup.studies.estimate.record import read_estimator_record
+from fivebar_bringup.studies.estimate.replay import Replay, estimated_again
+from fivebar_bringup.studies.identify.reading import find_bag
+from fivebar_bringup.studies.study_directory import StudyDirectory
+from fivebar_description.strict_yaml import InputError
+
+SETTINGS_FILE = "settings.yaml"
+
+
+class Estimation(NamedTuple):
+    """A bag estimated with the recorded settings and with others, the same ones where nothing was changed."""
+
+    bag: Path
+    recorded: Scenario
+    changed: Scenario
+    before: Replay
+    after: Replay
+
+    def changes(self) -> list[tuple[str, str, str]]:
+        """Return name, recorded and new value of every setting that differs."""
+        return [
+            (f"{section}.{name}", str(was), str(now))
+            for section in SECTIONS
+            for (name, was), now in zip(
+                getattr(self.recorded, section)._asdict().items(), getattr(self.changed, section), strict=True
+            )
+            if was != now
+        ]
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Return the figures: name, with the recorded settings, with the others."""
+        before, after = self.before.as_json(), self.after.as_json()
+        kinds = (
+            ("innovations of the encoders, mean square (1 expected)", "innovations_encoders", ""),
+            ("its largest value in a sample", "innovations_encoders_max", ""),
+            ("innovations of the gyroscope, mean square (1 expected)", "innovations_gyro", ""),
+            ("its largest value in a sample", "innovations_gyro_max", ""),
+            ("NEES of the position (2 expected)", "nees_position", ""),
+            ("NEES of the velocity (2 expected)", "nees_velocity", ""),
+            ("largest distance from the exact position", "estimate_error_max_m", "m"),
+            ("largest distance from the recorded estimate", "difference_max_m", "m"),
+        )
+        rows = [(words, _text(before[name], unit), _text(after[name], unit)) for words, name, unit in kinds]
+        rows.append(
+            ("equal to the recorded estimate, bit for bit", _yes(before["identical"]), _yes(after["identical"]))
+        )
+        return [*rows, ("fault", before["fault"] or "none", after["fault"] or "none")]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the result as plain values."""
+        return {
+            "bag": str(self.bag),
+            "changes": {name: {"recorded": was, "changed": now} for name, was, now in self.changes()},
+            "recorded": self.before.as_json(),
+            "changed": self.after.as_json(),
+        }
+
+
+def _text(value: float | None, unit: str) -> str:
+    if value is None:
+        return "–"
+    return engineering(value, unit) if unit else f"{value:.3g}"
+
+
+def _yes(same: bool) -> str:
+    return "yes" if same else "no"
+
+
+def estimate_bag(path: Path, file: Path | None, settings: Sequence[str], scenario: Path | None = None) -> Estimation:
+    """Estimate a bag, or that of a run's directory, with the recorded settings and with others.
+
+    Args:
+        path: of the bag or the run.
+        file: YAML with sections `ekf` and `tolerances`, if any.
+        settings: single ones, `SECTION.NAME=VALUE`.
+        scenario: of a bag that lies in no run.
+
+    Raises:
+        InputError: bag, scenario or settings are unsuitable.
+        BagError: the bag cannot be read or lacks a topic.
+    """
+    source = find_bag(path)
+    if source.run is None and scenario is None:
+        raise InputError(f"--scenario: expected that of the recorded run: {source.bag} lies in no run")
+    recorded = source.run.read_scenario() if source.run is not None else load_scenario(str(scenario))
+    if not recorded.estimated:
+        raise InputError(f"{source.bag}: was recorded with estimator none: expected a run with estimator ekf")
+    changed = changed_scenario(recorded, file, settings)
+    record = read_estimator_record(source, recorded)
+    before = estimated_again(record, recorded, source.bag)
+    after = before if changed == recorded else estimated_again(record, changed, source.bag)
+    return Estimation(source.bag, recorded, changed, before, after)
+
+
+def write_estimation(estimation: Estimation, out: Path | None) -> StudyDirectory:
+    """Write figure, page, JSON and the new settings as a file into a new directory.
+
+    Raises:
+        InputError: the directory cannot be used.
+    """
+    # here, because matplotlib takes as long to load as all the rest of the command
+    from fivebar_bringup.studies.estimate.page import draw_pictures, html_page, settings_file
+
+    directory = StudyDirectory(new_directory(out, f"estimate-{estimation.recorded.name}"), "estimation")
+    pictures = draw_pictures(estimation)
+    others = {SETTINGS_FILE: settings_file(estimation)}
+    directory.write(html_page(estimation, pictures), estimation.as_json(), pictures, others)
+    return directory

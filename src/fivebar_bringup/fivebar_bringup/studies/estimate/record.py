@@ -1,0 +1,113 @@
+"""What the estimator of a recorded run was given, and what it gave, out of a bag."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.identify.reading import Source
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    GROUND_TRUTH,
+    IMU_DATA,
+    JOINT_STATES,
+    JOINTS,
+    MOTOR_STATES,
+    TORQUE_COMMAND,
+    Topic,
+    sample_of_stamp,
+)
+
+
+class EstimatorRecord(NamedTuple):
+    """Inputs and outputs of a recorded estimator; the first message of each sample counts, later ones repeat it.
+
+    Attributes:
+        samples: int64[n], of the motor readings.
+        angles, torques: float64[n, 2], motors (rad) and the torques that acted before (Nm).
+        commands: commanded torques (Nm) by sample.
+        rates: for each reading of the motors, the gyroscope's that came with it: its sample, and the rate (rad/s).
+        estimated: recorded joint states by sample: four angles (rad) and four speeds (rad/s).
+        truth: the exact ones by sample, where they were recorded.
+    """
+
+    samples: IntArray
+    angles: FloatArray
+    torques: FloatArray
+    commands: dict[int, tuple[float, float]]
+    rates: list[list[tuple[int, float]]]
+    estimated: dict[int, tuple[float, ...]]
+    truth: dict[int, tuple[float, ...]]
+
+
+def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord:
+    """Read it from a bag of a run of a scenario.
+
+    Raises:
+        BagError: the bag cannot be read, or lacks a topic.
+    """
+    recording = read_bag(source.bag)
+    rate_hz = scenario.rate_hz
+    samples, rows = _samples(recording, MOTOR_STATES, rate_hz)
+    if not samples.size:
+        raise BagError(source.bag, f"/{MOTOR_STATES.name}: no samples at {rate_hz} Hz: nothing to estimate from")
+    return EstimatorRecord(
+        samples=samples,
+        angles=_field(recording, MOTOR_STATES, "position", len(ACTIVE_JOINTS))[rows],
+        torques=_field(recording, MOTOR_STATES, "effort", len(ACTIVE_JOINTS))[rows],
+        commands={
+            sample: (one, two) for sample, (one, two) in _by_sample(recording, TORQUE_COMMAND, rate_hz, "effort")
+        },
+        rates=_rates(recording, scenario, samples),
+        estimated=_states(recording, JOINT_STATES, rate_hz),
+        truth=_states(recording, GROUND_TRUTH, rate_hz) if recording.count(GROUND_TRUTH) else {},
+    )
+
+
+def _samples(recording: Recording, topic: Topic, rate_hz: int) -> tuple[IntArray, IntArray]:
+    """Return the samples of a topic in ascending order, each once, and the row of the first message of each."""
+    numbers = [sample_of_stamp(stamp, rate_hz) for stamp in recording.stamps(topic).tolist()]
+    if None in numbers:
+        raise BagError(recording.path, f"/{topic.name}: a stamp is not on the grid of {rate_hz} Hz")
+    samples, rows = np.unique(np.array(numbers, dtype=np.int64), return_index=True)
+    return samples, rows
+
+
+def _field(recording: Recording, topic: Topic, name: str, columns: int) -> FloatArray:
+    values = recording.field(topic, name)
+    if values.shape[1] != columns or not np.all(np.isfinite(values)):
+        raise BagError(recording.path, f"/{topic.name}: {name}: expected {columns} finite numbers in every message")
+    return values
+
+
+def _by_sample(recording: Recording, topic: Topic, rate_hz: int, *fields: str) -> list[tuple[int, tuple[float, ...]]]:
+    samples, rows = _samples(recording, topic, rate_hz)
+    columns = len(JOINTS) if topic.name in (JOINT_STATES.name, GROUND_TRUTH.name) else len(ACTIVE_JOINTS)
+    values = np.hstack([_field(recording, topic, field, columns)[rows] for field in fields])
+    return [(sample, tuple(row)) for sample, row in zip(samples.tolist(), values.tolist(), strict=True)]
+
+
+def _states(recording: Recording, topic: Topic, rate_hz: int) -> dict[int, tuple[float, ...]]:
+    return dict(_by_sample(recording, topic, rate_hz, "position", "velocity"))
+
+
+def _rates(recording: Recording, scenario: Scenario, samples: IntArray) -> list[list[tuple[int, float]]]:
+    """Return the gyroscope's readings that came with each sample: those logged by the time of its estimate."""
+    came: list[list[tuple[int, float]]] = [[] for _ in samples]
+    if not recording.count(IMU_DATA):
+        return came
+    answered, rows = _samples(recording, JOINT_STATES, scenario.rate_hz)
+    logged = np.maximum.accumulate(recording.log_times(JOINT_STATES)[rows])
+    stamps, vectors = recording.stamps(IMU_DATA), recording.field(IMU_DATA, "angular_velocity")
+    for log_time, stamp, vector in zip(recording.log_times(IMU_DATA), stamps.tolist(), vectors.tolist(), strict=True):
+        made, answer = sample_of_stamp(stamp, scenario.rate_hz), int(np.searchsorted(logged, log_time))
+        if made is None or answer == len(answered) or not np.all(np.isfinite(vector)):
+            continue
+        row = int(np.searchsorted(samples, max(made, int(answered[answer]))))
+        if row < len(came):
+            came[row].append((made, scenario.imu.turn_rate((vector[0], vector[1], vector[2]))))
+    return [sorted(readings) for readings in came]
