@@ -21,6 +21,9 @@ from fivebar_control.laws.registry import LAWS
 from fivebar_control.ros.node_settings import (
     BLENDED,
     CONTINUE,
+    GOAL_PREFIX,
+    GOAL_RISK_PREFIX,
+    GOAL_TOLERANCE_PREFIX,
     HOLD,
     NOT_OF_THE_FILTER,
     NOT_OF_THE_GUARD,
@@ -291,9 +294,19 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
 def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
     limit = scenario.torque_limit
     goals = GoalSettings(
-        takes_goals=scenario.scheme().needs_no_zones, goal_speed_limit=scenario.safety.joint_speed_limit
+        takes_goals=scenario.scheme().needs_no_zones,
+        goal_speed_limit=scenario.safety.joint_speed_limit,
+        goal_error_tolerance=scenario.error_tolerance,
+        goal_estimated=scenario.estimated,
+        goal_gyro_every=scenario.imu.schedule(scenario.rate_hz).every,
     )
-    return to_parameters(goals if limit is None else goals._replace(goal_torque_limit=limit))
+    return {
+        **to_parameters(goals if limit is None else goals._replace(goal_torque_limit=limit)),
+        **to_parameters(scenario.drives(), GOAL_PREFIX),
+        **to_parameters(scenario.ekf, GOAL_PREFIX, without=NOT_OF_THE_FILTER),
+        **to_parameters(scenario.known_within(), GOAL_TOLERANCE_PREFIX),
+        **to_parameters(scenario.risk, GOAL_RISK_PREFIX),
+    }
 
 
 def _announced(scenario: Scenario, mode: Mode) -> bool:

@@ -17,8 +17,9 @@ from multiprocessing.connection import Connection
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.planning.limits import limits_of
+from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.transfer import Speed, plan_transfer
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
@@ -27,12 +28,23 @@ from fivebar_description.strict_yaml import InputError
 
 
 class Conditions(NamedTuple):
-    """What requests are planned for: robot (name or path), rate (Hz), torque (Nm) and speed (rad/s) of both motors."""
+    """What requests are planned for.
+
+    Attributes:
+        robot: name or path.
+        rate_hz: of the controllers.
+        torque_limit, motor_speed: of both motors (Nm, rad/s).
+        error_tolerance, risk: of a robot within its tolerances (m).
+        sensing: what the estimator has, None without one.
+    """
 
     robot: str
     rate_hz: int
     torque_limit: float
     motor_speed: float
+    error_tolerance: float = MotionLimits().error_tolerance
+    risk: Risk = Risk()
+    sensing: Sensing | None = None
 
 
 class Planned(NamedTuple):
@@ -123,6 +135,7 @@ def _end_with(lifeline: Connection) -> None:
 def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     """Plan a request for the law without switching, the only one that follows requests."""
     follower = default_tuning(CONTROLLERS["unified"])
+    limits = limits_of(follower, conditions.torque_limit, conditions.motor_speed)
     try:
         transfer = plan_transfer(
             load_robot(conditions.robot),
@@ -132,8 +145,9 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             order.assembly or None,
             conditions.rate_hz,
             follower,
-            limits_of(follower, conditions.torque_limit, conditions.motor_speed),
+            limits._replace(error_tolerance=conditions.error_tolerance, risk=conditions.risk),
             order.duration or Speed.COMFORTABLE,
+            conditions.sensing,
         )
     except (PlanRefused, InputError) as refusal:
         return Planned((), (), str(refusal))

@@ -8,13 +8,26 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.step import Drives
+from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.planning.planning_process import Conditions, PlanningProcess
+from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.ros.motion_parameters import Motion
-from fivebar_control.ros.node_settings import GoalSettings
+from fivebar_control.ros.node_settings import (
+    GOAL_PREFIX,
+    GOAL_RISK_PREFIX,
+    GOAL_TOLERANCE_PREFIX,
+    NOT_OF_THE_FILTER,
+    GoalSettings,
+)
 from fivebar_description.interface import GOAL, GOAL_STATUS
+from fivebar_description.parameters import tolerances_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
+from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
+from fivebar_description.tolerances import Tolerances
 
 NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
@@ -30,7 +43,19 @@ class GoalServer:
         """Declare the parameters and join the topics, on a node that has declared the motion."""
         settings = node.declare_settings(GoalSettings)
         robot = node.get_parameter("robot").value
-        conditions = Conditions(str(robot), motion.rate_hz, settings.goal_torque_limit, settings.goal_speed_limit)
+        drives = node.declare_settings(Drives, GOAL_PREFIX, torque_limit=DRIVE_TORQUE_LIMIT)
+        ekf = node.declare_settings(EkfSettings, GOAL_PREFIX, without=NOT_OF_THE_FILTER)
+        tolerances = node.declare_settings(Tolerances, GOAL_TOLERANCE_PREFIX)
+        sensing = Sensing(drives, ekf, tolerances_of(str(robot), tolerances), settings.goal_gyro_every)
+        conditions = Conditions(
+            str(robot),
+            motion.rate_hz,
+            settings.goal_torque_limit,
+            settings.goal_speed_limit,
+            settings.goal_error_tolerance,
+            node.declare_settings(Risk, GOAL_RISK_PREFIX),
+            sensing if settings.goal_estimated else None,
+        )
         self._open = settings.takes_goals
         self._rate_hz = motion.rate_hz
         self._queue = queue

@@ -26,6 +26,9 @@ from fivebar_description.shared_settings import (
 ZONE_PREFIX = "zone_"
 """Prefix of the parameters that hold `ZoneSettings`."""
 
+GOAL_PREFIX, GOAL_TOLERANCE_PREFIX, GOAL_RISK_PREFIX = "goal_estimator_", "goal_tolerance_", "goal_risk_"
+"""Prefixes of the parameters by which requests are judged: `Drives` and `EkfSettings`, `Tolerances`, `Risk`."""
+
 NOT_OF_THE_FILTER = ("feed_forward",)
 """The setting of `EkfSettings` that the graph uses, not the state estimator."""
 
@@ -118,6 +121,22 @@ class GoalSettings(NamedTuple):
     goal_speed_limit: Annotated[
         float, Setting("Speed limit of both motors, for planning.", "rad/s", at_least=1e-3, at_most=1e4)
     ] = MotionLimits().motor_speed
+    goal_error_tolerance: Annotated[
+        float,
+        Setting(
+            "Largest distance from the reference that a robot within its tolerances may have.",
+            "m",
+            at_least=1e-6,
+            at_most=10.0,
+        ),
+    ] = MotionLimits().error_tolerance
+    goal_estimated: Annotated[
+        bool,
+        Setting("Whether the state is estimated, so that the robot's tolerances decide which motions are planned."),
+    ] = False
+    goal_gyro_every: Annotated[
+        int, Setting("Samples from one reading of the gyroscope to the next, for planning.", "samples", at_least=1)
+    ] = 1
 
 
 class SupervisorSettings(NamedTuple):

@@ -14,8 +14,12 @@ from multiprocessing import connection
 
 import pytest
 
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.step import Drives
 from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess
+from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess, plan_order
+from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_description.tolerances import Tolerances
 
 CONDITIONS = Conditions("dextar", 100, 2.0, 50.0)
 NEAR = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.14), 0, 0.0)
@@ -56,6 +60,17 @@ def test_it_answers_one_request_after_the_other_in_the_same_process(planning: Pl
     assert planning.answer() is None
 
 
+def test_a_request_that_the_tolerances_do_not_allow_is_refused_with_what_would() -> None:
+    sensing = Sensing(Drives(encoder_counts=20_000), EkfSettings(), Tolerances(length=4e-4))
+    order = PlanningRequest((0.0, 0.12), (1, -1), (0.0, 0.05), 0, 0.8)
+    conditions = CONDITIONS._replace(rate_hz=500, sensing=sensing)
+    refused = plan_order(conditions, order).refused
+    assert "predicted position error within the tolerances is 0.00" in refused
+    assert "within the limits with a gyroscope on the distal link of leg 2" in refused
+    gyroscope = sensing._replace(settings=EkfSettings(gyro=True))
+    assert plan_order(conditions._replace(sensing=gyroscope), order).refused == ""
+
+
 def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: PlanningProcess) -> None:
     planning.ask(NEAR)
     os.kill(worker().pid or 0, signal.SIGKILL)
@@ -85,10 +100,12 @@ def test_closing_ends_a_plan_under_way(planning: PlanningProcess) -> None:
 
 PARENT = f"""
 import multiprocessing, time
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.step import Drives
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Conditions, PlanningProcess
 if __name__ == "__main__":
-    planning = PlanningProcess(Conditions(*{tuple(CONDITIONS)!r}))
+    planning = PlanningProcess(Conditions(*{tuple(CONDITIONS[:4])!r}))
     planning.ask(PlanningRequest(*{tuple(NEAR)!r}))
     while planning.answer() is None:
         time.sleep(0.01)
