@@ -13,7 +13,6 @@ from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome, TraceRow
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
-from fivebar_sim.settings import has_effects
 
 POSITION = 1e-9
 """m; what one source of equations and two plants must agree to."""
@@ -58,8 +57,8 @@ def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineR
     run = simulate(scenario)
     outcome, trace = traced_crossing(*prepared(scenario))
     assert outcome.samples == len(run.samples) == len(trace)
-    exact = [sample.estimated.truth if sample.estimated is not None else sample.measured for sample in run.samples]
-    if scenario.estimated or (scenario.plant.encoder_counts is None and not has_effects(scenario.plant)):
+    exact = [sample.exact for sample in run.samples]
+    if scenario.has_ground_truth or scenario.plant.encoder_counts is None:
         robot = scenario.five_bar()
         found, wanted = columns(trace, *JOINTS), [one.position for one in exact]
         np.testing.assert_allclose(places(robot, found), places(robot, wanted), rtol=0.0, atol=POSITION)

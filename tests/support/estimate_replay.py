@@ -51,8 +51,7 @@ class Replayed(NamedTuple):
 
 def exact_state(robot: FiveBar, sample: Any) -> State:
     """Return the exact state of a sample of an offline run."""
-    truth = sample.estimated.truth
-    return state_from_joints(robot, *truth.position, *truth.velocity)
+    return state_from_joints(robot, *sample.exact.position, *sample.exact.velocity)
 
 
 def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = None) -> Iterator[Replayed]:

@@ -15,6 +15,7 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
 from fivebar_description.interface import (
     ESTIMATION_TOPICS,
+    GROUND_TRUTH,
     IMU_DATA,
     JOINT_STATES,
     REFERENCE,
@@ -32,7 +33,7 @@ STAMPED = [
     topic
     for topic in TOPICS
     if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
-    and topic not in (*ESTIMATION_TOPICS, UNIFIED_TORQUE)
+    and topic not in (*ESTIMATION_TOPICS, GROUND_TRUTH, UNIFIED_TORQUE)
 ]
 IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
 

@@ -16,6 +16,7 @@ from fivebar_bringup.runs.bag.recording import Recording
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import (
     ESTIMATION_TOPICS,
+    GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     JOINT_STATES,
@@ -79,7 +80,7 @@ def bags(
 
 
 def test_the_estimators_topics_are_among_them() -> None:
-    assert {JOINT_STATES, *ESTIMATION_TOPICS} < set(STAMPED)
+    assert {JOINT_STATES, GROUND_TRUTH, *ESTIMATION_TOPICS} < set(STAMPED)
 
 
 @pytest.mark.parametrize("topic", STAMPED, ids=lambda topic: topic.name)

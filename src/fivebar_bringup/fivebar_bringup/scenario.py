@@ -43,7 +43,7 @@ from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.settings import PlantSettings, has_effects
 
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
@@ -218,6 +218,11 @@ class Scenario(StrictModel):
     def estimated(self) -> bool:
         """Whether the controllers work from the two motors' encoders alone."""
         return self.estimator == "ekf"
+
+    @property
+    def has_ground_truth(self) -> bool:
+        """Whether the exact state of the robot is recorded besides: the sensors of all joints do not show it."""
+        return self.estimated or has_effects(self.plant)
 
     @property
     def gyro(self) -> bool:

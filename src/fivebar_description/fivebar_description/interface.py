@@ -130,7 +130,7 @@ a run's bag does not contain them."""
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""
 
-ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, GROUND_TRUTH)
+ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE)
 """Topics that only a run with an estimator has: `joint_states` is then its estimate."""
 
 

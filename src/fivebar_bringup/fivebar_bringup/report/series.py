@@ -39,10 +39,10 @@ from fivebar_description.parameters import FiveBar
 class RunSeries:
     """A run as arrays over its n recorded samples of `joint_states`, in order of the samples.
 
-    With an estimator the samples, the joints and all that follows from them are those of `ground_truth`, the exact
-    state, so that errors are errors of the robot. Commanded quantities (torques, sigma, kappa) stand in the row of the
-    measurement that they answer, although they take effect `lead_samples` later; the reference stands in the row of
-    its own time.
+    With an estimator or effects of the plant the samples, the joints and all that follows from them are those of
+    `ground_truth`, the exact state, so that errors are errors of the robot. Commanded quantities (torques, sigma,
+    kappa) stand in the row of the measurement that they answer, although they take effect `lead_samples` later; the
+    reference stands in the row of its own time.
 
     A row is NaN where its topic has no message with the sample's stamp. Of several messages with one stamp the first
     counts: a plant repeats sample 0 until it is answered, and the zero torque that a stopping blender publishes last
@@ -108,7 +108,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         InputError: the scenario's motion is refused.
     """
     robot, plan = scenario.five_bar(), scenario.plan()
-    exact = GROUND_TRUTH if scenario.estimated else JOINT_STATES
+    exact = GROUND_TRUTH if scenario.has_ground_truth else JOINT_STATES
     join = _Join(recording, scenario.rate_hz, exact)
     # a bag of a graph whose last node has no limits of its own has the command alone
     requested = TORQUE_REQUESTED if recording.count(TORQUE_REQUESTED) > 0 else TORQUE_COMMAND
@@ -123,7 +123,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
     )
     reference = _at_their_own_time(reference, join.sample, scenario, plan)
     supervisor = join.values(SUPERVISOR_STATE, SUPERVISOR_NAMES, "position")
-    there = scenario.actual_robot() if scenario.estimated else robot
+    there = scenario.actual_robot() if scenario.has_ground_truth else robot
     states = [state_from_joints(there, *row) for row in np.hstack([position, velocity]).tolist()]
     platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
     constraint = _rows(

@@ -164,6 +164,7 @@ def crossing_graph(
     ]
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
+    absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
     if bridged:
         # the emulated robot has a gyroscope, but no accelerometer
         absent = (*absent, IMU_ERROR)
@@ -406,7 +407,8 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
         },
         (TORQUE_COMMAND, RUN_READY),
         (
-            *((MOTOR_STATES, GROUND_TRUTH) if scenario.estimated else (JOINT_STATES,)),
+            MOTOR_STATES if scenario.estimated else JOINT_STATES,
+            *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),
             IMU_DATA,
             *((IMU_RELEASED,) if _announced(scenario, mode) else ()),
             FAULTS,

@@ -60,13 +60,11 @@ class Estimated(NamedTuple):
 
     Attributes:
         motors: motor angles (rad) and applied torques (Nm), the inputs of the estimator.
-        truth: the exact state.
         deviations: standard deviations of the estimate.
         disturbance: estimated disturbance torques of both motors (Nm).
     """
 
     motors: tuple[tuple[float, float], tuple[float, float]]
-    truth: Measurement
     deviations: Vector6
     disturbance: tuple[float, float]
 
@@ -97,6 +95,7 @@ class Sample(NamedTuple):
         constraint: that of the constraint law, None where the controller has no such law.
         requested: torque before limits (Nm), None once a fault is latched.
         estimated: None without an estimator.
+        truth: the exact joint states, None where they are not recorded besides.
     """
 
     number: int
@@ -109,6 +108,12 @@ class Sample(NamedTuple):
     requested: Torque | None
     command: Torque
     estimated: Estimated | None = None
+    truth: Measurement | None = None
+
+    @property
+    def exact(self) -> Measurement:
+        """The exact joint states, as far as they are recorded."""
+        return self.measured if self.truth is None else self.truth
 
 
 class OfflineRun(NamedTuple):
@@ -152,7 +157,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
             if estimator.fault is not None and not faults:
                 faults.append(str(estimator.fault))
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
-            estimated = Estimated(motors, plant.truth(), estimate.deviations, estimate.disturbance)
+            estimated = Estimated(motors, estimate.deviations, estimate.disturbance)
         state = state_from_joints(robot, *measured.position, *measured.velocity)
         planned = plan_sample(robot, plan, (number + lead) / rate_hz)
         reference = planned.reference
@@ -182,6 +187,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
                 None if latched else cycle.requested,
                 cycle.command,
                 estimated,
+                plant.truth() if scenario.has_ground_truth else None,
             )
         )
         if estimator is not None:
@@ -222,6 +228,8 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         topics.append(VHC_TORQUE)
     if scenario.estimated:
         topics += ESTIMATION_TOPICS
+    if scenario.has_ground_truth:
+        topics.append(GROUND_TRUTH)
     rate_hz = scenario.rate_hz
     path = scenario.plan().path
     with BagWriter(directory, topics) as bag:
@@ -274,13 +282,14 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, rate_hz: int) -> list[
     if sample.constraint is not None:
         messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.constraint)))
     if sample.estimated is not None:
-        (angles, torques), truth, deviations, disturbance = sample.estimated
+        (angles, torques), deviations, disturbance = sample.estimated
         messages += [
             (MOTOR_STATES, serialize.joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)),
-            (GROUND_TRUTH, serialize.joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)),
             (ESTIMATE_COVARIANCE, serialize.joint_state(stamp, ESTIMATE_NAMES, deviations)),
             (ESTIMATE_DISTURBANCE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=disturbance)),
         ]
+    if sample.truth is not None:
+        messages.append((GROUND_TRUTH, serialize.joint_state(stamp, JOINTS, *sample.truth)))
     return messages
 
 

@@ -62,7 +62,7 @@ class RunInMemory(Recording):
         constraint = [sample.constraint for sample in samples if sample.constraint is not None]
         if constraint:
             self._fields[VHC_TORQUE.name, "effort"] = np.array(constraint)
-        exact = [sample.estimated.truth for sample in samples if sample.estimated is not None]
+        exact = [sample.truth for sample in samples if sample.truth is not None]
         if exact:
             for field in Measurement._fields:
                 self._fields[GROUND_TRUTH.name, field] = np.array([getattr(truth, field) for truth in exact])

@@ -37,7 +37,7 @@ from fivebar_description.ros.run import run_node
 from fivebar_sim.imu import ReadingQueue
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.settings import PlantSettings, has_effects
 
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2
@@ -89,7 +89,7 @@ class PlantNode(GraphNode):
         self._began = self._heard = time.monotonic()
         self._motors_only = settings.publishes == MOTORS
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
-        self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only else None
+        self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only or has_effects(plant) else None
         self._imu = self.advertise(IMU_DATA)
         self._released = self.advertise(IMU_RELEASED) if settings.announces_readings else None
         self._faults = self.advertise(FAULTS)
@@ -144,14 +144,15 @@ class PlantNode(GraphNode):
         """Return the messages of a sample."""
         stamp = sample_stamp_ns(sample, self._rate_hz)
         measured = self._plant.measure()
-        if not self._motors_only:
-            return joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort), None
-        truth = self._plant.truth()
         angles, torques = measured.of_motors()
-        return (
-            joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques),
-            joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort),
-        )
+        if self._motors_only:
+            joints = joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)
+        else:
+            joints = joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
+        if self._ground_truth is None:
+            return joints, None
+        truth = self._plant.truth()
+        return joints, joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
 
     def _publish_sample(self) -> None:
         # the joint states first, because the controllers wait for them

@@ -33,7 +33,8 @@ class PlantNodeSettings(NamedTuple):
     publishes: Annotated[
         str,
         Setting(
-            "The four joints for the controllers, or the two motors for an estimator with the exact state beside.",
+            "The four joints for the controllers, or the two motors for an estimator; in the"
+            " latter case, and with effects, the exact state besides.",
             choices=(ALL_JOINTS, MOTORS),
         ),
     ] = ALL_JOINTS

@@ -56,9 +56,10 @@ def test_all_effects_together_from_counted_encoders_are_those_of_the_offline_run
     assert 1e-5 < outcome.loop_gap < 1e-3
 
 
-def test_the_outcome_is_that_of_the_robot_that_there_is_and_so_is_the_summary() -> None:
-    """The summary takes the exact joints with the actual lengths, as the engine does."""
-    scenario = with_effects("middle_encoders", {"links": {"l_11": 2e-5, "l_21": -2e-5}})
+@pytest.mark.parametrize("name", ["middle_encoders", "middle"])
+def test_the_outcome_is_that_of_the_robot_that_there_is_and_so_is_the_summary(name: str) -> None:
+    """The summary takes the exact joints with the actual lengths, as the engine does, with and without estimator."""
+    scenario = with_effects(name, {"links": {"l_11": 2e-5, "l_21": -2e-5}})
     summary, _ = summary_of(scenario)
     case, plan = prepared(scenario)
     outcome, trace = traced_crossing(case, plan)

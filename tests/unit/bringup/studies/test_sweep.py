@@ -137,8 +137,7 @@ def test_every_case_has_a_row_per_controller_or_one_refusal(rows: list[SweepRow]
 def exact_places(run: OfflineRun) -> list[tuple[float, float]]:
     places = []
     for sample in run.samples:
-        joints = sample.measured if sample.estimated is None else sample.estimated.truth
-        state = state_from_joints(ROBOT, *joints.position, *joints.velocity)
+        state = state_from_joints(ROBOT, *sample.exact.position, *sample.exact.velocity)
         places.append((state.x, state.y))
     return places
 

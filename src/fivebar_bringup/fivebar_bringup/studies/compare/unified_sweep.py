@@ -114,8 +114,7 @@ def run_once(scenario: Scenario) -> WorstCase:
 
 
 def _place(robot: FiveBar, sample: Sample) -> tuple[float, float]:
-    exact = sample.measured if sample.estimated is None else sample.estimated.truth
-    state = state_from_joints(robot, *exact.position, *exact.velocity)
+    state = state_from_joints(robot, *sample.exact.position, *sample.exact.velocity)
     return state.x, state.y
 
 
