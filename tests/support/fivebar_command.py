@@ -20,7 +20,7 @@ from graph_probe import COMMAND, PRELOADED, RATE_HZ, ChildProcess, Probe, clean_
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import Recording
 from fivebar_bringup.runs.node_starter import LONGEST_NAME
-from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND, sample_of_stamp
+from fivebar_description.interface import JOINT_STATES, RUN_STATUS, TORQUE_COMMAND, sample_of_stamp
 from fivebar_description.ros.messages import stamp_of
 
 FIVEBAR = Path(sys.executable).with_name("fivebar")
@@ -126,17 +126,21 @@ class GraphRun:
         }
         scenario.write_text(yaml.safe_dump(content), encoding="utf-8")
         self.out = folder / "out"
-        probe.listen(JOINT_STATES, TORQUE_COMMAND)
+        probe.listen(JOINT_STATES, TORQUE_COMMAND, RUN_STATUS)
         self.command = FivebarCommand(
             folder, "run", str(scenario), "--json", "--out", str(self.out), "--domain", str(domain), domain=domain
         )
 
     def wait_for_sample(self, sample: int) -> None:
-        """Wait until the run has got to a sample."""
+        """Wait until the run has got to a sample, and the launcher knows that it is under way."""
 
         def reached() -> bool:
             if self.command.status is not None:
                 pytest.fail(f"the run has ended: {self.command.stdout}{self.command.stderr}")
+            if sum(json.loads(status.data)["sample"] > 0 for status in self.probe.got(RUN_STATUS)) < 2:
+                # a launcher that has not heard yet that the run has begun does not wait for what the others miss; of
+                # the last status it may not know, of the one before, a fifth of a second ago, it does
+                return False
             # both: the probe is not awaited, and one topic may be discovered later than the other
             return all(
                 bool(got := self.probe.got(topic)) and (sample_of_stamp(stamp_of(got[-1]), RATE_HZ) or 0) >= sample
