@@ -123,6 +123,11 @@ def test_robots_have_the_stated_mechanics_and_drives(
     assert all(0.5 <= share <= 0.85 for share in shares)
 
 
+def test_robots_with_a_gyroscope_are_stopped_before_they_leave_5_mm(numbers: list[int]) -> None:
+    limits = {rig: draw(SEED, numbers[0], rig).scenario("unified").tracking_error_limit for rig in RIGS}
+    assert {rig for rig, limit in limits.items() if limit < 5e-3} == {"calibrated", "good", "middling", "poor"}
+
+
 def test_ideal_and_encoders_are_free_of_effects(numbers: list[int]) -> None:
     (ideal,) = set(plants("ideal", numbers[:5]))
     assert ideal == PlantSettings(torque_limit=2.0)

@@ -124,6 +124,9 @@ class Draw(NamedTuple):
         if self.rig != VARIED:
             for section, keys in RIGS[self.rig].sections.items():
                 rig[section] |= keys
+            limit = RIGS[self.rig].tracking_limit
+            if limit is not None:
+                rig["tracking_error_limit"] = limit
             if rig["ekf"]["gyro"]:
                 random = np.random.default_rng((self.seed, self.number, GYROSCOPE))
                 rig["imu"]["gyro_bias"] = random.uniform(-GYRO_BIAS, GYRO_BIAS)
