@@ -42,8 +42,8 @@ class ImuSettings(NamedTuple):
 
     The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards. The robot
     lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. Noise, the gyroscope's
-    offset, rate, latency and losses concern the simulation only; all else is known from the data sheet and a
-    calibration at rest.
+    offset and losses concern the simulation only; all else is known from the data sheet and a calibration at rest.
+    Rate and latency also tell the nodes when readings are missing.
     """
 
     noise: Annotated[

@@ -33,7 +33,7 @@ def gyro_errors(settings: ImuSettings, stream: np.random.Generator, samples: int
 
 
 class ReadingQueue(Generic[T]):
-    """The way of readings from the IMU to their reader: made at every n-th sample, late, some lost.
+    """Sampling, latency and loss of an IMU's readings: made at every n-th sample, late, some lost.
 
     Call `arrived` once per sample.
     """

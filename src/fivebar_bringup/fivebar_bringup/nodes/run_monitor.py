@@ -19,7 +19,7 @@ class RunMonitor(DomainMember):
         super().__init__("run_monitor", domain)
         self.status: dict[str, Any] = {}
         self.faults: list[str] = []
-        """What the nodes, and this one, have published."""
+        """All that have been published, by this node too."""
         self.listen(RUN_STATUS, self._on_status)
         self.listen(FAULTS, self._on_fault)
         self._faults = self.advertise(FAULTS)

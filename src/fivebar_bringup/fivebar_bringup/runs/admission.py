@@ -14,8 +14,8 @@ PREDICTED_SHARE = 0.5
 """Part of the error tolerance that the predicted run may use; the rest is for what the prediction does not know."""
 
 ZONE_PASSAGES = 3.0
-"""A blended controller may stay in a zone this many times as long as sigma is meant to be 1: a passage at a steady rate
-takes twice that. At low rates, where a zone holds a number of samples, it is the longer limit."""
+"""Longest stay of a blended controller in a zone, as a multiple of the planned time at sigma = 1. A passage at constant
+speed takes twice that time. At low rates, where a zone spans a number of samples, this exceeds the limit in s."""
 
 
 def load_admitted(name_or_path: str) -> Scenario:

@@ -20,8 +20,8 @@ STOP_TIMEOUT = 10.0
 RECORDER_STOP_TIMEOUT = 20.0
 
 FAULT_TIMEOUT = 8.0
-"""Longest time (s) that a run goes on after the death of a node, until another one reports what it misses; longer than
-the plant waits for a torque."""
+"""Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
+plant waits for a torque."""
 
 Progress = Callable[[int, int], None]
 """Called with the current sample and the last sample of the run."""
@@ -95,7 +95,7 @@ def run_graph(
 def _watch(
     processes: dict[str, NodeProcess], monitor: RunMonitor, faults: list[str], progress: Progress, kills: list[Kill]
 ) -> None:
-    """Follow the run until the plant has ended, or until a node has died and the others have said what they miss."""
+    """Follow the run until the plant has ended, or until a node has died and a fault has been published."""
     died: set[str] = set()
     last_moment = math.inf
     pace = EMULATED_ROBOT if EMULATED_ROBOT in processes else PLANT

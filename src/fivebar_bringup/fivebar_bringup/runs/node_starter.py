@@ -101,7 +101,7 @@ def start(request: StartRequest) -> None:
 
 
 def _run(request: StartRequest, node: NodeCommand) -> NoReturn:
-    """Become what `python -m MODULE ARGUMENTS` is, in a session of its own, once the gate opens."""
+    """Run a node as `python -m MODULE ARGUMENTS` would, in a session of its own, once the gate opens."""
     os.setsid()
     log = os.open(node.log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
     for descriptor in (sys.stdout.fileno(), sys.stderr.fileno()):

@@ -59,10 +59,10 @@ from fivebar_description.settings import Setting
 from fivebar_description.tolerances import EXACT, Tolerances
 
 LINEARISATION = 0.1
-"""Part of the considered errors' effect on an encoder that the filter takes for noise.
+"""Part of the considered errors' effect on an encoder that is added to its noise.
 
-The rows are those of an estimate that errs as well. Without this part a gain is the small difference of large terms,
-N^-1 H_c P_c and its own covariance, and the filter multiplies errors of its rows until they are of that size.
+The rows are linearised at an estimate that is wrong itself. With encoders much better than the geometry a gain is the
+small difference of large terms, which amplifies the error of the rows; the added noise bounds that.
 """
 
 STIFFNESS_LIMIT = 2.0

@@ -65,7 +65,7 @@ class FrozenWatch:
         return self._reason(FEWEST, COUNTS * self._count + ANGLE)
 
     def suspected(self) -> str | None:
-        """Return in words which encoder does not move, where something is known to be wrong; None for none."""
+        """Return which encoder appears frozen, by a weaker test for inconsistent estimates; None for none."""
         return self._reason(2, COUNTS * self._count)
 
     def _reason(self, fewest: int, limit: float) -> str | None:

@@ -289,7 +289,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         if not math.isnan(inputs[RATE]):
             by_rate = turned(filter_model, belief, float(inputs[RATE]))
             belief = by_rate.belief
-            # of a late reading, which is taken again with each later one, the first time counts
+            # a late reading is taken again with each later one: only its first innovation counts
             if entry == start:
                 by_gyro = by_rate.misfit
                 gyro += model.misfit_share * (by_gyro - gyro)
@@ -341,7 +341,7 @@ def prediction(
         return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False), False)
     check = check_ambiguity(model.filter, model.limits, memory.near, memory.belief)
     kept = changed_memory(memory, memory.belief, check.near, memory.misfit)
-    # a misfit that is not a number is one
+    # NaN counts as inconsistent
     inconsistent = not max(memory.misfit.encoders, memory.misfit.gyro) <= model.misfit_limit
     return Prediction(kept, estimate, joints, False, check, inconsistent)
 

@@ -109,7 +109,7 @@ def control_cycle(
         reference: desired instant, that of the plan or with a disturbance compensated.
         plan: the plan at this sample.
         latched: whether a fault is latched, which brakes the robot or commands zero torque.
-        sound: whether nothing is known that speaks against the state.
+        sound: whether the state is to be trusted, so that the robot may be braked by it.
     """
     kappa = inverse_condition(state)
     zone_weight = blending_weight(kappa, plan.epsilon)

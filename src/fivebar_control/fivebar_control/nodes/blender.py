@@ -163,7 +163,7 @@ class Blender(SamplingNode):
         known, braked = self._guard.fault, self._guard.brakes
         self._guard.trip(Fault.from_text(message.data))
         if known is not None and braked and not self._guard.brakes:
-            # what one fault has left sound, a further one may not have
+            # the further fault may concern the state or the drives that the brake relies on
             self._reply_with(self._watchdog.newest, ZERO)
         if known is None:
             # a sample that still waits for its candidates is answered as well

@@ -71,10 +71,6 @@ class SamplingNode(GraphNode):
         """The sample that was answered last, -1 before the first."""
         return self._join.last
 
-    def close_sample(self, sample: int) -> None:
-        """Count a sample as answered without its inputs being complete."""
-        self._join.close(sample)
-
     def missing_inputs(self, sample: int) -> list[str]:
         """Return the topics that an open sample still lacks."""
         return self._join.missing(sample)

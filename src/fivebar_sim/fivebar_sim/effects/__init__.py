@@ -1,1 +1,1 @@
-"""What sets a robot apart from its model: one module per effect, with its settings beside a function of numbers."""
+"""Differences between a robot and its model: one module per effect, its settings beside compilable functions."""

@@ -32,7 +32,7 @@ MAX_STRETCH = 0.01
 NEWTON_STEPS = 30
 
 
-class Six(NamedTuple):
+class PerBody(NamedTuple):
     """A value (rad, rad/s or rad/s^2) for each body: both rotors, proximal links and distal links, absolute angles."""
 
     link1: float
@@ -43,7 +43,7 @@ class Six(NamedTuple):
     rotor2: float
 
 
-ZERO = Six(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+ZERO = PerBody(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Bristles(NamedTuple):
@@ -59,8 +59,8 @@ class Bristles(NamedTuple):
 class MechanismState(NamedTuple):
     """Angles, rates and bristles, and the currents (as torques, Nm) at the last sample."""
 
-    at: Six
-    rate: Six
+    at: PerBody
+    rate: PerBody
     bristles: Bristles
     current1: float
     current2: float
@@ -178,8 +178,8 @@ def closing_force(one: Chain, two: Chain, x: float, y: float) -> Force:
 
 
 def accelerations(
-    mechanism: Mechanism, at: Six, rate: Six, bristles: Bristles, current1: float, current2: float, time: float
-) -> Six:
+    mechanism: Mechanism, at: PerBody, rate: PerBody, bristles: Bristles, current1: float, current2: float, time: float
+) -> PerBody:
     """Return the accelerations (rad/s^2) under currents (as torques, Nm) at a time (s) after sample 0."""
     leg1, leg2 = mechanism.leg1, mechanism.leg2
     elastic = mechanism.elastic
@@ -227,7 +227,7 @@ def accelerations(
     f1_x, f1_y, f2_x, f2_y = half_x + joint.x, half_y + joint.y, half_x - joint.x, half_y - joint.y
     link1 = one.link + one.link_x * f1_x + one.link_y * f1_y
     link2 = two.link + two.link_x * f2_x + two.link_y * f2_y
-    return Six(
+    return PerBody(
         link1,
         one.distal + one.distal_x * f1_x + one.distal_y * f1_y,
         link2,
@@ -237,9 +237,9 @@ def accelerations(
     )
 
 
-def ahead(at: Six, rate: Six, time: float) -> Six:
+def ahead(at: PerBody, rate: PerBody, time: float) -> PerBody:
     """Return values a time (s) later at constant rates."""
-    return Six(
+    return PerBody(
         at.link1 + time * rate.link1,
         at.distal1 + time * rate.distal1,
         at.link2 + time * rate.link2,
@@ -249,7 +249,7 @@ def ahead(at: Six, rate: Six, time: float) -> Six:
     )
 
 
-def bristles_after(mechanism: Mechanism, bristles: Bristles, before: Six, after: Six, time: float) -> Bristles:
+def bristles_after(mechanism: Mechanism, bristles: Bristles, before: PerBody, after: PerBody, time: float) -> Bristles:
     """Return the bristles after a motion from angles to others (rad) in a time (s)."""
     leg1, leg2 = mechanism.leg1, mechanism.leg2
     link1, link2 = after.link1 - before.link1, after.link2 - before.link2
@@ -319,16 +319,16 @@ def closed(mechanism: Mechanism, state: MechanismState) -> Moved:
     return Moved(MechanismState(at, rate, state.bristles, state.current1, state.current2), gap)
 
 
-def _pulled(mechanism: Mechanism, six: Six, one: Chain, two: Chain, force: Force) -> Six:
-    link1 = six.link1 + one.link_x * force.x + one.link_y * force.y
-    link2 = six.link2 - two.link_x * force.x - two.link_y * force.y
-    return Six(
+def _pulled(mechanism: Mechanism, values: PerBody, one: Chain, two: Chain, force: Force) -> PerBody:
+    link1 = values.link1 + one.link_x * force.x + one.link_y * force.y
+    link2 = values.link2 - two.link_x * force.x - two.link_y * force.y
+    return PerBody(
         link1,
-        six.distal1 + one.distal_x * force.x + one.distal_y * force.y,
+        values.distal1 + one.distal_x * force.x + one.distal_y * force.y,
         link2,
-        six.distal2 - two.distal_x * force.x - two.distal_y * force.y,
-        six.rotor1 if mechanism.elastic else link1,
-        six.rotor2 if mechanism.elastic else link2,
+        values.distal2 - two.distal_x * force.x - two.distal_y * force.y,
+        values.rotor1 if mechanism.elastic else link1,
+        values.rotor2 if mechanism.elastic else link2,
     )
 
 
@@ -365,7 +365,7 @@ def advanced(mechanism: Mechanism, state: MechanismState, number: int, wanted1: 
 def resting(q11: float, q12: float, q21: float, q22: float) -> MechanismState:
     """Return a state at rest with relaxed springs and bristles, from joint angles (rad)."""
     return MechanismState(
-        Six(q11, q11 + q12, q21, q21 + q22, q11, q21), ZERO, Bristles(0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0
+        PerBody(q11, q11 + q12, q21, q21 + q22, q11, q21), ZERO, Bristles(0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0
     )
 
 
@@ -376,7 +376,7 @@ def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float
     what Newton's method has left of it; it is large where the legs cannot meet.
     """
     one, two = angle_seen_as(mechanism.leg1.disc, q11), angle_seen_as(mechanism.leg2.disc, q21)
-    at = Six(one, q11 + q12, two, q21 + q22, one, two)
+    at = PerBody(one, q11 + q12, two, q21 + q22, one, two)
     leg1, leg2 = mechanism.leg1, mechanism.leg2
     gap = math.inf
     for _ in range(NEWTON_STEPS):
@@ -391,7 +391,7 @@ def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float
             break
         d1 = -(gap_x * c2 + gap_y * s2) / (leg1.distal * sine)
         d2 = -(gap_x * c1 + gap_y * s1) / (leg2.distal * sine)
-        at = Six(one, at.distal1 + d1, two, at.distal2 + d2, one, two)
+        at = PerBody(one, at.distal1 + d1, two, at.distal2 + d2, one, two)
     state = resting(one, at.distal1 - one, two, at.distal2 - two)
     return Moved(state, gap)
 

@@ -11,7 +11,7 @@ from fivebar_description.settings import Setting
 class PlatformJoint(NamedTuple):
     """Spring, damper and clearance between the tips of both legs, each of which carries half of the platform's mass.
 
-    The stiffness stands for all that gives between the motor axes: bearings, links and frame. A platform that is part
+    The stiffness stands for all compliance between the motor axes: bearings, links and frame. A platform that is part
     of one link would have its mass at one tip; both forms are equal as long as the joint is stiff, and the
     halves make the model symmetric.
     """

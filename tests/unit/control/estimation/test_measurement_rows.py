@@ -9,26 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fivebar_control.estimation.covariance import (
-    BASE1,
-    BASE2,
-    BIAS,
-    D1,
-    D2,
-    L11,
-    L12,
-    L21,
-    L22,
-    SCALE,
-    SIZE,
-    STATES,
-    VX,
-    VY,
-    ZERO1,
-    ZERO2,
-    X,
-    Y,
-)
+from fivebar_control.estimation import covariance as cov
 from fivebar_control.estimation.ekf import (
     Belief,
     EkfSettings,
@@ -51,12 +32,12 @@ Vector = NDArray[np.float64]
 
 RATE_HZ = 500
 FIELDS = {
-    L11: ("leg1", "proximal"),
-    L12: ("leg1", "distal"),
-    L21: ("leg2", "proximal"),
-    L22: ("leg2", "distal"),
-    BASE1: ("leg1", "base_x"),
-    BASE2: ("leg2", "base_x"),
+    cov.L11: ("leg1", "proximal"),
+    cov.L12: ("leg1", "distal"),
+    cov.L21: ("leg2", "proximal"),
+    cov.L22: ("leg2", "distal"),
+    cov.BASE1: ("leg1", "base_x"),
+    cov.BASE2: ("leg2", "base_x"),
 }
 
 
@@ -77,7 +58,7 @@ def erring(robot: FiveBar, error: int, size: float) -> FiveBar:
 def readings(robot: FiveBar, modes: tuple[int, int], x: float, y: float, error: int, size: float) -> Vector:
     """Return what both encoders read with the platform at (x, y) m on a robot with an error."""
     q = inverse_geometry(erring(robot, error, size), *modes, x, y)
-    return np.array([q.q11 + size * (error == ZERO1), q.q21 + size * (error == ZERO2)])
+    return np.array([q.q11 + size * (error == cov.ZERO1), q.q21 + size * (error == cov.ZERO2)])
 
 
 @pytest.mark.parametrize("where", ["regular_states", "locus_states"])
@@ -89,12 +70,12 @@ def test_encoder_rows_are_the_derivatives_of_the_readings(
     for state in states(40, 7):
         modes = modes_of(state)
         sides.add(det_a(state) > 0.0)
-        expected = np.zeros((2, SIZE))
-        for column, (dx, dy) in ((X, (step, 0.0)), (Y, (0.0, step))):
-            ahead = readings(robot, modes, state.x + dx, state.y + dy, SCALE, 0.0)
-            behind = readings(robot, modes, state.x - dx, state.y - dy, SCALE, 0.0)
+        expected = np.zeros((2, cov.SIZE))
+        for column, (dx, dy) in ((cov.X, (step, 0.0)), (cov.Y, (0.0, step))):
+            ahead = readings(robot, modes, state.x + dx, state.y + dy, cov.SCALE, 0.0)
+            behind = readings(robot, modes, state.x - dx, state.y - dy, cov.SCALE, 0.0)
             expected[:, column] = [wrap(float(one)) / (2.0 * step) for one in ahead - behind]
-        for error in (*FIELDS, ZERO1, ZERO2):
+        for error in (*FIELDS, cov.ZERO1, cov.ZERO2):
             ahead = readings(robot, modes, state.x, state.y, error, step)
             behind = readings(robot, modes, state.x, state.y, error, -step)
             expected[:, error] = [wrap(float(one)) / (2.0 * step) for one in ahead - behind]
@@ -110,12 +91,12 @@ def row_of_gyro(robot: FiveBar, modes: tuple[int, int], estimate: Estimate) -> V
     """Return the row by which `turned` corrects, from its effect on a covariance that is the unit matrix."""
     model = filter_model(robot, *modes, RATE_HZ, EkfSettings(gyro_noise=1e-3))
     rate = leg_motion(robot.leg2, modes[1], *estimate[:4]).dtheta + estimate.bias + 1.0
-    effect = turned(model, Belief(estimate, np.eye(SIZE)), rate)
+    effect = turned(model, Belief(estimate, np.eye(cov.SIZE)), rate)
     # the innovation is 1, so that the misfit is the inverse of its variance
     variance, gain = 1.0 / effect.misfit, np.array(effect.belief.estimate) - np.array(estimate)
-    row = np.zeros(SIZE)
-    row[:STATES] = gain * variance
-    row[STATES:] = -effect.belief.covariance[BIAS, STATES:] / gain[BIAS]
+    row = np.zeros(cov.SIZE)
+    row[: cov.STATES] = gain * variance
+    row[cov.STATES :] = -effect.belief.covariance[cov.BIAS, cov.STATES :] / gain[cov.BIAS]
     assert variance == pytest.approx(float(row @ row) + 1e-6, rel=1e-9)
     return row
 
@@ -132,16 +113,16 @@ def test_the_row_of_the_gyroscope_is_the_derivative_of_the_links_rate(
         def rate(place: Vector, mode: int = modes[1]) -> float:
             return leg_motion(robot.leg2, mode, *place.tolist()).dtheta
 
-        expected = np.zeros(SIZE)
-        for column in (X, Y, VX, VY):
+        expected = np.zeros(cov.SIZE)
+        for column in (cov.X, cov.Y, cov.VX, cov.VY):
             shift = np.zeros(4)
             shift[column] = step
             expected[column] = (rate(point + shift) - rate(point - shift)) / (2.0 * step)
-        expected[BIAS], expected[SCALE] = 1.0, rate(point)
+        expected[cov.BIAS], expected[cov.SCALE] = 1.0, rate(point)
         found = row_of_gyro(robot, modes, Estimate(*point.tolist(), 0.1, -0.1, 0.02))
         scale = 1.0 + float(np.abs(expected).max())
         np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * scale)
-        assert (found[D1], found[D2]) == (0.0, 0.0)
+        assert (found[cov.D1], found[cov.D2]) == (0.0, 0.0)
 
 
 def test_a_gyroscope_that_reads_as_expected_changes_no_estimate_and_makes_it_surer(dextar: FiveBar) -> None:
@@ -151,7 +132,7 @@ def test_a_gyroscope_that_reads_as_expected_changes_no_estimate_and_makes_it_sur
     after = turned(model, before, rate)
     assert after.belief.estimate == pytest.approx(before.estimate, abs=1e-15)
     assert after.misfit == pytest.approx(0.0, abs=1e-20)
-    for state in (VX, VY, BIAS):
+    for state in (cov.VX, cov.VY, cov.BIAS):
         assert after.belief.covariance[state, state] < before.covariance[state, state]
 
 
@@ -171,19 +152,19 @@ def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x:
         q11, q21 = readings(robot, modes, x, y, error, size).tolist()
         return np.array([x, y]) - direct_geometry(robot, assembly, q11, q21)
 
-    share = np.zeros((2, SIZE - STATES))
-    for error in (*FIELDS, ZERO1, ZERO2):
-        share[:, error - STATES] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
+    share = np.zeros((2, cov.SIZE - cov.STATES))
+    for error in (*FIELDS, cov.ZERO1, cov.ZERO2):
+        share[:, error - cov.STATES] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
     p = homed_belief(model, x, y, 1e-8).covariance
     exact = homed_belief(filter_model(robot, *modes, RATE_HZ, EkfSettings()), x, y, 1e-8).covariance
-    scale = np.sqrt(np.diag(p)[[X, Y]])
+    scale = np.sqrt(np.diag(p)[[cov.X, cov.Y]])
     np.testing.assert_allclose(
-        p[:2, STATES:] / np.outer(scale, deviations), share * deviations / scale[:, None], atol=1e-5
+        p[:2, cov.STATES :] / np.outer(scale, deviations), share * deviations / scale[:, None], atol=1e-5
     )
     expected = exact[:2, :2] + share * deviations**2 @ share.T
     np.testing.assert_allclose(p[:2, :2] / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-5)
     np.testing.assert_array_equal(p, p.T)
-    np.testing.assert_array_equal(p[STATES:, STATES:], np.diag(deviations**2))
+    np.testing.assert_array_equal(p[cov.STATES :, cov.STATES :], np.diag(deviations**2))
     sizes = np.sqrt(np.where(np.diag(p) > 0.0, np.diag(p), 1.0))
     assert np.linalg.eigvalsh(p / np.outer(sizes, sizes)).min() > -1e-12
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from fivebar_sim.effects.loads import LOCUS
 
-ENCODER_COUNTS, TORQUE_QUANTUM, DELAY_SAMPLES = 20_000, 0.002, 1
+ENCODER_COUNTS, DELAY_SAMPLES = 20_000, 1
 PUSH_LENGTH = 0.05
 """s. The push begins in this time before the first crossing, so that the robot meets it on the locus."""
 
@@ -117,7 +117,7 @@ def with_gyro(spread: Spread, ekf: Mapping[str, float], kp: float, kd: float) ->
     """Return the sections of robots of a spread with a gyroscope.
 
     Args:
-        spread: its bounds of lengths, bases and zeros are what the estimator is told as tolerances.
+        spread: its bounds of lengths, bases and zeros are the estimator's tolerances.
         ekf: settings of the estimator.
         kp, kd: gains of `unified` (1/s^2, 1/s).
     """

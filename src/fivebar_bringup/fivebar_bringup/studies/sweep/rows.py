@@ -91,7 +91,7 @@ class SweepRow(NamedTuple):
 
     @property
     def silent(self) -> bool:
-        """Whether the run was lost without a word: 5 mm off, or in another mode than planned, and no fault in time."""
+        """Whether the run was lost without a fault in time: more than 5 mm off, or in another mode than planned."""
         if self.left_time is not None:
             return self.fault_time is None or self.fault_time > self.left_time + FAULT_DELAY
         return self.fault_time is None and self.mode_changes != self.crossings

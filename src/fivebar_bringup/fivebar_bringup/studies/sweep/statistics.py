@@ -78,7 +78,7 @@ def overview_table(rows: Sequence[SweepRow]) -> Table:
 
 
 def silence_table(rows: Sequence[SweepRow]) -> Table:
-    """Return how many runs were lost, and how many of them without a word, screened out or not."""
+    """Return how many runs were lost, and how many of them silently, with and without those that were screened out."""
     lines = []
     for controller in CONTROLLERS:
         for words, statuses in (("feasible", (FEASIBLE,)), ("all planned", (FEASIBLE, SCREENED_OUT))):
