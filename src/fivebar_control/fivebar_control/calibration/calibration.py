@@ -30,6 +30,7 @@ from fivebar_control.calibration.closure import (
     closure,
     distal_angles,
     geometry_of,
+    locus_rows,
 )
 from fivebar_control.calibration.record import (
     Angles,
@@ -176,6 +177,13 @@ class Calibration(NamedTuple):
         """Return half widths (m) of the elbow gap's intervals at the crossings."""
         part = self.covariance[: len(GEOMETRY), : len(GEOMETRY)]
         return QUANTILE * np.sqrt([row @ part @ row for _, row in self.crossings])
+
+    def locus_half_widths(self) -> FloatArray:
+        """Return half widths (m) of the elbow gap's intervals all over the Type 2 locus (`locus_rows`)."""
+        part = self.covariance[: len(GEOMETRY), : len(GEOMETRY)]
+        rows = locus_rows(self.values[: len(GEOMETRY)])
+        widths: FloatArray = QUANTILE * np.sqrt(np.sum((rows @ part) * rows, axis=1))
+        return widths
 
 
 def calibrate(
