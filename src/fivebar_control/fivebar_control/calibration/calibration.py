@@ -30,6 +30,7 @@ from fivebar_control.calibration.closure import (
     closure,
     distal_angles,
     geometry_of,
+    locus_rows,
 )
 from fivebar_control.calibration.record import (
     Angles,
@@ -177,6 +178,13 @@ class Calibration(NamedTuple):
         part = self.covariance[: len(GEOMETRY), : len(GEOMETRY)]
         return QUANTILE * np.sqrt([row @ part @ row for _, row in self.crossings])
 
+    def locus_half_widths(self) -> FloatArray:
+        """Return half widths (m) of the elbow gap's intervals all over the Type 2 locus (`locus_rows`)."""
+        part = self.covariance[: len(GEOMETRY), : len(GEOMETRY)]
+        rows = locus_rows(self.values[: len(GEOMETRY)])
+        widths: FloatArray = QUANTILE * np.sqrt(np.sum((rows @ part) * rows, axis=1))
+        return widths
+
 
 def calibrate(
     robot: FiveBar,
@@ -199,7 +207,7 @@ def calibrate(
     """
     turned = turning(record, (imu or ImuSettings()).rotation()[2])
     problem = _Problem(robot, tolerances, record, turned, touched)
-    fit = min((problem.fitted(*problem.first(assembly)) for assembly in (0, 1)), key=lambda one: one.cost)
+    fit = min((problem.fitted(*start) for start in problem.starts()), key=lambda one: one.cost)
     # weighed against what was known before by what the residuals turn out to be
     problem.colour = problem.found_colour(fit)
     return problem.result(problem.fitted(fit.values, fit.states))
@@ -313,9 +321,18 @@ class _Problem:
     def _states(self) -> int:
         return len(self._read.values)
 
-    def first(self, assembly: int) -> tuple[FloatArray, FloatArray]:
-        """Return values and states to begin with in an assembly mode, 0 for det A < 0, else 1."""
-        return self._start, self._first_states(assembly)
+    def starts(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Return values and states to begin with, the two of the lowest cost.
+
+        Either assembly mode may be the first, and the gyroscope's bias either 0 or what it reads while the motors rest:
+        motors may also rest while the link turns, held by friction and play.
+        """
+        resting = np.all(np.diff(self._read.values[: self._samples], axis=0) == 0.0, axis=1)
+        turned = self._gyro.between(self._times, 0.0) / np.diff(self._times)
+        biases = [0.0, *([float(np.median(turned[resting]))] if np.any(resting) else [])]
+        states = [self._first_states(assembly, bias) for assembly in (0, 1) for bias in biases]
+        states.sort(key=lambda one: self._cost(self._rows(self._start, one), self._start))
+        return [(self._start, one) for one in states[:2]]
 
     def fitted(self, values: FloatArray, states: FloatArray) -> _Fit:
         """Return the fit that begins at values and states."""
@@ -346,17 +363,17 @@ class _Problem:
                 break
         return _Fit(values, states, cost)
 
-    def _first_states(self, assembly: int) -> FloatArray:
-        """Return angles theta_2 that follow the gyroscope from an assembly mode on, held to the geometry's own."""
+    def _first_states(self, assembly: int, bias: float) -> FloatArray:
+        """Return angles theta_2 that follow the gyroscope from an assembly mode on, held to the geometry's own.
+
+        The assembly mode is 0 for det A < 0, else 1.
+        """
         start = self._start[: len(GEOMETRY)]
         both = distal_angles(start, self._read.values)
         across = closure(start, self._read.values, both[:, 1]).across
         clear = np.abs(across) > NEAR
         first = int(np.argmax(clear)) if np.any(clear[: self._samples]) else 0
-        turned = self._gyro.between(self._times, 0.0)
-        resting = np.all(np.diff(self._read.values[: self._samples], axis=0) == 0.0, axis=1)
-        if np.any(resting):
-            turned -= np.diff(self._times) * np.median(turned[resting] / np.diff(self._times)[resting])
+        turned = self._gyro.between(self._times, 0.0) - bias * np.diff(self._times)
         states = np.empty(self._states)
         states[first] = both[first, assembly]
         for number in range(first - 1, -1, -1):

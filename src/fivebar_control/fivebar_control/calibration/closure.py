@@ -103,6 +103,28 @@ def distal_angles(geometry: FloatArray, motors: FloatArray) -> FloatArray:
     return np.stack((direction + turned, direction - turned), axis=1)
 
 
+def locus_rows(geometry: FloatArray, count: int = 72) -> FloatArray:
+    """Return [n, 8], derivatives of the elbow gap by the geometry all over the Type 2 locus, in every working mode.
+
+    Args:
+        geometry: [8].
+        count: angles q_11 over the whole turn; each has up to two places on the locus.
+    """
+    q_11 = np.linspace(-np.pi, np.pi, count, endpoint=False)
+    elbow = geometry[L_11] * _along(q_11)
+    elbow[:, 0] += geometry[BASE_1]
+    # elbow 2 is l_12 + l_22 from elbow 1 and l_21 from O_2
+    to_x, to_y = elbow[:, 0] - geometry[BASE_2], elbow[:, 1]
+    distance = np.hypot(to_x, to_y)
+    apart, proximal = geometry[L_12] + geometry[L_22], geometry[L_21]
+    cosine = (distance**2 + proximal**2 - apart**2) / (2.0 * distance * proximal)
+    reached = np.abs(cosine) <= 1.0
+    turned, direction = np.arccos(cosine[reached]), np.arctan2(to_y, to_x)[reached]
+    q_21 = np.concatenate((direction + turned, direction - turned))
+    motors = np.stack((np.tile(q_11[reached], 2), q_21), axis=1) + geometry[[ZERO_1, ZERO_2]]
+    return closure(geometry, motors, distal_angles(geometry, motors).mean(axis=1)).by_geometry
+
+
 def _along(angle: FloatArray) -> FloatArray:
     return np.stack((np.cos(angle), np.sin(angle)), axis=1)
 

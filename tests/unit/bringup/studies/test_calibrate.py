@@ -68,7 +68,8 @@ def test_a_bag_becomes_a_robot_file_drives_and_a_page(bag: Path, tmp_path: Path)
     assert "not seen, stays as it was: the scale" in text
     file = read_robot(str(out / "calibrated.yaml"))
     assert file.lengths_m.a == pytest.approx(0.118, abs=4e-4)
-    assert 0.0 < file.tolerances.length < 1e-4
+    # all over the locus, of which this motion crosses a part: less than the 0.3 mm before
+    assert 0.0 < file.tolerances.length < 2e-4
     content = json.loads((out / "calibration.json").read_text())
     zeros = [content["parameters"][name] for name in ("zero_1", "zero_2")]
     assert [one["value"] for one in zeros] == [pytest.approx(zero, abs=1e-3) for zero in ZEROS]

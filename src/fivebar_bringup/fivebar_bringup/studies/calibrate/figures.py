@@ -35,18 +35,20 @@ def draw_pictures(result: CalibrationResult) -> list[Picture]:
 def gap(result: CalibrationResult) -> Figure:
     """Draw the elbow gap before and what is left of it."""
     found = result.found
-    before, after = 1e3 * found.gaps_before(), 1e3 * found.gap_half_widths()
+    before, after = 1e3 * found.gaps_before(), 1e6 * found.gap_half_widths()
     figure = new_figure("Elbow gap", f"at {len(before)} crossings, {INTERVALS}", 3.6)
     one, two = figure.subplots(1, 2)
     numbers = np.arange(1, len(before) + 1)
     one.bar(numbers, before, color=GREY)
     one.set_title("before")
+    one.set_ylabel("elbow gap in mm")
     two.errorbar(numbers, 0.0 * after, yerr=after, color=BLUE, marker="o", capsize=5.0, linestyle="none")
     two.set_title("after")
+    two.set_ylabel("elbow gap in µm")
+    two.margins(x=0.1)
     for axes in (one, two):
         axes.axhline(0.0, color=GREY, linewidth=0.7)
         axes.set_xlabel("crossing")
-        axes.set_ylabel("elbow gap in mm")
     return figure
 
 

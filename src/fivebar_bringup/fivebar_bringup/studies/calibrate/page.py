@@ -38,6 +38,7 @@ def quality_rows(result: CalibrationResult) -> list[tuple[str, str]]:
     rows = [
         ("largest elbow gap before", f"{1e3 * float(np.max(np.abs(found.gaps_before()))):.3f} mm"),
         ("elbow gap after, largest half width", f"{1e3 * float(np.max(found.gap_half_widths())):.4f} mm"),
+        ("the same anywhere on the locus", f"{1e3 * float(np.max(found.locus_half_widths())):.4f} mm"),
         ("mean squared residual in units of the assumed noise", f"{found.misfit:.2f}"),
         ("variances widened for correlated residuals", f"{found.colour:.1f} times"),
         ("what transmissions that yield open the loop by near the locus", f"{1e3 * found.yielding:.4f} mm"),

@@ -10,7 +10,7 @@ import numpy as np
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.calibration.calibration import CONFIDENCE, PARAMETERS, QUANTILE, Calibration
-from fivebar_control.calibration.closure import BASE_1, BASE_2, GEOMETRY, ZERO_1, ZERO_2
+from fivebar_control.calibration.closure import BASE_1, BASE_2, GEOMETRY, ZERO_1, ZERO_2, locus_rows
 from fivebar_control.calibration.mounting import Mounting, tilt_angle
 from fivebar_control.calibration.observability import Unseen
 from fivebar_description.parameters import Lengths, RobotFile
@@ -92,6 +92,7 @@ class CalibrationResult(NamedTuple):
     def tolerances(self) -> Tolerances:
         """Return tolerances that, taken as independent, give the elbow gap its interval and what transmissions yield.
 
+        They do so all over the Type 2 locus, in other working modes too, of which a motion tells less than of its own.
         Lengths and zeros are known less well one by one than what matters on the locus, a sum of them.
         """
         found = self.found
@@ -102,11 +103,10 @@ class CalibrationResult(NamedTuple):
             ]
         )
         each = widths.repeat((4, 2, 2)) / QUANTILE
-        shares = [
-            math.hypot(half / QUANTILE, found.yielding) / math.sqrt(float(np.sum((row * each) ** 2)))
-            for half, (_, row) in zip(found.gap_half_widths().tolist(), found.crossings, strict=True)
-        ]
-        length, base, zero = (math.sqrt(3.0) / QUANTILE * max(shares) * widths).tolist()
+        rows = locus_rows(found.values[: len(GEOMETRY)])
+        sought = np.hypot(found.locus_half_widths() / QUANTILE, found.yielding)
+        share = float(np.max(sought / np.sqrt(np.sum((rows * each) ** 2, axis=1))))
+        length, base, zero = (math.sqrt(3.0) / QUANTILE * share * widths).tolist()
         scale = math.sqrt(3.0) * math.sqrt(found.covariance[GYRO_SCALE, GYRO_SCALE])
         return Tolerances(
             length=float(f"{max(length, LEAST_LENGTH):.2g}"),
@@ -215,6 +215,7 @@ class CalibrationResult(NamedTuple):
             },
             "elbow_gap_before_m": found.gaps_before().tolist(),
             "elbow_gap_half_widths_m": found.gap_half_widths().tolist(),
+            "elbow_gap_anywhere_half_width_m": float(np.max(found.locus_half_widths())),
             "not_seen": [{"words": one.words, "share": one.share} for one in self.unseen],
             "tolerances": self.tolerances()._asdict(),
             "origin_x_m": self.origin(),
