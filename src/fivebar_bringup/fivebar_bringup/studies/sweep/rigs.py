@@ -176,7 +176,7 @@ FOR_ELASTIC = {
 """Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
 by 0.2 rad/s where they swing at 60 Hz."""
 
-TRACKING_LIMIT = 4.5e-3
+TRACKING_LIMIT = 4e-3
 """Of the rigs with a gyroscope, whose estimate tells a robot that leaves 5 mm: what makes it leave is mostly a load
 along the direction in which no motor acts on the locus, and not an error of the estimate."""
 
