@@ -7,9 +7,10 @@ import glob
 import hashlib
 import re
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any
+from typing import Any, get_type_hints
 
 import numba
 
@@ -105,6 +106,7 @@ def _remove_outdated(folder: Path, module: str, name: str, kept: FunctionType) -
 def digest(function: Callable[..., Any]) -> str:
     """Return a digest of a plain function's code and constants and of those of all functions that it calls.
 
+    The classes of their arguments enter it with names and fields: machine code reads fields by their place.
     It is the same in every process: neither the order of a set nor the way in which the interpreter holds equal
     constants enters it, which both vary from one compilation of a source to the next; nor do file and lines.
     """
@@ -159,12 +161,31 @@ def _ingredients(function: FunctionType, seen: set[FunctionType]) -> Iterator[by
         return
     seen.add(function)
     defaults = _canonical((function.__defaults__, function.__kwdefaults__))
-    yield f"{_canonical(function.__code__)} {defaults}\n".encode()
+    yield f"{_canonical(function.__code__)} {defaults} {_arguments(function)}\n".encode()
     for name, value in _globals_of(function):
         if isinstance(value, FunctionType):
             yield from _ingredients(value, seen)
         else:
             yield f"{name} {_canonical(value)}\n".encode()
+
+
+@cache
+def _arguments(function: FunctionType) -> str:
+    try:
+        hints = get_type_hints(function)
+    except NameError:
+        # a class that only type checkers import
+        return _canonical(function.__annotations__)
+    return ", ".join(f"{name}: {_layout(hint)}" for name, hint in hints.items())
+
+
+@cache
+def _layout(hint: Any) -> str:
+    """Return name and fields of a class, and those of the fields' classes."""
+    if not hasattr(hint, "_fields"):
+        return str(hint)
+    fields = ", ".join(f"{name}: {_layout(one)}" for name, one in get_type_hints(hint).items())
+    return f"{hint.__module__}.{hint.__qualname__}({fields})"
 
 
 def _canonical(value: Any) -> str:

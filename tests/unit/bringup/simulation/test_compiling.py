@@ -12,7 +12,7 @@ from collections import namedtuple
 from collections.abc import Callable
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from hypothesis import given
@@ -258,3 +258,14 @@ def test_default_values_are_in_the_digest() -> None:
         exec(f"def function(x={positional}, *, y={keyword}):\n    return Made()", namespace)
         digests.add(digest(namespace["function"]))
     assert len(digests) == 4
+
+
+def test_the_classes_of_arguments_are_in_the_digest() -> None:
+    """Machine code reads a field by its place, in the class itself and in those of its fields."""
+    digests = set()
+    for name, fields in (("Inner", "ab"), ("Inner", "ba"), ("Renamed", "ab")):
+        inner = NamedTuple(name, [(field, float) for field in fields])
+        namespace: dict[str, Any] = {"Outer": NamedTuple("Outer", [("inner", inner)])}
+        exec("def function(x: Outer):\n    return x.inner.a", namespace)
+        digests.add(digest(namespace["function"]))
+    assert len(digests) == 3
