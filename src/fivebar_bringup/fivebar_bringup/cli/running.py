@@ -180,4 +180,5 @@ def _print_summary(directory: RunDirectory, summary: Summary) -> None:
         table.add_row(f"[dim]{key}[/dim]", json.dumps(value))
     printer = Console()
     printer.print(table)
-    printer.print(f"{verdict_of(summary)}: look at {directory.page}", soft_wrap=True)
+    shown = directory.page if directory.page.exists() else directory.path
+    printer.print(f"{verdict_of(summary)}: look at {shown}", soft_wrap=True)

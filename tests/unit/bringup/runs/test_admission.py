@@ -94,6 +94,8 @@ def test_who_forces_it_sees_the_torque_request_stop_the_robot(tmp_path: Path) ->
     done = CliRunner().invoke(app, ["simulate", forced, "--no-page", "--out", str(tmp_path / "out")])
     assert done.exit_code == 1
     assert "torque_excessive" in done.stdout
+    # there is no page to look at
+    assert "report.html" not in done.stdout
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
