@@ -1,0 +1,78 @@
+"""Subcommand that finds the faults of a robot at which each controller first fails: robustness."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_description.strict_yaml import InputError
+
+
+@app.command()
+def robustness(
+    effects: Annotated[
+        str | None,
+        typer.Option("--effects", help="Some of the effects, such as lengths,zeros,elasticity [default: all]"),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="New or empty directory for the results [default: runs/robustness-DATE-TIME]"),
+    ] = None,
+    as_json: JsonOption = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Only 1 s and two draws of each size.")] = False,
+) -> None:
+    """Raise each fault of a robot alone until a controller fails: what must my robot be like?
+
+    Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
+    """
+    # here, because they load matplotlib
+    from fivebar_bringup.studies.robustness.robustness import QUICK, Extent
+    from fivebar_bringup.studies.robustness.robustness import robustness as make
+
+    with input_errors(), ending_on_sigterm():
+        extent = QUICK if quick else Extent()
+        command = ["fivebar", "robustness"] + (["--quick"] if quick else [])
+        if effects is not None:
+            extent = extent._replace(effects=_effects(effects))
+            command += ["--effects", ",".join(extent.effects)]
+        processes = jobs if jobs is not None else os.cpu_count() or 1
+        with progress_bar("robustness", as_json) as progress:
+            made = make(extent, out, processes, shlex.join(command), progress)
+    if as_json:
+        print(json.dumps(made.content, indent=2, allow_nan=False))
+        return
+    printer = Console()
+    # as many columns as a narrow terminal has room for; the page has all
+    columns = ("effect", "middling robot", "unified, encoders", "unified, gyro")
+    places = [made.first.columns.index(column) for column in columns]
+    table = Table(*columns, box=None)
+    for row in made.first.rows:
+        table.add_row(*(row[place].text for place in places))
+    printer.print(table)
+    printer.print(f"look at {made.page}", soft_wrap=True)
+
+
+def _effects(text: str) -> tuple[str, ...]:
+    """Return the names in a list that is separated by commas, each once.
+
+    Raises:
+        InputError: one of them is not known.
+    """
+    from fivebar_bringup.studies.robustness.effects import EFFECTS
+
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+    for name in names:
+        if name not in EFFECTS:
+            raise InputError(f"--effects: {name!r}: expected some of {', '.join(EFFECTS)}, separated by commas")
+    return names

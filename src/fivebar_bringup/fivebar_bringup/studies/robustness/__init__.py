@@ -1,0 +1,1 @@
+"""The size of each of a robot's faults at which each controller first fails."""

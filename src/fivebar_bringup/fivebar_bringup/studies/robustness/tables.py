@@ -1,0 +1,78 @@
+"""The tables of the study: the first failures, their causes, and what was compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.studies.robustness.effects import EFFECTS, Effect
+from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAILURE_RULE, Climb
+
+
+def first_failures(climbs: Sequence[Climb]) -> Table:
+    """Return the size at which each equipment first fails, an effect a row.
+
+    An entry is good where even a middling robot has less of the effect, bad where a good one has as much.
+    """
+    used = [name for name in EQUIPMENT if any(climb.equipment == name for climb in climbs)]
+    of = {(climb.effect, climb.equipment): climb for climb in climbs}
+    rows = []
+    for name in dict.fromkeys(climb.effect for climb in climbs):
+        effect = EFFECTS[name]
+        words = f"{effect.words} ({effect.unit})" if effect.unit else effect.words
+        row = [Cell(words, name), _typical(effect.good), _typical(effect.middling)]
+        for equipment in used:
+            climb = of.get((name, equipment))
+            row.append(Cell("", None) if climb is None else _first(effect, climb))
+        rows.append(tuple(row))
+    return Table(
+        "first",
+        "Where each controller first fails",
+        f"Smallest size at which one of the runs fails: {FAILURE_RULE}. A dash: at no size, up to the one behind it."
+        " Green: even a middling robot has less; red: a good robot has as much. Each effect alone, on a robot that is"
+        " otherwise exact.",
+        ("effect", "good robot", "middling robot", *used),
+        tuple(rows),
+    )
+
+
+def causes_table(climbs: Sequence[Climb]) -> Table:
+    """Return how the runs failed at the first size with a failure, and at the largest."""
+    rows = []
+    for climb in climbs:
+        if climb.first is None:
+            continue
+        cells = [Cell(text, text) for text in (climb.effect, climb.equipment)]
+        for step in (climb.first, -1):
+            words = ", ".join(f"{cause} {count}" for cause, count in climb.causes[step].items()) or "none"
+            cells.append(Cell(words, words))
+        rows.append((*cells, Cell(f"{climb.runs}", climb.runs)))
+    columns = ("effect", "controller", "first failures", "failures at the largest size", "of runs")
+    return Table("causes", "How they fail", "", columns, tuple(rows), folded=True)
+
+
+def equipment_table(baseline: dict[str, int]) -> Table:
+    """Return what the names of the controllers stand for, and how many runs without any effect failed."""
+    rows = tuple(
+        (Cell(name, name), Cell(EQUIPMENT[name].words, EQUIPMENT[name].words), Cell(f"{failed}", failed))
+        for name, failed in baseline.items()
+    )
+    return Table("equipment", "What is compared", "", ("controller", "it has", "failures without any effect"), rows)
+
+
+def _typical(size: float | None) -> Cell:
+    return Cell("0" if size is None else f"{size:g}", size)
+
+
+def _first(effect: Effect, climb: Climb) -> Cell:
+    size = climb.first_size
+    if size is None:
+        return Cell(f"– ({effect.sizes[-1]:g})", None, True)
+    if effect.good is not None and not worse(effect, size, effect.good):
+        return Cell(f"{size:g}", size, False)
+    return Cell(f"{size:g}", size, True if effect.middling is None or worse(effect, size, effect.middling) else None)
+
+
+def worse(effect: Effect, size: float, other: float) -> bool:
+    """Return whether a size is more of an effect than another."""
+    return size < other if effect.falls else size > other

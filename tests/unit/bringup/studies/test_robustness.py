@@ -1,0 +1,95 @@
+"""The study of robustness: every effect changes the robot and grows, and failures are found where they begin."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, Robot
+from fivebar_bringup.studies.robustness.figures import place_of
+from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAR, WRONG_MODE, Climb, cause_of, failure_of
+from fivebar_bringup.studies.robustness.tables import first_failures
+from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
+from fivebar_description.imu import ImuSettings
+from fivebar_description.parameters import load_robot
+from fivebar_description.tolerances import EXACT
+from fivebar_sim.effects.mechanism import mechanism_of
+from fivebar_sim.settings import PlantSettings
+
+DOCUMENT = Path(__file__).parents[4] / "docs/robustness.md"
+EXACT_ROBOT = Robot(PlantSettings(), ImuSettings(), EXACT)
+OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=list(EFFECTS))
+def test_every_size_of_an_effect_is_a_robot_of_its_own(effect: Effect) -> None:
+    assert len(effect.sizes) == STEPS
+    assert list(effect.sizes) == sorted(set(effect.sizes), reverse=effect.falls)
+    robots = [effect.on(EXACT_ROBOT, size, Condition(0, 0.5)) for size in effect.sizes]
+    assert len({*robots, EXACT_ROBOT}) == STEPS + 1
+    for robot in (robots[0], robots[-1]):
+        for draw in range(DRAWS):
+            # does not refuse any of them
+            mechanism_of(load_robot("dextar"), effect.on(robot, effect.sizes[-1], Condition(draw, 0.5)).plant, 500)
+
+
+def test_what_is_wrong_with_the_geometry_is_declared_where_it_can_be() -> None:
+    robot = EFFECTS["lengths"].on(EXACT_ROBOT, 0.2, Condition(1, 0.5))
+    assert robot.tolerances.length == pytest.approx(2e-4)
+    assert robot.plant.links.l_11 == pytest.approx(-2e-4)
+    assert robot.plant.links.l_12 == pytest.approx(2e-4)
+
+
+def test_the_rule_of_failure() -> None:
+    assert cause_of(OUTCOME, 1) is None
+    assert cause_of(OUTCOME, 2) == WRONG_MODE
+    assert cause_of(OUTCOME._replace(error_peak=2e-3), 1) == FAR
+    assert cause_of(OUTCOME._replace(error_peak=math.nan), 1) == FAR
+    assert cause_of(OUTCOME._replace(fault=TRACKING_LOST, mode_changes=3), 1) == "tracking_lost"
+
+
+def test_the_first_failure_counts_though_larger_sizes_succeed() -> None:
+    def climb(effect: str, equipment: str, *failed: int) -> Climb:
+        counts = (*failed, *([0] * (STEPS - len(failed))))
+        return Climb(effect, equipment, 12, counts, tuple({FAR: count} if count else {} for count in counts))
+
+    before, after, *_ = EQUIPMENT
+    table = first_failures(
+        [climb("lengths", before, 0, 2, 0, 12), climb("lengths", after), climb("loop", after, *[0] * 11, 1)]
+    )
+    lengths, loop = (row[table.columns.index(before) :] for row in table.rows)
+    sizes = EFFECTS["lengths"].sizes
+    assert (lengths[0].value, lengths[0].good) == (sizes[1], False)
+    assert (lengths[1].value, lengths[1].good) == (None, True)
+    assert loop[0].text == ""
+    # a softer loop than any middling robot has
+    assert (loop[1].value, loop[1].good) == (EFFECTS["loop"].sizes[-1], True)
+
+
+def test_a_size_has_its_place_in_the_figure() -> None:
+    for effect in (EFFECTS["lengths"], EFFECTS["loop"]):
+        assert place_of(effect, effect.sizes[3]) == pytest.approx(3.5)
+
+
+def test_a_gyroscope_saves_a_robot_whose_lengths_are_wrong() -> None:
+    lengths = EFFECTS["lengths"]
+    assert failure_of("unified, encoders", lengths, 0.2, 0.5, 0) is not None
+    assert failure_of("unified, gyro", lengths, 0.2, 0.5, 0) is None
+
+
+def test_an_unknown_effect_is_refused() -> None:
+    answer = CliRunner().invoke(app, ["robustness", "--effects", "lengths,moon"])
+    assert answer.exit_code == 2
+    assert "'moon'" in answer.output
+
+
+def test_the_page_has_every_effect_with_what_robots_have() -> None:
+    page = DOCUMENT.read_text(encoding="utf-8")
+    for effect in EFFECTS.values():
+        good, middling = (effect.shown(size) for size in (effect.good, effect.middling))
+        assert f"| {effect.words} | {good} | {middling} |" in page
