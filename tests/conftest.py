@@ -1,10 +1,14 @@
 """Every test carries the mark of the folder it is in: `pytest -m unit` runs tests/unit."""
 
+import signal
 from pathlib import Path
 
 import pytest
 
 TESTS = Path(__file__).parent
+
+# a shell has its background jobs ignore Ctrl-C, and all that they start; here processes are interrupted by it
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

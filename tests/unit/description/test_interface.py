@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_description.interface import TOPICS, sample_of_stamp, sample_stamp_ns
+from fivebar_description.interface import GOAL, GOAL_STATUS, TOPICS, sample_of_stamp, sample_stamp_ns
 
 RATES = [rate for rate in range(1, 20_001) if 1_000_000_000 % rate == 0]
 
@@ -48,8 +48,8 @@ def test_topics_are_relative_and_different() -> None:
     assert not [name for name in names if name.startswith("/")]
 
 
-def test_rare_messages_wait_for_late_subscribers_and_the_control_path_keeps_eight() -> None:
-    latched = {topic.name for topic in TOPICS if topic.qos.transient_local}
-    assert latched == {"faults", "safety/state", "drives/state", "run/status", "run/ready"}
-    for topic in TOPICS:
-        assert topic.qos.depth == 8 if topic.name not in latched else topic.qos.depth >= 10
+def test_late_subscribers_get_all_faults_and_present_states_and_the_control_path_keeps_eight() -> None:
+    depths = {topic.name: topic.qos.depth for topic in (*TOPICS, GOAL, GOAL_STATUS) if topic.qos.transient_local}
+    states = dict.fromkeys(("safety/state", "drives/state", "run/status", "goal/status"), 1)
+    assert depths == {"faults": 32, "run/ready": 32, **states}
+    assert {topic.qos.depth for topic in TOPICS if topic.name not in depths} == {8}
