@@ -40,10 +40,10 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 
 .PHONY: test
 test: lint ## lint, then run all tests
-	@# four at a time on two processors, because tests also wait; what follows the clock apart from what only computes,
+	@# three at a time on two processors, because tests also wait; what follows the clock apart from what only computes,
 	# and also where that has failed
 	status=0
-	$(BIN)/python -m pytest tests -q -n 4 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10 || status=$$?
 	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile -m clock --durations=10 || status=$$?
 	exit $$status
 
