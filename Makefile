@@ -40,11 +40,11 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 
 .PHONY: test
 test: lint ## lint, then run all tests
-	@# three at a time on two processors, because tests also wait; what follows the clock apart from what only computes,
-	# and also where that has failed
+	@# three at a time on two processors, because tests also wait; what follows the clock by itself, one after the other,
+	# and also where the others have failed
 	status=0
 	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10 || status=$$?
-	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile -m clock --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests -q -m clock --durations=10 || status=$$?
 	exit $$status
 
 .PHONY: lint

@@ -149,6 +149,7 @@ def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -
             probe.wait_for(lambda: has_moved(probe, call), "the motion", RUN_DEADLINE)
             call.send(number)
             assert call.finish() == 1
+            assert call.stdout, call.stderr
             summary = call.json()
             assert summary["faults"] == ["interrupted"]
             assert tuple(bag_of(call).field(TORQUE_COMMAND, "effort")[-1]) == ZERO
