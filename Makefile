@@ -25,7 +25,7 @@ unexport ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION _ROS_WHEELS_BOOTSTRAP_COMPLET
 
 .PHONY: help
 help: ## list these targets
-	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 18
+	@sed -nE 's/^([a-z-]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 18
 
 .PHONY: setup
 setup: $(VENV)/packages.stamp ## make .venv with every locked package and the workspace in it
@@ -39,13 +39,17 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 	@$(BIN)/fivebar reproduce
 
 .PHONY: test
-test: lint ## lint, then run all tests
+test: lint ## lint, then run the tests
 	@# three at a time on two processors, because tests also wait; what follows the clock by itself, one after the other,
 	# and also where the others have failed
 	status=0
-	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock" --durations=10 || status=$$?
-	$(BIN)/python -m pytest tests -q -m clock --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests -q -m "clock and not extra" --durations=10 || status=$$?
 	exit $$status
+
+.PHONY: test-extra
+test-extra: setup ## run the long tests of the studies, which test leaves out
+	@$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m extra --durations=10
 
 .PHONY: lint
 lint: setup ## check style and types

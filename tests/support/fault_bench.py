@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from forked_node import ForkedNode
+from forked_node import ForkedNode, end_with_parent
 from graph_probe import DEADLINE, Bench, Probe
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
@@ -76,6 +76,7 @@ class DrivesProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
+            preexec_fn=end_with_parent,
         )
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()

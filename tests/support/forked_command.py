@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from contextlib import suppress
+
+from forked_node import close_inherited
 
 from fivebar_bringup.cli.main import main as run_command
 from fivebar_bringup.runs import node_processes
@@ -36,9 +37,6 @@ def _fork(request: StartRequest, domain: int) -> None:
 def _start(request: StartRequest, domain: int) -> None:
     os.setsid()
     os.environ["ROS_DOMAIN_ID"] = str(domain)
-    # closed as a new program would have them: nodes that held the other end of their gate would wait there for ever
-    for descriptor in map(int, os.listdir("/proc/self/fd")):
-        with suppress(OSError):
-            if descriptor not in (request.reported, request.gate) and not os.get_inheritable(descriptor):
-                os.close(descriptor)
+    # nodes that held the other end of their gate would wait there for ever
+    close_inherited(request.reported, request.gate)
     start(request)

@@ -9,7 +9,8 @@ import os
 import signal
 import sys
 from collections.abc import Mapping, Sequence
-from multiprocessing import forkserver
+from contextlib import suppress
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
@@ -89,15 +90,31 @@ class ForkedNode:
             self._process.join()
 
 
+_LIBC = ctypes.CDLL(None)
+
+
 def end_with_parent() -> None:
     """Have this process killed when its parent ends: a node of a killed test must not stay in the next one's domain."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def close_inherited(*kept: int) -> None:
+    """Close all but standard input and output and some descriptors, as the start of a program does.
+
+    Among it is the pipe by which the server of forks learns that the tests have ended: it stays while anyone holds it,
+    and with it all that it has forked.
+    """
+    for descriptor in map(int, os.listdir("/proc/self/fd")):
+        with suppress(OSError):
+            if descriptor > 2 and descriptor not in kept:
+                os.close(descriptor)
 
 
 def _run_main(module: str, words: list[str], out: Path, err: Path, environment: dict[str, str], folder: Path) -> None:
     """Make this process what `python -m MODULE ARGUMENTS` would be, and run it."""
     os.setsid()
     end_with_parent()
+    close_inherited(resource_tracker.getfd())
     for path, descriptor in ((out, 1), (err, 2)):
         opened = os.open(path, os.O_WRONLY | os.O_APPEND)
         os.dup2(opened, descriptor)

@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 import yaml
+from forked_node import end_with_parent
 
 from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import load_drives
@@ -45,7 +46,12 @@ class Drives:
     def __init__(self, file: Path) -> None:
         command = [str(Path(sys.executable).parent / "emulated_drives"), str(file)]
         self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=end_with_parent,
         )
         self._lines: queue.Queue[str] = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()
