@@ -217,6 +217,7 @@ def test_without_tolerances_or_an_estimator_nothing_more_is_judged(changes: dict
     assert {WRONG_MODE, UNCERTAINTY}.isdisjoint(figure.name for figure in verdict.figures)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("gyro", [False, True])
 def test_robots_within_the_tolerances_fare_as_predicted(gyro: bool) -> None:
     """What is refused leaves the tolerance on half of the robots at least, what is admitted on none of these."""

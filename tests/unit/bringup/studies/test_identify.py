@@ -111,6 +111,7 @@ def test_encoders_of_20000_counts_give_them_within_three_percent(counted: RunDir
     assert findings.found.fit.condition < 3.0
 
 
+@pytest.mark.extra
 def test_scaled_parameters_of_a_scenario_come_back(tmp_path: Path) -> None:
     """All of a kind off by the same factor, as the section `plant` has it; the bag alone, with the robot named."""
     scenario = load_scenario("excitation_encoders")
@@ -122,6 +123,7 @@ def test_scaled_parameters_of_a_scenario_come_back(tmp_path: Path) -> None:
     assert found == pytest.approx(true, rel=0.005, abs=1e-3)
 
 
+@pytest.mark.extra
 def test_the_written_file_tracks_better(folder: Path, exact: RunDirectory) -> None:
     """It is read as it was meant, by name in a scenario too, and the controller that believes in it does better."""
     findings = identify_bag(exact.path)

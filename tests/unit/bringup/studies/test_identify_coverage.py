@@ -21,6 +21,8 @@ from fivebar_control.identification.equations import Record
 from fivebar_control.identification.identification import identify, parameter_values
 from fivebar_description.parameters import FiveBar, LegParameters, load_robot
 
+pytestmark = pytest.mark.extra
+
 Array = NDArray[np.float64]
 
 ROBOTS = 24

@@ -197,6 +197,7 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, tmp_path:
     assert summarize(from_bag, one, scenario, timing) == summarize(from_memory, other, scenario, timing)
 
 
+@pytest.mark.extra
 def test_two_processes_find_what_one_does() -> None:
     cases: dict[ReproductionCase, tuple[str, ...]] = {
         ReproductionCase(duration=0.5): (),

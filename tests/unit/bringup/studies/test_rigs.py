@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -40,11 +41,12 @@ def planned(count: int) -> list[int]:
 
 
 @pytest.fixture(scope="module")
-def numbers() -> list[int]:
-    return planned(40)
+def numbers() -> tuple[int, ...]:
+    return tuple(planned(40))
 
 
-def plants(rig: str, numbers: list[int]) -> list[PlantSettings]:
+@cache
+def plants(rig: str, numbers: tuple[int, ...]) -> list[PlantSettings]:
     return [draw(SEED, number, rig).scenario("unified").plant for number in numbers]
 
 
@@ -70,7 +72,7 @@ def test_the_rigs_are_those_of_the_page() -> None:
     ],
 )
 def test_robots_spread_over_the_stated_tolerances_and_not_beyond(
-    rig: str, length: float, zero: float, tilt: float, force: float, lost: int, numbers: list[int]
+    rig: str, length: float, zero: float, tilt: float, force: float, lost: int, numbers: tuple[int, ...]
 ) -> None:
     robots = plants(rig, numbers)
     for values, bound in (
@@ -111,9 +113,9 @@ def test_robots_have_the_stated_mechanics_and_drives(
     clearance: float,
     passive: float,
     cogging: float,
-    numbers: list[int],
+    numbers: tuple[int, ...],
 ) -> None:
-    for plant in plants(rig, numbers[:5]):
+    for plant in plants(rig, numbers)[:5]:
         assert plant.transmission.frequency == frequency
         assert plant.transmission.backlash == pytest.approx(backlash * DEGREE)
         assert (plant.platform_joint.stiffness, plant.platform_joint.clearance) == (stiffness, clearance)
@@ -123,12 +125,12 @@ def test_robots_have_the_stated_mechanics_and_drives(
     assert all(0.5 <= share <= 0.85 for share in shares)
 
 
-def test_robots_with_a_gyroscope_are_stopped_before_they_leave_5_mm(numbers: list[int]) -> None:
+def test_robots_with_a_gyroscope_are_stopped_before_they_leave_5_mm(numbers: tuple[int, ...]) -> None:
     limits = {rig: draw(SEED, numbers[0], rig).scenario("unified").tracking_error_limit for rig in RIGS}
     assert {rig for rig, limit in limits.items() if limit < 5e-3} == {"calibrated", "good", "middling", "poor"}
 
 
-def test_ideal_and_encoders_are_free_of_effects(numbers: list[int]) -> None:
+def test_ideal_and_encoders_are_free_of_effects(numbers: tuple[int, ...]) -> None:
     (ideal,) = set(plants("ideal", numbers[:5]))
     assert ideal == PlantSettings(torque_limit=2.0)
     for plant in plants("encoders", numbers[:5]):
@@ -136,7 +138,7 @@ def test_ideal_and_encoders_are_free_of_effects(numbers: list[int]) -> None:
         assert plant.encoder_counts == 20_000 and 0.0 < abs(plant.mass_scale - 1.0) <= 0.15
 
 
-def test_all_rigs_have_the_same_motions_and_robots_in_proportion(numbers: list[int]) -> None:
+def test_all_rigs_have_the_same_motions_and_robots_in_proportion(numbers: tuple[int, ...]) -> None:
     motions = {rig: [draw(SEED, number, rig)[:8] for number in numbers] for rig in ("", *RIGS)}
     assert all(motion == motions[""] for motion in motions.values())
     good, poor = plants("good", numbers[:3]), plants("poor", numbers[:3])
@@ -144,7 +146,7 @@ def test_all_rigs_have_the_same_motions_and_robots_in_proportion(numbers: list[i
         assert np.array(other.links[:6]) == pytest.approx(15.0 * np.array(one.links[:6]))
 
 
-def test_the_push_meets_the_robot_on_the_locus(numbers: list[int]) -> None:
+def test_the_push_meets_the_robot_on_the_locus(numbers: tuple[int, ...]) -> None:
     for number in numbers:
         case = draw(SEED, number, "calibrated")
         push, bus = case.scenario("unified").plant.push, case.scenario("unified").plant.bus
@@ -153,7 +155,7 @@ def test_the_push_meets_the_robot_on_the_locus(numbers: list[int]) -> None:
         assert bus.lost_from <= crossing <= bus.lost_from + bus.lost_within
 
 
-def test_a_drawn_robot_is_a_scenario_that_is_run_again(numbers: list[int]) -> None:
+def test_a_drawn_robot_is_a_scenario_that_is_run_again(numbers: tuple[int, ...]) -> None:
     case = draw(SEED, numbers[0], "middling")
     scenario = case.scenario("unified")
     written = validate(yaml.safe_load(scenario.to_yaml()), Scenario, "again")
@@ -161,7 +163,7 @@ def test_a_drawn_robot_is_a_scenario_that_is_run_again(numbers: list[int]) -> No
     assert made(written, written.plan()) == made(scenario, plan_of(case))
 
 
-def test_a_robot_is_drawn_by_seed_number_and_rig_alone(numbers: list[int]) -> None:
+def test_a_robot_is_drawn_by_seed_number_and_rig_alone(numbers: tuple[int, ...]) -> None:
     number = numbers[0]
     assert draw(SEED, number, "poor").scenario("ctc").plant == draw(SEED, number, "poor").scenario("unified").plant
     one = draw(SEED, number, "poor").scenario("unified").plant

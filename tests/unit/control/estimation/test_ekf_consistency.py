@@ -103,6 +103,7 @@ def all_errors(way: tuple[tuple[float, float], ...]) -> tuple[list[Errors], ...]
     return tuple(errors_of(way, seed, TOLERANCES) for seed in range(ROBOTS))
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("way", [AWAY, THROUGH], ids=["away from the locus", "through the locus"])
 def test_the_filter_is_as_uncertain_as_it_says_over_robots_within_their_tolerances(
     way: tuple[tuple[float, float], ...],

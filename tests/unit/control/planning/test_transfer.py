@@ -98,6 +98,7 @@ def random_rests(robot: FiveBar, mode: tuple[int, int], seed: int) -> tuple[tupl
     return found[0], found[1]
 
 
+@pytest.mark.extra
 def test_nearly_every_pair_is_joined(dextar: FiveBar) -> None:
     """Of 8 random pairs none is refused: the map leaves no part of the workspace out."""
     for seed in range(8):
