@@ -12,6 +12,10 @@ SRC = Path(__file__).parents[2] / "src"
 PACKAGES = sorted(manifest.parent.name for manifest in SRC.glob("*/package.xml"))
 
 
+DATA = ("config", "launch", "rviz", "urdf")
+"""Folders of a package whose files are installed."""
+
+
 def tree(folder: Path) -> set[Path]:
     return {path for path in folder.rglob("*") if "__pycache__" not in path.parts}
 
@@ -53,7 +57,7 @@ def test_ros_finds_the_package(install: Path, package: str) -> None:
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_data_file_is_installed(install: Path, package: str) -> None:
     source, share = SRC / package, install / package / "share" / package
-    paths = {path for folder in ("config", "launch", "urdf") for path in tree(source / folder) if path.is_file()}
+    paths = {path for folder in DATA for path in tree(source / folder) if path.is_file()}
     assert not {path for path in paths if not (share / path.relative_to(source)).is_file()}
 
 

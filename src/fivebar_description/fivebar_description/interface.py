@@ -24,6 +24,9 @@ ESTIMATE_NAMES = ("x", "y", "vx", "vy", "d1", "d2")
 """Fields of `estimate/covariance`: position holds standard deviations, at the moment of the measurement, of the
 platform's position (m) and velocity (m/s) and of the two motors' disturbance torques (Nm)."""
 
+BASE_FRAME = "base_link"
+"""Frame of the robot's plane: origin midway between the motors, x from motor 1 to motor 2, z up; root of the URDF."""
+
 IMU_FRAME = "imu"
 """Frame of `imu/data`, fixed to the distal link of leg 2 at the platform."""
 

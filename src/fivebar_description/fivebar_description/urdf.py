@@ -1,4 +1,6 @@
-"""The robot's two open chains as URDF text, made from its parameter file.
+"""The plant's robot: its two open chains as URDF text, made from its parameter file.
+
+For tools of ROS there is a URDF with shapes and sensors, :mod:`fivebar_description.robot_description`.
 
 URDF describes trees only, so the loop is left open at the platform: each chain ends in a tip frame and carries half
 of the platform mass there. Joining the two tips (see :mod:`fivebar_description.closed_loop`) gives the reduced model
@@ -8,14 +10,10 @@ inertia besides the platform mass.
 
 from __future__ import annotations
 
-import argparse
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from fivebar_description.parameters import FiveBar, LegParameters, read_robot
-
-LINK_THICKNESS = 0.008
-"""Side of the drawn links, m; it has no effect on the dynamics."""
+from fivebar_description.parameters import FiveBar, LegParameters
 
 JOINT_RANGE = 12.0
 """Range of every joint, rad: wide enough for windings, since the closed loop is what limits the motion."""
@@ -39,15 +37,15 @@ def urdf_text(robot: FiveBar, name: str) -> str:
 
 def _chain(root: ElementTree.Element, number: int, leg: LegParameters, tip_mass: float) -> None:
     proximal, distal, tip = f"proximal_{number}", f"distal_{number}", f"tip_{number}"
-    _link(root, proximal, leg.proximal, _Mass(0.0, 0.0, leg.inertia))
-    _link(root, distal, leg.distal, _Mass(tip_mass, leg.distal, 0.0))
+    _link(root, proximal, _Mass(0.0, 0.0, leg.inertia))
+    _link(root, distal, _Mass(tip_mass, leg.distal, 0.0))
     ElementTree.SubElement(root, "link", name=tip)
     _revolute(root, f"q{number}1", "base_link", proximal, leg.base_x)
     _revolute(root, f"q{number}2", proximal, distal, leg.proximal)
     _joint(root, f"{tip}_joint", "fixed", distal, tip, leg.distal)
 
 
-def _link(root: ElementTree.Element, name: str, length: float, inertial: _Mass) -> None:
+def _link(root: ElementTree.Element, name: str, inertial: _Mass) -> None:
     link = ElementTree.SubElement(root, "link", name=name)
     element = ElementTree.SubElement(link, "inertial")
     ElementTree.SubElement(element, "origin", xyz=f"{inertial.at_x!r} 0 0", rpy="0 0 0")
@@ -55,10 +53,6 @@ def _link(root: ElementTree.Element, name: str, length: float, inertial: _Mass) 
     ElementTree.SubElement(
         element, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz=repr(inertial.inertia_z)
     )
-    visual = ElementTree.SubElement(link, "visual")
-    ElementTree.SubElement(visual, "origin", xyz=f"{length / 2.0!r} 0 0", rpy="0 0 0")
-    geometry = ElementTree.SubElement(visual, "geometry")
-    ElementTree.SubElement(geometry, "box", size=f"{length!r} {LINK_THICKNESS} {LINK_THICKNESS}")
 
 
 def _joint(
@@ -77,15 +71,3 @@ def _revolute(root: ElementTree.Element, name: str, parent: str, child: str, at_
     ElementTree.SubElement(
         joint, "limit", lower=repr(-JOINT_RANGE), upper=repr(JOINT_RANGE), effort="10", velocity="50"
     )
-
-
-def main() -> None:
-    """Print the URDF of a robot: `python -m fivebar_description.urdf dextar`."""
-    parser = argparse.ArgumentParser(description="Print the URDF of a robot.")
-    parser.add_argument("robot", help="a shipped parameter file's name, or a path to one")
-    robot = read_robot(parser.parse_args().robot)
-    print(urdf_text(robot.five_bar(), robot.name), end="")
-
-
-if __name__ == "__main__":
-    main()

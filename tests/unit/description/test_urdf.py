@@ -1,4 +1,4 @@
-"""The URDF says what the parameter file says, read as XML and by Pinocchio."""
+"""The plant's URDF says what the parameter file says, read as XML and by Pinocchio."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fivebar_description.parameters import FiveBar, load_robot
-from fivebar_description.share import share_file
+from fivebar_description.parameters import FiveBar
 from fivebar_description.urdf import urdf_text
 
 Element = ElementTree.Element
@@ -103,10 +102,3 @@ def test_length_and_mass_survive_as_text_to_the_last_bit(dextar: FiveBar) -> Non
     assert model.jointPlacements[2].translation[0] == 0.1 + 0.2
     assert model.inertias[1].inertia[2, 2] == 1.0 / 3.0
     assert model.inertias[2].mass == 1.0 / 3.0
-
-
-@pytest.mark.parametrize("name", ["dextar", "unequal"])
-def test_the_shipped_file_is_what_the_parameter_file_gives(name: str) -> None:
-    """For robot_state_publisher and RViz; `python -m fivebar_description.urdf NAME` prints it anew."""
-    shipped = share_file("fivebar_description", "urdf", f"{name}.urdf").read_text(encoding="utf-8")
-    assert shipped == urdf_text(load_robot(name), name)

@@ -16,6 +16,7 @@ from fivebar_bringup.cli import (
     status,
     studies,
     sweep,
+    urdf,
 )
 from fivebar_bringup.cli.app import app
 
@@ -34,6 +35,7 @@ __all__ = [
     "status",
     "studies",
     "sweep",
+    "urdf",
 ]
 
 

@@ -1,0 +1,29 @@
+"""Subcommand that describes a robot to tools of ROS."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fivebar_bringup.cli.app import app, input_errors
+from fivebar_bringup.runs.description import described_robot
+
+
+@app.command()
+def urdf(
+    robot: Annotated[
+        str, typer.Argument(metavar="[ROBOT]", help="A shipped parameter file's name, or a path to one.")
+    ] = "",
+    scenario: Annotated[
+        str, typer.Option("--scenario", help="Take the robot, unless given, and the mounting of its IMU from this.")
+    ] = "",
+) -> None:
+    """Print the URDF of ROBOT (default: dextar) with shapes, masses and the frames of its sensors.
+
+    Example: `fivebar urdf dextar > dextar.urdf`
+
+    Example: `fivebar urdf --scenario gyro_middle`
+    """
+    with input_errors():
+        print(described_robot(robot, scenario), end="")

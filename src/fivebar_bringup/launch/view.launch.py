@@ -1,0 +1,68 @@
+"""Shows a robot in RViz: robot_state_publisher with the URDF of its parameter file, and RViz with its configuration.
+
+ros2 launch fivebar_bringup view.launch.py robot:=dextar
+ros2 launch fivebar_bringup view.launch.py scenario:=gyro_middle namespace:=robot1 use_sim_time:=true rviz:=false
+
+The posture comes from `joint_states`: start a run beside it, or play its bag.
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+from fivebar_bringup.runs.description import described_robot, frame_prefix
+
+
+def start_view(context):
+    """Return the nodes that show the robot."""
+    robot, scenario, namespace = (
+        LaunchConfiguration(name).perform(context) for name in ("robot", "scenario", "namespace")
+    )
+    clock = {"use_sim_time": ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)}
+    publisher = Node(
+        package="robot_state_publisher",
+        executable="robot_state_publisher",
+        namespace=namespace,
+        parameters=[
+            {
+                # as it is: a parameter that looks like YAML would be read as such
+                "robot_description": ParameterValue(described_robot(robot, scenario), value_type=str),
+                "frame_prefix": frame_prefix(namespace),
+            },
+            clock,
+        ],
+        output="screen",
+    )
+    configuration = PathJoinSubstitution([FindPackageShare("fivebar_bringup"), "rviz", "fivebar.rviz"])
+    rviz = Node(
+        package="rviz2",
+        executable="rviz2",
+        namespace=namespace,
+        arguments=["-d", configuration, "-f", frame_prefix(namespace) + "base_link"],
+        parameters=[clock],
+        condition=IfCondition(LaunchConfiguration("rviz")),
+        output="screen",
+    )
+    return [publisher, rviz]
+
+
+def generate_launch_description():
+    """Return the launch description."""
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "robot", default_value="", description="Shipped robot or a parameter file; default: the scenario's."
+            ),
+            DeclareLaunchArgument(
+                "scenario", default_value="", description="Take robot and mounting of the IMU from this scenario."
+            ),
+            DeclareLaunchArgument("namespace", default_value="", description="Namespace of the robot's nodes."),
+            DeclareLaunchArgument("use_sim_time", default_value="false", choices=["true", "false"]),
+            DeclareLaunchArgument("rviz", default_value="true", choices=["true", "false"], description="Start RViz."),
+            OpaqueFunction(function=start_view),
+        ]
+    )
