@@ -29,14 +29,16 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.processes import NODE_GROUP
-from fivebar_description.interface import NANOSECONDS, RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
+from fivebar_description.interface import NANOSECONDS, RUN_PLAN, RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
 from fivebar_description.ros.messages import message_class, stamp_of
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
+from fivebar_description.run_plan import plan_text
 
 RATE_HZ = 500
 """Default rate of every node."""
@@ -207,6 +209,10 @@ class Probe:
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.01)
 
+    def publish_plan(self, **values: Any) -> None:
+        """Publish the plan of a run, for which nodes wait; without values every node agrees with it."""
+        self.publish(RUN_PLAN, String(data=plan_text(values)))
+
     def join(self, name: str, inputs: Sequence[Topic], outputs: Sequence[Topic]) -> None:
         """Take the part of the rest of the graph around a node, and wait until both know of each other's topics.
 
@@ -214,6 +220,7 @@ class Probe:
         outputs, too, shows in the arrival of this announcement, which is kept for latecomers, at a subscription made
         after those: a participant hears of another's subscriptions in the order in which they were made.
         """
+        self.publish_plan()
         self.advertise(*inputs)
         self.listen(*outputs)
         publishers = [self._publishers[topic.name] for topic in inputs]

@@ -96,6 +96,8 @@ SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", STATE_QOS)
 DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", STATE_QOS)
 RUN_STATUS = Topic("run/status", "std_msgs/msg/String", STATE_QOS)
 RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
+RUN_PLAN = Topic("run/plan", "std_msgs/msg/String", STATE_QOS)
+"""What the nodes of a run must agree on, from the trajectory generator: JSON with a digest and the values by name."""
 
 TOPICS = (
     JOINT_STATES,
@@ -118,6 +120,7 @@ TOPICS = (
     DRIVES_STATE,
     RUN_STATUS,
     RUN_READY,
+    RUN_PLAN,
 )
 """All topics of the graph, in the order in which pages and bags list them."""
 

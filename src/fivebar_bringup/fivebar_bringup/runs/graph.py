@@ -54,6 +54,7 @@ from fivebar_description.interface import (
     JOINT_STATES,
     MOTOR_STATES,
     REFERENCE,
+    RUN_PLAN,
     RUN_READY,
     RUN_STATUS,
     SAFETY_STATE,
@@ -144,15 +145,15 @@ def crossing_graph(
                 **to_parameters(TrajectorySettings(CONTINUE if mode is Mode.LOCKSTEP else HOLD)),
                 **_goal_parameters(scenario),
             },
-            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL),
-            (REFERENCE, GOAL_STATUS),
+            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, RUN_PLAN),
+            (REFERENCE, GOAL_STATUS, RUN_PLAN),
             in_chain=True,
         ),
         NodeSpec(
             "fivebar_control",
             "supervisor",
             {**motion, **to_parameters(SupervisorSettings(scheme.weighting))},
-            (JOINT_STATES,),
+            (JOINT_STATES, RUN_PLAN),
             (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
             in_chain=True,
         ),
@@ -210,7 +211,7 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
             ),
             **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
         },
-        (IMU_DATA, REFERENCE, RUN_READY),
+        (IMU_DATA, REFERENCE, RUN_READY, RUN_PLAN),
         (IMU_ERROR,),
     )
 
@@ -232,7 +233,7 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
                 wait_for_nodes=tuple(awaited),
             )
         ),
-        (TORQUE_COMMAND, FAULTS, RUN_READY),
+        (TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN),
         (MOTOR_STATES, FAULTS, DRIVES_STATE),
     )
 
@@ -254,7 +255,7 @@ def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[s
             ),
             **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
         },
-        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY),
+        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN),
         (GROUND_TRUTH, IMU_DATA, FAULTS, RUN_STATUS),
     )
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
@@ -275,7 +276,7 @@ def _disturbance(scenario: Scenario) -> str:
 
 
 def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
-    return (JOINT_STATES, REFERENCE, *((ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()))
+    return (JOINT_STATES, REFERENCE, *((ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()), RUN_PLAN)
 
 
 def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
@@ -342,6 +343,7 @@ def _estimator(scenario: Scenario, awaits_readings: bool) -> NodeSpec:
             *((TORQUE_COMMAND,) if drives.delay_samples else ()),
             *((IMU_DATA,) if scenario.gyro else ()),
             *((IMU_RELEASED,) if awaits_readings else ()),
+            RUN_PLAN,
         ),
         (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
         in_chain=True,
@@ -372,7 +374,7 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
             ),
             **to_parameters(scenario.safety_settings(), without=NOT_OF_THE_GUARD),
         },
-        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE),
+        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE, RUN_PLAN),
         (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
         in_chain=True,
     )
@@ -405,7 +407,7 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             **to_parameters(scenario.plant),
             **to_parameters(scenario.imu, IMU_PREFIX),
         },
-        (TORQUE_COMMAND, RUN_READY),
+        (TORQUE_COMMAND, RUN_READY, RUN_PLAN),
         (
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
             *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),

@@ -42,7 +42,9 @@ from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.run_plan import WORKING_MODE_AT_START, robot_value
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 
 CHECKS_PER_DEADLINE = 4
@@ -65,6 +67,8 @@ class Blender(SamplingNode):
         super().__init__("blender")
         settings = self.declare_settings(BlenderSettings)
         safety = self.declare_settings(SafetySettings, without=NOT_OF_THE_GUARD, torque_limit=DRIVE_TORQUE_LIMIT)
+        agreed = {"robot": robot_value(settings.robot), WORKING_MODE_AT_START: settings.working_mode}
+        RunAgreement(self, settings.rate_hz, agreed)
         self._robot = load_robot(settings.robot)
         mode1, mode2 = settings.working_mode
         self._guard = Guard(self._robot, (mode1, mode2), settings.rate_hz, safety)

@@ -40,6 +40,7 @@ from fivebar_description.ros.messages import MessageError, joint_state, read_fie
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 
 Transition = Callable[["DextarBridge", LifecycleState], TransitionCallbackReturn]
@@ -75,6 +76,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
                 f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {drives.rate_hz}, which is"
                 f" sync_period_us {drives.sync_period_us} of {settings.drives}"
             )
+        self._run = RunAgreement(self, self._rate_hz, {}, required=False)
         self._brake_limit = settings.brake_limit_s
         self._heartbeat_period = drives.master.heartbeat_ms / 2e3
         timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
@@ -102,7 +104,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self._awaited.discard(message.data)
 
     def _autostart(self) -> None:
-        if self._awaited:
+        if self._awaited or not self._run.holds:
             return
         self._start_timer.cancel()
         if self.trigger_configure() == SUCCESS:
@@ -133,6 +135,9 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         """Enable both drives at zero torque and start at sample 0."""
         if self._session.fault is not None:
             self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
+            return FAILURE
+        if not self._run.holds:
+            self.get_logger().error(f"not activated: {self._run.problem}")
             return FAILURE
         if not self._session.activate(time.monotonic):
             return FAILURE

@@ -17,7 +17,9 @@ from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERE
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import MessageError
 from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
+from fivebar_description.run_plan import WORKING_MODE_AT_START, robot_value
 
 LONGEST_GAP = 5
 """Number of IMU readings that may be missing before that is reported."""
@@ -44,6 +46,12 @@ class ImuListener(SamplingNode):
         super().__init__("imu_listener")
         settings = self.declare_settings(ImuListenerSettings)
         imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
+        agreed = {
+            "robot": robot_value(settings.robot),
+            WORKING_MODE_AT_START: settings.working_mode,
+            "lead_samples": settings.lead_samples,
+        }
+        RunAgreement(self, settings.rate_hz, agreed)
         mode1, mode2 = settings.working_mode
         self._arguments = (load_robot(settings.robot), mode1, mode2, settings.rate_hz, imu)
         self._check = ImuCheck(*self._arguments)

@@ -36,7 +36,9 @@ from fivebar_description.interface import (
 from fivebar_description.parameters import load_robot, tolerances_of
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.run_plan import HOMING, LEAD_SAMPLES, WORKING_MODE_AT_START, robot_value
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 from fivebar_description.tolerances import TOLERANCE_PREFIX, Tolerances
 
@@ -73,6 +75,13 @@ class StateEstimatorNode(SamplingNode):
         super().__init__("state_estimator")
         settings = self.declare_settings(EstimatorSettings)
         drives = self.declare_settings(Drives, torque_limit=DRIVE_TORQUE_LIMIT)
+        agreed = {
+            "robot": robot_value(settings.robot),
+            WORKING_MODE_AT_START: settings.working_mode,
+            HOMING: settings.homing,
+            LEAD_SAMPLES: drives.delay_samples,
+        }
+        RunAgreement(self, settings.rate_hz, agreed)
         mode1, mode2 = settings.working_mode
         ekf = self.declare_settings(EkfSettings, without=NOT_OF_THE_FILTER)
         self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)

@@ -10,7 +10,7 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform
 from fivebar_control.planning.motion_queue import MotionQueue
 from fivebar_control.ros.goal_server import GoalServer
-from fivebar_control.ros.motion_parameters import declare_motion
+from fivebar_control.ros.motion_parameters import declare_motion, plan_values
 from fivebar_control.ros.node_settings import HOLD, TrajectorySettings
 from fivebar_control.trajectory.hold import Hold
 from fivebar_description.interface import (
@@ -19,6 +19,7 @@ from fivebar_description.interface import (
     JOINTS,
     REFERENCE,
     REFERENCE_NAMES,
+    RUN_PLAN,
     SAFETY_STATE,
     sample_stamp_ns,
 )
@@ -26,6 +27,7 @@ from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.run_plan import plan_text
 
 AT_REST = (0.0,) * len(JOINTS)
 
@@ -42,6 +44,7 @@ class TrajectoryGenerator(SamplingNode):
         self._queue = self._new_queue()
         self._goals = GoalServer(self, self._motion, self._queue)
         self._reference = self.advertise(REFERENCE)
+        self.advertise(RUN_PLAN).publish(String(data=plan_text(plan_values(self._motion))))
         if self.declare_settings(TrajectorySettings).after_fault == HOLD:
             # not required for readiness: without a blender there is no fault to hold for
             self.create_subscription(String, SAFETY_STATE.name, self._on_safety_state, qos_profile(SAFETY_STATE.qos))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fivebar_control.ros.node_settings import ZONE_PREFIX, MotionSettings
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneSettings, plan_motion
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.run_plan import HOMING, LEAD_SAMPLES, WORKING_MODE_AT_START, robot_value
+from fivebar_description.settings import to_parameters
 from fivebar_description.strict_yaml import InputError
 
 
@@ -22,11 +25,13 @@ class Motion(NamedTuple):
     robot: FiveBar
     plan: Plan
     rate_hz: int
-    lead_samples: int = 0
+    lead_samples: int
+    agreed: dict[str, Any]
+    """Every value of the motion by the name of its parameter, for the plan of the run."""
 
 
 def declare_motion(node: GraphNode) -> Motion:
-    """Declare the motion's parameters on a node and plan the motion from their values.
+    """Declare the motion's parameters on a node, plan the motion from their values, and have the node keep to the plan.
 
     Raises:
         InputError: a parameter is malformed or the motion is refused.
@@ -47,7 +52,23 @@ def declare_motion(node: GraphNode) -> Motion:
         )
     except PlanRefused as error:
         raise InputError(f"{node.get_name()}: motion refused: {error}") from error
-    return Motion(robot, plan, settings.rate_hz, settings.lead_samples)
+    agreed = {
+        **to_parameters(settings),
+        **to_parameters(zone, ZONE_PREFIX),
+        "robot": robot_value(settings.robot),
+    }
+    RunAgreement(node, settings.rate_hz, agreed)
+    return Motion(robot, plan, settings.rate_hz, settings.lead_samples, agreed)
+
+
+def plan_values(motion: Motion) -> dict[str, Any]:
+    """Return what the plan of the run holds: the motion, and the same under the names of nodes that know part of it."""
+    return {
+        **motion.agreed,
+        WORKING_MODE_AT_START: motion.agreed["working_mode"][:2],
+        HOMING: motion.agreed["waypoints"][:2],
+        LEAD_SAMPLES: motion.lead_samples,
+    }
 
 
 def _pairs(flat: Sequence[float]) -> list[tuple[float, float]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
@@ -25,6 +25,9 @@ from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
 from fivebar_description.settings import from_parameters
+
+if TYPE_CHECKING:
+    from fivebar_description.ros.run_agreement import RunAgreement
 
 READY_PERIOD = 0.1
 """Period (s) of the check whether every subscription of the node has a publisher."""
@@ -66,6 +69,8 @@ class GraphNode(Node):
         self._rate_watch = RateWatch(late_after / 1e3 if late_after else math.inf)
         self.exit_status: int | None = None
         """Set by a node that has finished; the process then exits with this status."""
+        self.agreement: RunAgreement | None = None
+        """What the node shares with the others of its run, where it is part of one; not ready before it holds."""
         self._awaited_nodes: set[str] = set()
         self._announcements: Subscription[Any] | None = None
         self._ready = self.advertise(RUN_READY)
@@ -181,13 +186,14 @@ class GraphNode(Node):
         )
 
     def _check_ready(self) -> None:
-        """Announce the node once all inputs have had a publisher in two checks in a row.
+        """Announce the node once the plan agrees and all inputs have had a publisher in two checks in a row.
 
         Then discovery is complete on both sides. For awaited nodes that is not enough. Their announcements are latched
         and reach a subscription created now, after all others: a node discovers another's subscriptions in the order of
         their creation, so one that serves the last knows all of them.
         """
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
+        complete = complete and (self.agreement is None or self.agreement.holds)
         if complete and self._awaited_nodes:
             if self._announcements is None:
                 self._announcements = self.create_subscription(
@@ -204,6 +210,8 @@ class GraphNode(Node):
 
     def health(self) -> tuple[bytes, str]:
         """Return the diagnostic level and message of the node; classes with faults override it."""
+        if self.agreement is not None and self.agreement.problem:
+            return DiagnosticStatus.ERROR, self.agreement.problem
         if self._drops > self._thresholds.warn_dropped:
             return DiagnosticStatus.WARN, f"messages dropped, last: {self._last_drop}"
         return DiagnosticStatus.OK, "ok"

@@ -45,6 +45,8 @@ class SamplingNode(GraphNode):
 
         `depth` is the history depth, for a node outside of the control cycle; by default that of the topic.
         """
+        assert self.agreement is not None, "a node that answers samples belongs to a run"
+        self._run = self.agreement
         self.rate_hz = rate_hz
         self._join = StampJoin([one.topic.name for one in inputs], depth or CAPACITY)
         self._driver = inputs[0].topic
@@ -83,6 +85,8 @@ class SamplingNode(GraphNode):
         driving = one.topic is self._driver
 
         def receive(message: Any) -> None:
+            if not self._run.holds:
+                return
             sample = sample_of_stamp(stamp_of(message), self.rate_hz)
             if sample is None:
                 self.drop(one.topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")

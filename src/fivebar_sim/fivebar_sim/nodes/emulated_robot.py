@@ -35,6 +35,7 @@ from fivebar_description.ros.messages import MessageError, joint_state, read_fie
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.drives.commands import USAGE, execute, read_command
 from fivebar_sim.drives.configuration import load_emulation
@@ -59,6 +60,7 @@ class EmulatedRobot(GraphNode):
         super().__init__("emulated_robot")
         settings = self.declare_settings(EmulatedRobotSettings)
         self._rate_hz = settings.rate_hz
+        self._run = RunAgreement(self, self._rate_hz, {}, required=False)
         self._samples = settings.samples
         self._injections = sorted(_injection(text) for text in settings.inject)
         self._missing_nodes = set(settings.wait_for_nodes)

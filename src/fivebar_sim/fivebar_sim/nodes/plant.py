@@ -34,6 +34,7 @@ from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_sim.imu import ReadingQueue
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
@@ -67,6 +68,7 @@ class PlantNode(GraphNode):
         plant = self.declare_settings(PlantSettings)
         imu = self.declare_settings(ImuSettings, IMU_PREFIX)
         self._rate_hz = settings.rate_hz
+        self._run = RunAgreement(self, self._rate_hz, {}, required=False)
         self._samples = settings.samples
         self._lockstep = settings.mode == LOCKSTEP
         self._command_timeout = settings.command_timeout_s
@@ -123,6 +125,8 @@ class PlantNode(GraphNode):
             if time.monotonic() - self._began > self._ready_timeout:
                 missing = ", ".join(sorted(self._missing_nodes))
                 self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {missing}")
+            return
+        if not self._run.holds:
             return
         if not self._running:
             self._running = True

@@ -1,0 +1,81 @@
+"""The plan of a run as its nodes compare it: the values on which they must agree, by name, with a digest of all.
+
+Nothing here needs ROS.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from fivebar_description.parameters import load_robot
+
+DIGEST_LENGTH = 12
+
+WORKING_MODE_AT_START = "working_mode (at the start)"
+"""The first two signs of the working mode, for nodes that know only those."""
+
+HOMING = "homing (first waypoint)"
+LEAD_SAMPLES = "lead_samples (delay of the drives, where the state is estimated)"
+
+
+class RunPlan(NamedTuple):
+    """A plan as it was published: a digest of all values, and the values by name."""
+
+    digest: str
+    values: dict[str, Any]
+
+
+class Difference(NamedTuple):
+    """A value on which a node and the plan differ."""
+
+    name: str
+    here: Any
+    there: Any
+
+    def __str__(self) -> str:
+        return f"{self.name}: {_shown(self.here)} here, {_shown(self.there)} in the plan"
+
+
+def robot_value(robot: str) -> dict[str, str]:
+    """Return what stands for a robot in a plan: its file, and a digest of its parameters, which alone is compared."""
+    return {"file": robot, "content": _digest(load_robot(robot))}
+
+
+def plan_text(values: Mapping[str, Any]) -> str:
+    """Return a plan as the text of `run/plan`."""
+    return json.dumps({"digest": _digest(values), "values": values})
+
+
+def read_plan(text: str) -> RunPlan:
+    """Return the plan of a text.
+
+    Raises:
+        ValueError: it is not that of a plan.
+    """
+    content = json.loads(text)
+    if not isinstance(content, dict) or not isinstance(content.get("values"), dict):
+        raise ValueError("expected digest and values")
+    return RunPlan(str(content.get("digest", "")), content["values"])
+
+
+def difference(own: Mapping[str, Any], plan: RunPlan) -> Difference | None:
+    """Return the first value that a node and the plan both name and that is not the same in both; None for none."""
+    for name, here in json.loads(json.dumps(own)).items():
+        if name in plan.values and _compared(here) != _compared(plan.values[name]):
+            return Difference(name, here, plan.values[name])
+    return None
+
+
+def _compared(value: Any) -> Any:
+    return value["content"] if isinstance(value, dict) and "content" in value else value
+
+
+def _shown(value: Any) -> str:
+    return f"{value['file']} (content {value['content']})" if isinstance(value, dict) else str(value)
+
+
+def _digest(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:DIGEST_LENGTH]
