@@ -15,7 +15,7 @@ setup(
     maintainer_email="maintainers@example.com",
     python_requires=">=3.11",
     packages=find_packages(exclude=["tests", "tests.*"]),
-    package_data={NAME: ["py.typed", "pages/templates/*"]},
+    package_data={NAME: ["py.typed", "pages/scripts/*", "pages/templates/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),

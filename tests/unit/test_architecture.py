@@ -150,6 +150,7 @@ def test_laws_plant_and_offline_runner_need_no_ros() -> None:
 
 
 ROSDEP = {
+    "PIL": "python3-pil",
     "can": "python3-can",
     "canopen": "canopen-pip",
     "jinja2": "python3-jinja2",
@@ -161,6 +162,7 @@ ROSDEP = {
     "rosbags": "python3-rosbags-pip",
     "ruamel": "python3-ruamel.yaml",
     "scipy": "python3-scipy",
+    "tornado": "python3-tornado",
     "typer": "python3-typer",
     "yaml": "python3-yaml",
 }

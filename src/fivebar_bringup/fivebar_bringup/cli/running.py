@@ -22,7 +22,7 @@ from fivebar_bringup.cli.app import (
     progress_bar,
     verdict_of,
 )
-from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.report import write_animation, write_overlay, write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
@@ -118,16 +118,41 @@ def simulate(
 
 @app.command()
 def report(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Directory of a run.")], as_json: JsonOption = False
+    directories: Annotated[
+        list[Path], typer.Argument(metavar="DIR [OTHER]", help="Directory of a run, or of two to play together.")
+    ],
+    gif: Annotated[bool, typer.Option("--gif", help="Also write the robot's motion as animation.gif.")] = False,
+    mp4: Annotated[bool, typer.Option("--mp4", help="Also write animation.mp4, which needs ffmpeg.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
-    """Recreate figures, page and summary of the run in DIR from its bag.
+    """Recreate figures, page and summary of the run in DIR from its bag; with OTHER, a page that plays both runs.
 
-    Example: `fivebar report runs/first`
+    Example: `fivebar report runs/first --gif`
+
+    Example: `fivebar report runs/first runs/second`
     """
-    run_directory = RunDirectory(directory)
+    run_directory, *others = (RunDirectory(directory) for directory in directories)
     with input_errors():
+        if others:
+            _overlay(run_directory, others, gif or mp4, as_json)
         summary = write_report(run_directory)
+        for suffix in [name for name, wanted in (("gif", gif), ("mp4", mp4)) if wanted]:
+            path = write_animation(run_directory, suffix)
+            if not as_json:
+                Console().print(f"animation: {path}", soft_wrap=True)
     _finish(run_directory, summary, as_json)
+
+
+def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as_json: bool) -> NoReturn:
+    """Write the page of two runs, print where it is or both summaries, and exit."""
+    if len(others) > 1 or animated:
+        raise InputError("report: expected one run, or two without --gif and --mp4")
+    page, summaries = write_overlay(first, others[0])
+    if as_json:
+        print(json.dumps([summary.as_json() for summary in summaries], indent=2, allow_nan=False))
+    else:
+        Console().print(f"both runs: look at {page}", soft_wrap=True)
+    raise typer.Exit(COMPLETED if all(summary.completed for summary in summaries) else FAILED)
 
 
 @app.command()

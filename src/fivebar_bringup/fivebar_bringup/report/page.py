@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.pages.scripts import Scripts
 from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.report.summary import MotorPair, Summary
 from fivebar_bringup.report.thesis import thesis_figures
@@ -23,8 +24,8 @@ class Metric(NamedTuple):
     thesis: str | None = None
 
 
-def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture]) -> str:
-    """Return the page: outcome, metrics beside those of the thesis, figures, scenario, how to repeat the run."""
+def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture], replay: Scripts | None = None) -> str:
+    """Return the page: outcome, replay, metrics beside those of the thesis, figures, scenario, how to repeat it all."""
     return render(
         "run.html",
         title=f"{scenario.name}: {'completed' if summary.completed else 'not completed'}",
@@ -33,8 +34,26 @@ def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture])
         summary=summary,
         metrics=list(_metrics(scenario, summary)),
         pictures=pictures,
+        scripts=replay,
         commands=_commands(summary),
     )
+
+
+def overlay_page(names: tuple[str, str], runs: Sequence[tuple[Scenario, Summary]], replay: Scripts) -> str:
+    """Return the page of two runs: their common replay, and their metrics beside each other."""
+    first, second = ({metric.name: metric.value for metric in _metrics(*run)} for run in runs)
+    return render(
+        "overlay.html",
+        title=f"{names[0]} and {names[1]}",
+        setting="two runs with the same time axis · " + ", ".join(_outcome(run[1]) for run in runs),
+        names=names,
+        rows=[(name, first.get(name, "–"), second.get(name, "–")) for name in dict.fromkeys([*first, *second])],
+        scripts=replay,
+    )
+
+
+def _outcome(summary: Summary) -> str:
+    return "completed" if summary.completed else "not completed"
 
 
 def _setting(summary: Summary) -> str:

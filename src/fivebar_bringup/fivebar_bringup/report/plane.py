@@ -24,6 +24,7 @@ from fivebar_bringup.pages.style import (
 )
 from fivebar_bringup.pages.units import plain
 from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.scene import corner_times, lowest, waypoint_name
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
@@ -31,16 +32,10 @@ from fivebar_bringup.runs.bag.recording import IntArray
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Segment
 
-LOWEST = -0.045
-"""The plane is shown from this y (m) upwards, or from below the path."""
-
 FAR = "#8a93a5"
 
 GHOSTS = 6
 """Postures of the robot in the front page's picture."""
-
-CURVE_POINTS = 60
-"""Points of a segment that is no straight line in the plane."""
 
 HERO_WIDTH, HERO_HEIGHT = 14.0, 5.6
 
@@ -49,12 +44,7 @@ Posture = tuple[int, str, str]
 
 def survey_run(run: RunAnalysis) -> Map:
     """Return the map that both pictures of a run draw."""
-    return survey(run.robot, run.modes, lowest(run))
-
-
-def lowest(run: RunAnalysis) -> float:
-    """Return from which y (m) upwards a run is shown."""
-    return min(LOWEST, min(y for _, y in run.scenario.waypoints) - 0.03)
+    return survey(run.robot, run.modes, lowest(run.scenario))
 
 
 def path(run: RunAnalysis, plane: Map) -> Figure:
@@ -67,16 +57,34 @@ def path(run: RunAnalysis, plane: Map) -> Figure:
     _draw_path(axes, run, 6.5)
     draw_base(axes, run.robot)
     _name_waypoints(axes, run)
-    frame(axes, run.robot, lowest(run))
+    frame(axes, run.robot, lowest(run.scenario))
     axes.legend(handles=_legend(run), loc="center left", bbox_to_anchor=(1.01, 0.5), labelspacing=0.9)
     return figure
 
 
 def hero(run: RunAnalysis, plane: Map) -> Figure:
     """Draw the robot on its way through the locus beside torques and weight over time."""
+    figure, robot, _ = _beside_time(run)
+    _draw_crossing(robot, run, plane)
+    return figure
+
+
+def moving(run: RunAnalysis, plane: Map) -> tuple[Figure, Axes, tuple[Axes, ...]]:
+    """Draw the same without a robot; return the axes that wait for it, and those over time."""
+    figure, robot, over_time = _beside_time(run)
+    draw_map(robot, plane)
+    _draw_reference(robot, run, 2.0)
+    draw_base(robot, run.robot)
+    frame(robot, run.robot, lowest(run.scenario))
+    robot.grid(visible=False)
+    return figure, robot, over_time
+
+
+def _beside_time(run: RunAnalysis) -> tuple[Figure, Axes, tuple[Axes, ...]]:
+    """Draw torques and weight over time; return their axes after the empty ones beside them."""
     figure = new_figure(*_headline(run), HERO_HEIGHT, HERO_WIDTH)
     grid = figure.add_gridspec(2, 2, width_ratios=[1.0, 1.12], height_ratios=[2.4, 1.0])
-    _draw_crossing(figure.add_subplot(grid[:, 0]), run, plane)
+    robot = figure.add_subplot(grid[:, 0])
     torque = figure.add_subplot(grid[0, 1])
     weight = figure.add_subplot(grid[1, 1], sharex=torque)
     series = run.series
@@ -92,7 +100,7 @@ def hero(run: RunAnalysis, plane: Map) -> Figure:
     shade_zones(torque, series, run.zone_name)
     shade_zones(weight, series, None)
     torque.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
-    return figure
+    return figure, robot, (torque, weight)
 
 
 def _headline(run: RunAnalysis) -> tuple[str, str]:
@@ -135,7 +143,7 @@ def _draw_crossing(axes: Axes, run: RunAnalysis, plane: Map) -> None:
         _draw_posture(axes, run, crossed, GREEN, 1.0, 4.5)
         marks.append(Line2D([], [], color=GREEN, linewidth=3.6, label="robot on the locus"))
     draw_base(axes, run.robot)
-    frame(axes, run.robot, lowest(run))
+    frame(axes, run.robot, lowest(run.scenario))
     axes.grid(visible=False)
     axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
 
@@ -191,9 +199,7 @@ def _postures(run: RunAnalysis) -> list[Posture]:
 
 def _draw_path(axes: Axes, run: RunAnalysis, zorder: float) -> None:
     series = run.series
-    corners = np.array([run.plan.path.at(t)[:2] for t in _corner_times(run)]) * 1e3
-    axes.plot(corners[:, 0], corners[:, 1], color="white", linewidth=6.5, zorder=zorder, solid_capstyle="round")
-    axes.plot(corners[:, 0], corners[:, 1], color="#b9c0cc", linewidth=4.5, zorder=zorder + 0.1, solid_capstyle="round")
+    _draw_reference(axes, run, zorder)
     for sign, color in ((1.0, BLUE), (-1.0, VERMILION)):
         here = np.sign(series.det_a) == sign
         x = np.where(here, series.platform[:, 0], np.nan) * 1e3
@@ -201,20 +207,17 @@ def _draw_path(axes: Axes, run: RunAnalysis, zorder: float) -> None:
         axes.plot(x, y, color=color, linewidth=1.9, zorder=zorder + 0.2)
 
 
-def _corner_times(run: RunAnalysis) -> list[float]:
-    """Return the times (s) between which the reference is a straight line: its rests, and much denser on a curve."""
-    times = [0.0]
-    for segment in run.plan.path.segments:
-        count = CURVE_POINTS if isinstance(segment, JointSegment) else 1
-        times += [segment.start_time + segment.duration * step / count for step in range(1, count + 1)]
-    return times
+def _draw_reference(axes: Axes, run: RunAnalysis, zorder: float) -> None:
+    corners = np.array([run.plan.path.at(t)[:2] for t in corner_times(run.plan)]) * 1e3
+    axes.plot(corners[:, 0], corners[:, 1], color="white", linewidth=6.5, zorder=zorder, solid_capstyle="round")
+    axes.plot(corners[:, 0], corners[:, 1], color="#b9c0cc", linewidth=4.5, zorder=zorder + 0.1, solid_capstyle="round")
 
 
 def _name_waypoints(axes: Axes, run: RunAnalysis) -> None:
     for number, (x, y) in enumerate(dict.fromkeys(run.scenario.waypoints)):
         axes.plot(1e3 * x, 1e3 * y, marker="o", markersize=5, color=INK, mec="white", zorder=7.0)
         axes.annotate(
-            chr(ord("A") + number) if number < 26 else str(number),
+            waypoint_name(number),
             (1e3 * x, 1e3 * y),
             (-9 if x < 0.0 else 9, 2),
             textcoords="offset points",

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import NamedTuple
+
 from fivebar_bringup.report.analysis import RunAnalysis
-from fivebar_bringup.report.page import html_page
+from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
+from fivebar_bringup.report.page import html_page, overlay_page
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.timing import read_timing
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.results import json_text, write_results
 from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_description.strict_yaml import InputError
 
 
 def write_report(run: RunDirectory, with_page: bool = True) -> Summary:
@@ -21,19 +26,75 @@ def write_report(run: RunDirectory, with_page: bool = True) -> Summary:
         InputError: the directory does not hold a run, or cannot be written to.
         BagError: the bag cannot be read or does not hold a run of the scenario.
     """
-    scenario = run.read_scenario()
-    timing = read_timing(run.timing)
-    recording = read_bag(run.bag)
-    series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, timing)
+    recorded = _read(run)
+    summary = recorded.analysis.summary
     files = {run.summary.name: json_text(summary.as_json())}
     if not with_page:
         write_results(run.path, files, {})
         return summary
     # here, because matplotlib takes as long to load as all the rest of the command
     from fivebar_bringup.report.gallery import draw_pictures
+    from fivebar_bringup.report.replay import replay_scripts
 
-    pictures = draw_pictures(RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary))
-    files[run.page.name] = html_page(scenario, summary, pictures)
+    pictures = draw_pictures(recorded.analysis)
+    scenario = recorded.analysis.scenario
+    replay = replay_scripts([(scenario.name, *recorded)])
+    files[run.page.name] = html_page(scenario, summary, pictures, replay)
     write_results(run.path, files, {picture.name: picture.png for picture in pictures})
     return summary
+
+
+def write_overlay(first: RunDirectory, second: RunDirectory) -> tuple[Path, tuple[Summary, Summary]]:
+    """Write a page that plays two runs together into the directory of the first; return its path and both summaries.
+
+    Raises:
+        InputError: a directory does not hold a run or a run has no samples, or the page cannot be written.
+        BagError: a bag cannot be read or does not hold a run of its scenario.
+    """
+    from fivebar_bringup.report.replay import replay_scripts
+
+    names = first.path.resolve().name, second.path.resolve().name
+    runs = _read(first), _read(second)
+    replay = replay_scripts([(name, *run) for name, run in zip(names, runs, strict=True)])
+    if replay is None:
+        raise InputError(f"{first.path}, {second.path}: expected two runs with samples")
+    page = first.path / f"overlay-{names[1]}.html"
+    summaries = runs[0].analysis.summary, runs[1].analysis.summary
+    scenarios = [run.analysis.scenario for run in runs]
+    write_results(first.path, {page.name: overlay_page(names, list(zip(scenarios, summaries, strict=True)), replay)})
+    return page, summaries
+
+
+def write_animation(run: RunDirectory, suffix: str) -> Path:
+    """Write a picture of a run that moves into its directory, as `gif` or `mp4`, and return its path.
+
+    Raises:
+        InputError: the directory does not hold a run, the run has no samples, ffmpeg is missing, or the file cannot be
+            written.
+        BagError: the bag cannot be read or does not hold a run of the scenario.
+    """
+    from fivebar_bringup.report.animation import animate
+
+    analysis = _read(run).analysis
+    if not analysis.series.sample.size:
+        raise InputError(f"{run.path}: the bag holds no sample of the run, so nothing would move")
+    path = run.path / f"animation.{suffix}"
+    write_results(run.path, {path.name: animate(analysis, suffix)})
+    return path
+
+
+class _Recorded(NamedTuple):
+    """A run as read from its directory."""
+
+    analysis: RunAnalysis
+    faults: list[FaultMark]
+
+
+def _read(run: RunDirectory) -> _Recorded:
+    scenario = run.read_scenario()
+    timing = read_timing(run.timing)
+    recording = read_bag(run.bag)
+    series = read_series(recording, scenario)
+    summary = summarize(recording, series, scenario, timing)
+    analysis = RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
+    return _Recorded(analysis, fault_marks(recording, series))

@@ -51,6 +51,11 @@ FIGURES = {
 MALICE = """"><script>alert('1')</script><img src='http://evil.example/x'>&"""
 
 
+def without_scripts(page: str) -> str:
+    """The page without what its scripts and their data say."""
+    return re.sub(r"(<script[^>]*>).*?</script>", r"\1</script>", page, flags=re.DOTALL)
+
+
 class Tags(HTMLParser):
     """Collects the tags and attributes of a page."""
 
@@ -64,7 +69,7 @@ class Tags(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append(tag)
         self.attributes += attrs
-        if tag not in ("meta", "img"):
+        if tag not in ("meta", "img", "input"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -144,10 +149,10 @@ def test_the_summary_file_is_the_summary(reported: tuple[RunDirectory, Summary])
 def test_the_page_asks_nothing_of_the_network(reported: tuple[RunDirectory, Summary]) -> None:
     run, _ = reported
     page = run.page.read_text(encoding="utf-8")
-    assert not re.search(r"https?://|//[a-z]+\.|url\(|@import", page)
+    assert not re.search(r"https?://|//[a-z]+\.|url\(|@import", without_scripts(page))
     tags = Tags(page)
     assert tags.open == []
-    assert not {"script", "link", "iframe", "object", "a"} & set(tags.tags)
+    assert not {"link", "iframe", "object", "a"} & set(tags.tags)
     sources = [value for name, value in tags.attributes if name in ("src", "href", "srcset", "data")]
     assert len(sources) == len(FIGURES)
     assert all(value is not None and value.startswith("data:image/png;base64,") for value in sources)
@@ -160,7 +165,7 @@ def test_the_page_names_no_place_of_this_machine(reported: tuple[RunDirectory, S
 
 def test_the_page_says_what_came_out(reported: tuple[RunDirectory, Summary]) -> None:
     run, _ = reported
-    page = run.page.read_text(encoding="utf-8")
+    page = without_scripts(run.page.read_text(encoding="utf-8"))
     for text in ("Completed", "of order 1e-4", "segment_duration: 1.0", "fivebar simulate scenario.yaml", "figure 4.9"):
         assert text in page, text
     assert "Not completed" not in page
@@ -180,7 +185,7 @@ def test_everything_on_the_page_is_escaped(reported: tuple[RunDirectory, Summary
     scenario = load_scenario("middle").model_copy(update={"name": MALICE, "robot": MALICE})
     hostile: dict[str, Any] = {"completed": False, "controller": MALICE, "runner": MALICE, "mode": MALICE}
     changed = Summary(**{**vars(summary), **hostile, "not_completed_because": [MALICE]})
-    page = html_page(scenario, changed, [Picture(MALICE, MALICE, b"png")])
+    page = html_page(scenario, changed, [Picture(MALICE, MALICE, b"png")])  # without a replay, so without scripts
     tags = Tags(page)
     assert tags.open == []
     assert "script" not in tags.tags

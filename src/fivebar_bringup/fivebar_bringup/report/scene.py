@@ -1,0 +1,88 @@
+"""What does not move on a canvas: assembly modes, loci, path and waypoints of a robot, as plain lists in mm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fivebar_bringup.report.workspace import Map, survey
+from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.trajectory.joint_segment import JointSegment
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.parameters import FiveBar
+
+LOWEST = -0.045
+"""The plane is shown from this y (m) upwards, or from below the path."""
+
+CURVE_POINTS = 60
+"""Points of a segment that is no straight line in the plane."""
+
+MARGIN = 8.0
+"""Room (mm) beside what the legs reach."""
+
+Points = list[list[float]]
+
+
+def lowest(scenario: Scenario) -> float:
+    """Return from which y (m) upwards a run is shown."""
+    return min(LOWEST, min(y for _, y in scenario.waypoints) - 0.03)
+
+
+def corner_times(plan: Plan) -> list[float]:
+    """Return the times (s) between which the reference is a straight line: its rests, and much denser on a curve."""
+    times = [0.0]
+    for segment in plan.path.segments:
+        count = CURVE_POINTS if isinstance(segment, JointSegment) else 1
+        times += [segment.start_time + segment.duration * step / count for step in range(1, count + 1)]
+    return times
+
+
+def scene(scenario: Scenario, plan: Plan, robot: FiveBar) -> dict[str, Any]:
+    """Return bounds, regions, loci, path and waypoints (mm) in the working mode at the start."""
+    plane = survey(robot, (plan.mode1, plan.mode2), lowest(scenario))
+    axes = Figure().subplots()
+    regions = axes.contourf(plane.x, plane.y, plane.det_a, levels=[-1.1, 0.0, 1.1])
+    negative, positive = (path.to_polygons() for path in regions.get_paths())
+    legs = (robot.leg1, robot.leg2)
+    bounds = [
+        1e3 * min(leg.base_x - leg.proximal for leg in legs) - MARGIN,
+        1e3 * lowest(scenario),
+        1e3 * max(leg.base_x + leg.proximal for leg in legs) + MARGIN,
+        1e3 * max(leg.proximal + leg.distal for leg in legs),
+    ]
+    names = dict.fromkeys(scenario.waypoints)
+    return {
+        "bounds": [round(bound, 2) for bound in bounds],
+        "negative": _rounded(negative),
+        "positive": _rounded(positive),
+        "locus": _lines(plane, plane.det_a),
+        "boundary": _lines(plane, plane.reach),
+        "path": _rounded([np.array([plan.path.at(t)[:2] for t in corner_times(plan)]) * 1e3])[0],
+        "waypoints": [[waypoint_name(number), 1e3 * x, 1e3 * y] for number, (x, y) in enumerate(names)],
+    }
+
+
+def waypoint_name(number: int) -> str:
+    """Return a letter, or a number where there are more waypoints than letters."""
+    return chr(ord("A") + number) if number < 26 else str(number)
+
+
+def links(robot: FiveBar) -> dict[str, list[float]]:
+    """Return where the motors are and how long the proximal links are (mm)."""
+    legs = (robot.leg1, robot.leg2)
+    return {"base": [1e3 * leg.base_x for leg in legs], "proximal": [1e3 * leg.proximal for leg in legs]}
+
+
+def _lines(plane: Map, field: FloatArray) -> list[Points]:
+    """Return the lines on which a field on the map is zero."""
+    drawn = Figure().subplots().contour(plane.x, plane.y, field, levels=[0.0])
+    # a path may hold several lines, each of which begins with a move
+    return [line for path in drawn.get_paths() for line in _rounded(path.to_polygons(closed_only=False))]
+
+
+def _rounded(lines: Iterable[Any]) -> list[Points]:
+    return [np.round(np.asarray(line, dtype=np.float64), 2).tolist() for line in lines]
