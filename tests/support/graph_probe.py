@@ -210,7 +210,7 @@ class Probe:
             self._executor.spin_once(timeout_sec=0.01)
 
     def publish_plan(self, **values: Any) -> None:
-        """Publish the plan of a run, for which nodes wait; without values every node agrees with it."""
+        """Publish the plan of a run, which nodes compare with their own values."""
         self.publish(RUN_PLAN, String(data=plan_text(values)))
 
     def join(self, name: str, inputs: Sequence[Topic], outputs: Sequence[Topic]) -> None:
@@ -220,7 +220,6 @@ class Probe:
         outputs, too, shows in the arrival of this announcement, which is kept for latecomers, at a subscription made
         after those: a participant hears of another's subscriptions in the order in which they were made.
         """
-        self.publish_plan()
         self.advertise(*inputs)
         self.listen(*outputs)
         publishers = [self._publishers[topic.name] for topic in inputs]

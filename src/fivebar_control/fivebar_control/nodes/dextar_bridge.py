@@ -76,7 +76,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
                 f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {drives.rate_hz}, which is"
                 f" sync_period_us {drives.sync_period_us} of {settings.drives}"
             )
-        self._run = RunAgreement(self, self._rate_hz, {}, required=False)
+        self._run = RunAgreement(self, self._rate_hz, {})
         self._brake_limit = settings.brake_limit_s
         self._heartbeat_period = drives.master.heartbeat_ms / 2e3
         timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
@@ -137,7 +137,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
             return FAILURE
         if not self._run.holds:
-            self.get_logger().error(f"not activated: {self._run.problem}")
+            self.get_logger().error(f"not activated: {self._run.problem or 'run/plan has not come'}")
             return FAILURE
         if not self._session.activate(time.monotonic):
             return FAILURE

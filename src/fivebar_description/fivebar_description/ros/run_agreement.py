@@ -16,24 +16,22 @@ from fivebar_description.run_plan import RunPlan, difference, read_plan
 class RunAgreement:
     """The part of a node in its run; a node makes one after its parameters are declared.
 
-    The trajectory generator publishes the plan once, latched. Until it has come the node waits, and while a value
-    differs it refuses to answer: parameters given to one node only would otherwise go unnoticed. A new plan, of a
-    trajectory generator that was started again, is compared anew. Requested motions do not change the plan: it is what
-    the nodes were started with.
+    The trajectory generator publishes the plan once, latched. The node waits for it, and while a value differs it
+    refuses to answer: parameters given to one node only would otherwise go unnoticed. A new plan, of a trajectory
+    generator that was started again, is compared anew. Requested motions do not change the plan: it is what the nodes
+    were started with. Where nobody publishes a plan, with a node that is tried by itself, there is nothing to compare.
     """
 
-    def __init__(self, node: GraphNode, rate_hz: int, values: Mapping[str, Any], required: bool = True) -> None:
+    def __init__(self, node: GraphNode, rate_hz: int, values: Mapping[str, Any]) -> None:
         """Subscribe to the plan on behalf of a node.
 
         Args:
             node: the node.
             rate_hz: its sampling rate.
             values: its other values that the plan may hold, by their names in the plan.
-            required: whether the node waits for the plan; a robot also serves controllers that publish none.
         """
         self._node = node
         self._own = {"rate_hz": rate_hz, **values}
-        self._required = required
         self._plan: RunPlan | None = None
         self.problem = ""
         """The difference from the plan, for people; empty without one."""
@@ -43,8 +41,8 @@ class RunAgreement:
 
     @property
     def holds(self) -> bool:
-        """Whether the node may answer: the plan has come, where it is required, and agrees."""
-        return (self._plan is not None or not self._required) and not self.problem
+        """Whether the node may answer: the plan has come, where there is one, and agrees."""
+        return not self.problem and (self._plan is not None or not self._node.count_publishers(RUN_PLAN.name))
 
     @property
     def digest(self) -> str:

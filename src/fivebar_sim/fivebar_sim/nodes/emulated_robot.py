@@ -60,7 +60,7 @@ class EmulatedRobot(GraphNode):
         super().__init__("emulated_robot")
         settings = self.declare_settings(EmulatedRobotSettings)
         self._rate_hz = settings.rate_hz
-        self._run = RunAgreement(self, self._rate_hz, {}, required=False)
+        RunAgreement(self, self._rate_hz, {})
         self._samples = settings.samples
         self._injections = sorted(_injection(text) for text in settings.inject)
         self._missing_nodes = set(settings.wait_for_nodes)

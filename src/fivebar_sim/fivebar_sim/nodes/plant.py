@@ -68,7 +68,7 @@ class PlantNode(GraphNode):
         plant = self.declare_settings(PlantSettings)
         imu = self.declare_settings(ImuSettings, IMU_PREFIX)
         self._rate_hz = settings.rate_hz
-        self._run = RunAgreement(self, self._rate_hz, {}, required=False)
+        self._run = RunAgreement(self, self._rate_hz, {})
         self._samples = settings.samples
         self._lockstep = settings.mode == LOCKSTEP
         self._command_timeout = settings.command_timeout_s
