@@ -9,7 +9,7 @@ DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
 setup(
     name=NAME,
     version="0.1.0",
-    description="Simulation of the five-bar robot: a Pinocchio plant, its sensors and emulated drives.",
+    description="Simulation of the five-bar robot: Pinocchio and MuJoCo plants, their sensors and emulated drives.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
     maintainer_email="maintainers@example.com",

@@ -134,6 +134,17 @@ def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> 
         plant.advance(torque_of(sample))
 
 
+def test_the_robot_of_mujoco_goes_from_sample_to_sample_too(bench: Bench) -> None:
+    _, probe = start(bench, engine="mujoco", samples=3)
+    plant = Plant(load_robot("dextar"), START_JOINTS, RATE_HZ, PlantSettings(engine="mujoco"))
+    probe.answer(JOINT_STATES, 0)
+    for sample in range(3):
+        probe.publish(TORQUE_COMMAND, command(sample, torque_of(sample)))
+        probe.answer(JOINT_STATES, sample + 1)
+        plant.advance(torque_of(sample))
+    assert tuple(probe.got(JOINT_STATES)[-1].position) == plant.measure().position
+
+
 def test_lockstep_without_answers_is_a_fault(bench: Bench) -> None:
     # as long as a busy machine may take to answer sample 0
     process, probe = start(bench, command_timeout_s=2.0)

@@ -168,11 +168,14 @@ ROSDEP = {
 }
 """rosdep keys of modules; those of ROS packages are their names."""
 
-FROM_PIP = {"annotated_types": "pydantic", "pydantic": "pydantic", "pydantic_core": "pydantic", "mcap": "mcap"}
+FROM_PIP = {
+    "annotated_types": "pydantic",
+    "pydantic": "pydantic",
+    "pydantic_core": "pydantic",
+    "mcap": "mcap",
+    "mujoco": "mujoco",
+}
 """What has no rosdep key, or an older version behind it: the distribution on PyPI that brings it."""
-
-DEVELOPMENT = {"mujoco"}
-"""What only the benchmark uses."""
 
 
 @pytest.mark.parametrize("package", sorted(MAY_IMPORT))
@@ -181,7 +184,7 @@ def test_what_is_imported_is_declared(package: str) -> None:
     root = ElementTree.parse(SRC / package / "package.xml").getroot()
     declared = {element.text for kind in ("depend", "exec_depend") for element in root.findall(kind)}
     used = {name.split(".")[0] for path in (SRC / package / package).rglob("*.py") for name in imported(path)}
-    foreign = used - set(sys.stdlib_module_names) - DEVELOPMENT - {package}
+    foreign = used - set(sys.stdlib_module_names) - {package}
     assert {ROSDEP.get(name, name) for name in foreign - set(FROM_PIP)} <= declared
     (line,) = re.findall(r"^pip install .*", (SRC.parent / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert {FROM_PIP[name] for name in foreign & set(FROM_PIP)} <= set(re.findall(r"[a-z]+", line))

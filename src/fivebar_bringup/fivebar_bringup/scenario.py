@@ -43,6 +43,7 @@ from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.effects.mechanism import actual_robot
+from fivebar_sim.engines import check_engine
 from fivebar_sim.settings import PlantSettings, has_effects
 
 Sign = Literal[-1, 1]
@@ -347,6 +348,7 @@ def load_scenario(name_or_path: str) -> Scenario:
             )
     scenario = read_yaml(path, Scenario)
     try:
+        check_engine(scenario.plant)
         scenario.plan()
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())

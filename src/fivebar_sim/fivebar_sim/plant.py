@@ -1,6 +1,6 @@
 """The simulated five-bar: Pinocchio's closed loop with friction, integrated from sample to sample.
 
-With effects (see `fivebar_sim.effects`) their mechanism moves in its place.
+With effects (see `fivebar_sim.effects`) their mechanism moves in its place, or MuJoCo's where it is the engine.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.effects.simulation import EffectsMotion
+from fivebar_sim.engines import Motion, motion_of
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.sensors import Encoder, TorqueOutput
-from fivebar_sim.settings import PlantSettings, has_effects
+from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
@@ -72,19 +72,19 @@ class Plant:
     ) -> None:
         """Initialise the robot in a posture (q11, q12, q21, q22) in rad, at rest or with joint velocities (rad/s).
 
-        The velocities are projected onto the closed loop. With effects the robot starts at rest, where its motors'
-        encoders read the angles of the posture.
+        The velocities are projected onto the closed loop. With effects, and in MuJoCo, the robot starts at rest, where
+        its motors' encoders read the angles of the posture.
 
         Raises:
-            InputError: the posture or the velocities are malformed, or the loop is open.
+            InputError: the posture or the velocities are malformed, the loop is open, or the engine lacks an effect.
         """
         settings = settings if settings is not None else PlantSettings()
         self._robot = actual_robot(robot, settings)
         self._loop = ClosedLoop(self._robot)
-        self._effects: EffectsMotion | None = None
-        if has_effects(settings):
-            self._effects = EffectsMotion(robot, settings, rate_hz, joints)
-            self._q, self._v = self._effects.joints
+        self._motion: Motion | None = None
+        if settings.engine == MUJOCO or has_effects(settings):
+            self._motion = motion_of(robot, settings, rate_hz, joints)
+            self._q, self._v = self._motion.joints
         else:
             self._q, self._v = self._closed_posture(joints, velocities)
         period = 1.0 / rate_hz
@@ -128,8 +128,8 @@ class Plant:
 
     def seen(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return angles (rad) and velocities (rad/s) as encoders on all joints see them, before they count."""
-        if self._effects is not None:
-            return self._effects.seen
+        if self._motion is not None:
+            return self._motion.seen
         return tuple(self._q.tolist()), tuple(self._v.tolist())
 
     def truth(self) -> Measurement:
@@ -139,8 +139,8 @@ class Plant:
 
     def measure_imu(self) -> ImuReading:
         """Return the IMU reading of the current sample, under the torque applied up to it."""
-        if self._effects is not None:
-            tip = self._effects.imu_motion()
+        if self._motion is not None:
+            tip = self._motion.imu_motion()
             return self._imu.read((tip.along, tip.across), tip.rate, tip.rate_change)
         acceleration = self._acceleration(self._q, self._v)
         model, data = self._loop.model, self._loop.data
@@ -161,11 +161,11 @@ class Plant:
             PlantDiverged: the motion is too fast for an accurate integration.
         """
         self._applied = self._drives.apply(command)
-        if self._effects is not None:
-            gap = self._effects.advance(self._applied)
+        if self._motion is not None:
+            gap = self._motion.advance(self._applied)
             if math.isinf(gap):
-                raise self._diverged(self._effects.mechanism.step, gap)
-            self._q, self._v = self._effects.joints
+                raise self._diverged(self._motion.step, gap)
+            self._q, self._v = self._motion.joints
             self.closure_error = max(self.closure_error, gap)
             return
         for _ in range(self._steps):

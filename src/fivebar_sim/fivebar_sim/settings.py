@@ -20,14 +20,25 @@ InertiaScale = Annotated[float, Setting("Factor on the legs' inertias.", at_leas
 FrictionScale = Annotated[float, Setting("Factor on the motors' friction.", at_least=0.0, at_most=1e3)]
 
 
+PINOCCHIO, MUJOCO = "pinocchio", "mujoco"
+
+
 class PlantSettings(NamedTuple):
     """How the simulated robot differs from its parameter file, and the properties of its encoders and drives.
 
     With encoder counts, positions are rounded down to a count and velocities are differences of two samples. The seed
     is that of all random streams, one per sensor. The sections within are effects, each off by default; what one of
-    them says replaces Pinocchio's rigid robot by the mechanism of `fivebar_sim.effects`.
+    them says replaces Pinocchio's rigid robot by the mechanism of `fivebar_sim.effects`. The engine `mujoco` has its
+    own dynamics of both: see [plants](plants.md).
     """
 
+    engine: Annotated[
+        str,
+        Setting(
+            "What simulates the mechanism: Pinocchio, or this project's equations where there are effects; or MuJoCo.",
+            choices=(PINOCCHIO, MUJOCO),
+        ),
+    ] = PINOCCHIO
     mass_scale: MassScale = 1.0
     inertia_scale: InertiaScale = 1.0
     friction_scale: FrictionScale = 1.0

@@ -1,4 +1,4 @@
-"""Effects of the simulated robot: energies, limits and laws that their equations must keep, and MuJoCo's opinion."""
+"""Effects of the simulated robot: energies, limits and laws that their equations must keep."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mujoco_robot import MujocoRobot
 from scipy.integrate import simpson
 
 from fivebar_control.model.geometry import inverse_geometry
@@ -391,35 +390,3 @@ def test_lost_commands_follow_the_seed_within_their_time() -> None:
 def test_effects_that_contradict_each_other_are_refused(effects: Any, words: str, dextar: FiveBar) -> None:
     with pytest.raises(InputError, match=words):
         Plant(dextar, home(dextar), RATE, PlantSettings(**effects))
-
-
-@pytest.mark.parametrize(
-    "effects",
-    [
-        {"transmission": Transmission(60.0, 0.04, 0.7)},
-        {"friction": FrictionEffects(passive=0.05)},
-        {"platform_joint": COMPLIANT},
-        {"tilt": Tilt(0.2, -1.0), "links": LinkErrors(distal_inertia=2e-3)},
-    ],
-    ids=["transmission", "passive friction", "loop", "tilt and inertia"],
-)
-def test_mujoco_moves_the_same_robot_alike(effects: dict[str, Any], dextar: FiveBar) -> None:
-    """Another simulator, with its own solver and a step of 50 us, for 0.2 s through the locus under constant torque."""
-    smooth = FiveBar(dextar.leg1._replace(width=0.5), dextar.leg2._replace(width=0.5), dextar.mass)
-    plant = frictionless(**effects)
-    torques = (0.6, -0.45)
-    mechanism = mechanism_of(smooth, plant, RATE)
-    state = started(mechanism, *home(smooth)).state
-    plain = mechanism_of(smooth, frictionless(push=Push(start=1e6)), RATE)
-    without = started(plain, *home(smooth)).state
-    other = MujocoRobot(smooth, plant, home(smooth))
-    found, wanted, ideal = [], [], []
-    for number, joints in enumerate(other.moved(torques, 0.2, 1.0 / RATE)):
-        state = advanced(mechanism, state, number, *torques).state
-        without = advanced(plain, without, number, *torques).state
-        found.append(joints_of(state)[:4])
-        ideal.append(joints_of(without)[:4])
-        wanted.append(joints)
-    apart = np.abs(np.array(found) - wanted).max()
-    assert apart < 1e-4
-    assert np.abs(np.array(ideal) - wanted).max() > 20.0 * apart

@@ -18,7 +18,7 @@ from fivebar_description.settings import sections
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, load_yaml, validate, yaml_text
 from fivebar_sim.drives.configuration import EmulationFile
-from fivebar_sim.settings import PlantSettings, has_effects
+from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 
 SHIPPED = "dextar_emulated.yaml"
 TORQUE_STEPS = 1000
@@ -75,9 +75,9 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
         "inertia_scale": plant.inertia_scale,
         "friction_scale": plant.friction_scale,
     }
-    if has_effects(plant):
+    if has_effects(plant) or plant.engine == MUJOCO:
         content = scenario.model_dump(mode="json")["plant"]
-        emulation["effects"] = {name: content[name] for name in ("seed", *sections(PlantSettings))}
+        emulation["effects"] = {name: content[name] for name in ("engine", "seed", *sections(PlantSettings))}
     drives |= common | {
         "name": scenario.name,
         "gather_deadline_us": int(GATHER_FRACTION * period_us),

@@ -21,12 +21,13 @@ from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
+from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.imu import gyro_errors, gyro_stream, lost_readings
 from fivebar_sim.plant import MAX_STEP
-from fivebar_sim.settings import PlantSettings, has_effects, without_effects
+from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects, without_effects
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -126,7 +127,15 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     """Return a scenario's case; `actual` replaces the robot that its section `plant` describes.
 
     Of the section `imu` only the gyroscope is used: no controller reads the accelerometer.
+
+    Raises:
+        InputError: the robot is MuJoCo's, which cannot be compiled.
     """
+    if scenario.plant.engine == MUJOCO:
+        raise InputError(
+            f"{scenario.name}: plant.engine: mujoco cannot be compiled: expected pinocchio here; fivebar run, simulate"
+            " and compare take it"
+        )
     control = cycle_settings(scenario)
     plant, nominal = scenario.plant, control.robot
     if actual is None:

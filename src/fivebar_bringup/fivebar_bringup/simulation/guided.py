@@ -25,7 +25,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.simulation import EffectsMotion
+from fivebar_sim.engines import motion_of
 from fivebar_sim.imu import Imu, ImuReading, ReadingQueue
 from fivebar_sim.sensors import Encoder
 
@@ -57,7 +57,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
         InputError: the robot moves faster than it can be simulated.
     """
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
-    motion = EffectsMotion(scenario.five_bar(), scenario.plant, rate_hz, initial_joints(scenario))
+    motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, initial_joints(scenario))
     imu = Imu(scenario.imu, rate_hz, scenario.plant.seed)
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     counts = scenario.plant.encoder_counts

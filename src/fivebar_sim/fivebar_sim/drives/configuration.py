@@ -13,7 +13,7 @@ from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
 
-NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name != "seed")
+NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name not in ("engine", "seed"))
 """Settings of a plant that have keys of their own here, or that the drives have."""
 
 Four = Annotated[tuple[float, float, float, float], Field(strict=False)]
@@ -45,7 +45,8 @@ class EmulationFile(StrictModel):
         initial_joints: its posture at the start: q11, q12, q21, q22 in rad, of a closed loop.
         sync_period_us: time by which the robot moves on with every SYNC.
         mass_scale, inertia_scale, friction_scale: how the robot differs from its parameter file.
-        effects: the robot's effects, and the seed of what is random in them; times count from the first SYNC.
+        effects: the robot's effects, what simulates them, and the seed of what is random in them; times count from the
+            first SYNC.
     """
 
     name: Annotated[str, Field(min_length=1)]

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from fivebar_description.imu import STANDARD_GRAVITY
-from fivebar_description.settings import Setting
+from fivebar_description.settings import Setting, as_numbers
 from fivebar_sim.effects.platform_joint import Force
 
 PLANE, LOCUS = "plane", "locus"
@@ -64,6 +64,11 @@ def weight_of(tilt: Tilt) -> Force:
     """Return the part of gravity in the robot's plane, per mass (N/kg)."""
     along = STANDARD_GRAVITY * math.sin(tilt.angle)
     return Force(along * math.cos(tilt.heading), along * math.sin(tilt.heading))
+
+
+def held(x: float, y: float) -> Push:
+    """Return a force (N) that never ends, as numbers."""
+    return as_numbers(Push(math.hypot(x, y), math.atan2(y, x), PLANE, 0.0, math.inf))
 
 
 def push_at(push: Push, time: float, distal_x: float, distal_y: float) -> Force:

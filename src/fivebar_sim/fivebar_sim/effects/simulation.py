@@ -9,15 +9,30 @@ import numpy as np
 
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
-from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.loads import PLANE, Push
-from fivebar_sim.effects.mechanism import mechanism_of
-from fivebar_sim.effects.motion import ImuMotion, advanced, imu_motion, joints_of, joints_seen, started
+from fivebar_sim.effects.loads import held
+from fivebar_sim.effects.mechanism import Mechanism, mechanism_of
+from fivebar_sim.effects.motion import ImuMotion, MechanismState, advanced, imu_motion, joints_of, joints_seen, started
 from fivebar_sim.settings import PlantSettings
 
 POSTURE_TOLERANCE = 1e-9
 """Largest closure gap (m) in the initial posture."""
+
+
+def started_at(mechanism: Mechanism, joints: Sequence[float]) -> MechanismState:
+    """Return the robot at rest where its motors' encoders read those of a posture (rad).
+
+    Raises:
+        InputError: the posture is malformed, or its legs cannot meet.
+    """
+    if len(joints) != 4 or not all(map(math.isfinite, joints)):
+        raise InputError(f"initial_joints: {list(joints)}: expected four finite angles in rad")
+    start = started(mechanism, *map(float, joints))
+    if not start.gap <= POSTURE_TOLERANCE:
+        raise InputError(
+            f"initial_joints: {list(joints)}: with the actual lengths the legs do not meet where the motors are"
+        )
+    return start.state
 
 
 class EffectsMotion:
@@ -30,15 +45,13 @@ class EffectsMotion:
             InputError: the posture is malformed, its legs cannot meet, or effects contradict each other.
         """
         self.mechanism = mechanism_of(robot, settings, rate_hz)
-        if len(joints) != 4 or not all(map(math.isfinite, joints)):
-            raise InputError(f"initial_joints: {list(joints)}: expected four finite angles in rad")
-        start = started(self.mechanism, *map(float, joints))
-        if not start.gap <= POSTURE_TOLERANCE:
-            raise InputError(
-                f"initial_joints: {list(joints)}: with the actual lengths the legs do not meet where the motors are"
-            )
-        self._state = start.state
+        self._state = started_at(self.mechanism, joints)
         self._number = 0
+
+    @property
+    def step(self) -> float:
+        """The integration step (s)."""
+        return self.mechanism.step
 
     @property
     def joints(self) -> tuple[Vector, Vector]:
@@ -62,8 +75,7 @@ class EffectsMotion:
 
     def hold(self, x: float, y: float) -> None:
         """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""
-        push = Push(math.hypot(x, y), math.atan2(y, x), PLANE, 0.0, math.inf)
-        self.mechanism = self.mechanism._replace(push=as_numbers(push))
+        self.mechanism = self.mechanism._replace(push=held(x, y))
 
     def imu_motion(self) -> ImuMotion:
         """Return the motion of the link that carries the IMU."""

@@ -11,44 +11,11 @@ import mujoco
 
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
+from fivebar_sim.mujoco_model import mjcf_text
+from fivebar_sim.settings import PlantSettings
 
 STEP = 1e-3
 """s, with the integrator RK4."""
-
-TINY_INERTIA = 1e-12
-"""kg m^2. MuJoCo refuses bodies without inertia where the reduced model has none: 1e-10 of the motors'."""
-
-TINY_MASS = 1e-9
-"""kg, of the proximal links: their inertia about the motor axis is the joint's armature."""
-
-STIFF = 'solref="0.002 1" solimp="0.9999 0.9999 0.001 0.5 2"'
-"""The equality at the shortest time constant that MuJoCo takes at this step, nearly rigid: the loop is then closed to
-some 1e-8 m, and the step costs no more than with MuJoCo's softer defaults, which leave it open by 0.4 mm."""
-
-
-def mjcf_text(robot: FiveBar) -> str:
-    """Return the mechanism as MJCF: two planar chains, each with half of the platform's mass, joined at their tips."""
-    chains = "".join(
-        f"""
-    <body pos="{leg.base_x!r} 0 0">
-      <joint name="q{number}1" axis="0 0 1" armature="{leg.inertia!r}"/>
-      <inertial pos="0 0 0" mass="{TINY_MASS}" diaginertia="{TINY_INERTIA} {TINY_INERTIA} {TINY_INERTIA}"/>
-      <body pos="{leg.proximal!r} 0 0">
-        <joint name="q{number}2" axis="0 0 1"/>
-        <inertial pos="{leg.distal!r} 0 0" mass="{robot.mass / 2.0!r}"
-                  diaginertia="{TINY_INERTIA} {TINY_INERTIA} {TINY_INERTIA}"/>
-        <site name="tip_{number}" pos="{leg.distal!r} 0 0"/>
-      </body>
-    </body>"""
-        for number, leg in enumerate((robot.leg1, robot.leg2), start=1)
-    )
-    return f"""<mujoco>
-  <option timestep="{STEP}" integrator="RK4" gravity="0 0 0"><flag contact="disable"/></option>
-  <worldbody>{chains}
-  </worldbody>
-  <equality><connect site1="tip_1" site2="tip_2" {STIFF}/></equality>
-</mujoco>
-"""
 
 
 class MujocoFiveBar:
@@ -56,7 +23,7 @@ class MujocoFiveBar:
 
     def __init__(self, robot: FiveBar, start: State) -> None:
         """Build the model and put it into a state."""
-        self._model: Any = mujoco.MjModel.from_xml_string(mjcf_text(robot))
+        self._model: Any = mujoco.MjModel.from_xml_string(mjcf_text(robot, PlantSettings(), STEP))
         self._data: Any = mujoco.MjData(self._model)
         one, two = start.leg1, start.leg2
         self._position = (one.q1, one.q2, two.q1, two.q2)

@@ -26,7 +26,7 @@ class Rig(NamedTuple):
     Attributes:
         name: as in `--rigs`.
         words: description for a person.
-        plant: section `plant` of its scenarios, without torque limit and seed, which are the given scenario's.
+        plant: section `plant` of its scenarios, without engine, torque limit and seed, which are the given scenario's.
         estimator: section `estimator`.
         gains: sections with gains that replace those of the given scenario key by key.
     """
@@ -79,7 +79,7 @@ def on_rig(scenario: Scenario, name: str) -> dict[str, Any]:
     if name == AS_GIVEN:
         return content
     rig = RIGS[name]
-    kept = {key: content["plant"][key] for key in ("torque_limit", "seed")}
+    kept = {key: content["plant"][key] for key in ("engine", "torque_limit", "seed")}
     content |= {"plant": {**kept, **rig.plant}, "estimator": rig.estimator}
     for section, gains in rig.gains.items():
         content[section] |= gains

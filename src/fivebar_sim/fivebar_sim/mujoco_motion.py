@@ -1,0 +1,169 @@
+"""The robot in MuJoCo from sample to sample: a second plant, whose dynamics are not this project's equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from fivebar_description.closed_loop import Vector
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.effects.encoders import seen
+from fivebar_sim.effects.friction import Curve, friction
+from fivebar_sim.effects.loads import held, push_at
+from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
+from fivebar_sim.effects.motion import ImuMotion
+from fivebar_sim.effects.motors import current_after, motor_torque
+from fivebar_sim.effects.simulation import started_at
+from fivebar_sim.effects.transmission import transmitted
+from fivebar_sim.mujoco_model import mjcf_text
+from fivebar_sim.settings import PlantSettings
+
+MAX_STEP = 1e-4
+"""Longest integration step (s)."""
+
+MAX_GAP, MAX_STRETCH = 1e-4, 0.01
+"""Gap (m) between the tips beyond which the simulation has diverged: of a rigid loop, and of an elastic one."""
+
+LINKS = ("q11", "q12", "q21", "q22")
+
+
+class MujocoMotion:
+    """The mechanism of some settings, from sample to sample.
+
+    MuJoCo has the bodies, the springs of transmissions and loop, viscous friction, weight, and the closed loop as an
+    equality constraint; it integrates by classical Runge-Kutta. What it has not is applied to it as forces, held over
+    a step at their values in its middle: the motors' torque, friction by the robot file's tanh and the Stribeck curve,
+    the dampers of flanks that touch, and a push.
+    """
+
+    def __init__(self, robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Sequence[float]) -> None:
+        """Put the robot where its motors' encoders read those of a posture (rad).
+
+        Raises:
+            InputError: the posture is malformed, its legs cannot meet, or effects contradict each other.
+        """
+        self.mechanism: Mechanism = mechanism_of(robot, settings, rate_hz)
+        steps = math.ceil(self.mechanism.period / min(MAX_STEP, longest_step(self.mechanism)) - 1e-9)
+        self.step = self.mechanism.period / steps
+        """s, of the integration."""
+        self._steps = steps
+        self._model: Any = mujoco.MjModel.from_xml_string(mjcf_text(robot, settings, self.step))
+        self._data: Any = mujoco.MjData(self._model)
+        self._links = [self._address(name) for name in LINKS]
+        self._motors = [self._address(name) for name in (("m1", "m2") if self.mechanism.elastic else ("q11", "q21"))]
+        self._distal = [self._model.body(name).id for name in ("distal_1", "distal_2")]
+        self._arms = [
+            leg.distal - float(self._model.body_ipos[body][0])
+            for leg, body in zip((self.mechanism.leg1, self.mechanism.leg2), self._distal, strict=True)
+        ]
+        self._sites = [self._model.site(name).id for name in ("tip_1", "tip_2")]
+        self._dry = [_dry(leg.motor_friction) for leg in (self.mechanism.leg1, self.mechanism.leg2)]
+        self._currents = [0.0, 0.0]
+        self._number = 0
+        at = started_at(self.mechanism, joints).at
+        q = self._data.qpos
+        q[self._links] = at.link1, at.distal1 - at.link1, at.link2, at.distal2 - at.link2
+        q[self._motors] = at.rotor1, at.rotor2
+        self._apply(self._currents, 0.0, 0.0)
+        mujoco.mj_forward(self._model, self._data)
+
+    def _address(self, name: str) -> int:
+        return int(self._model.joint(name).qposadr[0])
+
+    @property
+    def joints(self) -> tuple[Vector, Vector]:
+        """The actual angles (rad) and rates (rad/s) of the four joints, each (4,)."""
+        return self._data.qpos[self._links], self._data.qvel[self._links]
+
+    @property
+    def seen(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The same as encoders see them, the motors' on the rotors."""
+        (_, q12, _, q22), (_, v12, _, v22) = (values.tolist() for values in self.joints)
+        angle1, angle2 = self._data.qpos[self._motors].tolist()
+        speed1, speed2 = self._data.qvel[self._motors].tolist()
+        one = seen(self.mechanism.leg1.disc, angle1, speed1)
+        two = seen(self.mechanism.leg2.disc, angle2, speed2)
+        return (one.angle, q12, two.angle, q22), (one.speed, v12, two.speed, v22)
+
+    def advance(self, applied: tuple[float, float]) -> float:
+        """Move on by a sample under applied torques (Nm); return the loop's gap (m), infinite where that cannot be."""
+        begin, h, band = self._number * self.mechanism.period, self.step, self.mechanism.bandwidth
+        before = self._currents
+        for number in range(self._steps):
+            middle = (number + 0.5) * h
+            currents = [current_after(one, wanted, band, middle) for one, wanted in zip(before, applied, strict=True)]
+            self._apply(currents, begin + middle, 0.5 * h)
+            mujoco.mj_step(self._model, self._data)
+        period = self.mechanism.period
+        self._currents = [current_after(one, wanted, band, period) for one, wanted in zip(before, applied, strict=True)]
+        self._number += 1
+        self._apply(self._currents, begin + period, 0.0)
+        mujoco.mj_forward(self._model, self._data)
+        one, two = self._data.site_xpos[self._sites].tolist()
+        gap = math.dist(one, two)
+        return gap if gap <= (MAX_STRETCH if self.mechanism.compliant else MAX_GAP) else math.inf
+
+    def hold(self, x: float, y: float) -> None:
+        """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""
+        self.mechanism = self.mechanism._replace(push=held(x, y))
+        self._data.xfrc_applied[:] = 0.0
+
+    def imu_motion(self) -> ImuMotion:
+        """Return the motion of the link that carries the IMU."""
+        mujoco.mj_rnePostConstraint(self._model, self._data)
+        motion, (_, tip) = np.zeros(6), self._sites
+        mujoco.mj_objectAcceleration(self._model, self._data, mujoco.mjtObj.mjOBJ_SITE, tip, motion, 1)
+        _, _, rate_change, along, across, _ = motion.tolist()
+        _, _, link, elbow = self._data.qvel[self._links].tolist()
+        return ImuMotion(along, across, link + elbow, rate_change)
+
+    def energy(self) -> float:
+        """Return the energy (J) of motion, and in springs and weight."""
+        mujoco.mj_energyPos(self._model, self._data)
+        mujoco.mj_energyVel(self._model, self._data)
+        return float(self._data.energy.sum())
+
+    def _apply(self, currents: Sequence[float], time: float, ahead: float) -> None:
+        """Apply what MuJoCo has not, at a time (s) after sample 0, which is ahead (s) of the state."""
+        mechanism, data = self.mechanism, self._data
+        rates = data.qvel + ahead * data.qacc
+        places = data.qpos + ahead * data.qvel
+        force = np.zeros_like(rates)
+        q11, q12, q21, q22 = self._links
+        for leg, dry, current, motor, link in zip(
+            (mechanism.leg1, mechanism.leg2), self._dry, currents, self._motors, (q11, q21), strict=True
+        ):
+            force[motor] += motor_torque(leg.motor, current, places[motor]) - friction(dry, 0.0, rates[motor])
+            if mechanism.half_play > 0.0:
+                twist, rate = places[motor] - places[link], rates[motor] - rates[link]
+                spring = transmitted(leg.stiffness, 0.0, mechanism.half_play, twist, 0.0)
+                flank = transmitted(leg.stiffness, leg.damping, mechanism.half_play, twist, rate) - spring
+                force[motor] -= flank
+                force[link] += flank
+        if mechanism.platform_friction.coulomb > 0.0:
+            force[q12] -= friction(mechanism.leg1.elbow_friction, 0.0, rates[q12])
+            force[q22] -= friction(mechanism.leg2.elbow_friction, 0.0, rates[q22])
+            between = friction(mechanism.platform_friction, 0.0, rates[q11] + rates[q12] - rates[q21] - rates[q22])
+            # on one distal link against the other, each against the world through both its joints
+            force[[q11, q12]] -= between
+            force[[q21, q22]] += between
+        data.qfrc_applied[:] = force
+        if mechanism.push.force > 0.0:
+            self._push(places, time)
+
+    def _push(self, places: Vector, time: float) -> None:
+        theta = [float(places[one] + places[two]) for one, two in zip(self._links[::2], self._links[1::2], strict=True)]
+        push = push_at(self.mechanism.push, time, math.cos(theta[0]), math.sin(theta[0]))
+        for body, angle, arm in zip(self._distal, theta, self._arms, strict=True):
+            # half of it on each tip, as a force at the centre of mass and a torque
+            torque = 0.5 * arm * (math.cos(angle) * push.y - math.sin(angle) * push.x)
+            self._data.xfrc_applied[body] = 0.5 * push.x, 0.5 * push.y, 0.0, 0.0, 0.0, torque
+
+
+def _dry(curve: Curve) -> Curve:
+    """Return a curve without its viscous term, which is MuJoCo's."""
+    return curve._replace(viscous=0.0)

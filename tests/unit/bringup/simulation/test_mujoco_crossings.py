@@ -1,0 +1,108 @@
+"""Crossings of MuJoCo's robot against those of the plant that this project has otherwise."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from engine_agreement import changed
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import case_of
+from fivebar_bringup.simulation.offline import simulate
+from fivebar_bringup.studies.compare.rigs import RIG_NAMES, on_rig
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.settings import sections
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.settings import MUJOCO, PINOCCHIO, PlantSettings
+
+EFFECTS: dict[str, dict[str, Any]] = {
+    "links": {"l_11": 2e-5, "l_12": -1e-5, "l_21": -1e-5, "l_22": 2e-5, "base_2": 1e-5, "distal_inertia": -7e-5},
+    "friction": {"stribeck": 1.3, "viscous": 0.02, "passive": 0.005},
+    "motors": {"constant_1": 0.05, "constant_2": -0.05, "ripple": 0.05, "cogging": 0.05, "current_loop_hz": 300.0},
+    "transmission": {"frequency": 80.0},
+    "platform_joint": {"stiffness": 3e5},
+    "encoders": {"zero_1": 5e-5, "zero_2": -5e-5, "eccentricity": 2e-4},
+    "tilt": {"angle": 0.03, "heading": 1.0, "leg_moment": 0.03},
+    "push": {"force": 0.7, "heading": 0.7, "along": "locus", "start": 0.2, "length": 0.05},
+    "bus": {"lost_commands": 40, "lost_within": 0.4},
+}
+
+
+class Crossing(NamedTuple):
+    """Platform (m) and commanded torques (Nm) of each sample, both [samples, 2], and the IMU's readings."""
+
+    path: Any
+    torque: Any
+    imu: Any
+
+
+def crossing(scenario: Scenario) -> Crossing:
+    run, robot = simulate(scenario), scenario.actual_robot()
+    assert run.faults == []
+    states = [state_from_joints(robot, *sample.exact.position, *sample.exact.velocity) for sample in run.samples]
+    readings = [sample.imu[0].reading for sample in run.samples]
+    return Crossing(
+        np.array([(state.x, state.y) for state in states]),
+        np.array([sample.command for sample in run.samples]),
+        np.array([(*one.acceleration, *one.angular_velocity) for one in readings]),
+    )
+
+
+def apart(one: Any, other: Any) -> float:
+    return float(np.abs(one - other).max())
+
+
+def short(engine: str, effects: dict[str, Any]) -> Scenario:
+    """One segment, through the locus."""
+    common: dict[str, Any] = {"controller": "unified", "segment_duration": 0.4, "waypoints": [[0.0, 0.15], [0.0, 0.02]]}
+    return changed("middle", {"engine": engine, **effects, "seed": 5}, **common)
+
+
+@cache
+def ideal() -> Crossing:
+    return crossing(short(PINOCCHIO, {}))
+
+
+def test_the_middle_crossing_is_that_of_pinocchio() -> None:
+    ours, other = (crossing(changed("middle", {"engine": engine})) for engine in (PINOCCHIO, MUJOCO))
+    assert 0.0 < apart(ours.path, other.path) < 1.3e-6
+    assert apart(ours.torque, other.torque) < 1e-3
+    assert apart(ours.imu, other.imu) < 0.05
+
+
+def test_every_effect_is_here() -> None:
+    assert EFFECTS.keys() == sections(PlantSettings).keys()
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_each_effect_has_the_size_that_it_has_there(effect: str) -> None:
+    ours, other = (crossing(short(engine, {effect: EFFECTS[effect]})) for engine in (PINOCCHIO, MUJOCO))
+    size, torque = apart(ours.path, ideal().path), apart(ours.torque, ideal().torque)
+    assert size > 5e-6
+    assert apart(ours.path, other.path) < 0.05 * size
+    assert apart(ours.torque, other.torque) < 0.05 * torque
+
+
+def test_the_compiled_engine_refuses_it() -> None:
+    with pytest.raises(InputError, match=r"middle: plant\.engine: mujoco cannot be compiled: expected pinocchio here"):
+        case_of(changed("middle", {"engine": MUJOCO}))
+
+
+def test_a_comparison_keeps_it_on_every_rig() -> None:
+    scenario = changed("middle", {"engine": MUJOCO})
+    assert {on_rig(scenario, name)["plant"]["engine"] for name in RIG_NAMES} == {MUJOCO}
+
+
+def test_a_scenario_with_what_it_lacks_is_refused_in_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(short(MUJOCO, {"friction": {"presliding": 1e-3}}).to_yaml(), encoding="utf-8")
+    done = CliRunner().invoke(app, ["simulate", str(file), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "plant.friction.presliding: 0.001: MuJoCo has no friction with bristles" in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,146 @@
+"""MuJoCo as the plant: the same robot by other dynamics, which keep energy, converge and lack some effects."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.closed_loop import Vector
+from fivebar_description.parameters import FiveBar
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim import mujoco_motion
+from fivebar_sim.effects.friction import FrictionEffects
+from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.loads import Tilt
+from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.simulation import EffectsMotion
+from fivebar_sim.effects.transmission import Transmission
+from fivebar_sim.engines import Motion, motion_of
+from fivebar_sim.mujoco_model import links_of
+from fivebar_sim.mujoco_motion import MujocoMotion
+from fivebar_sim.plant import Plant, PlantDiverged
+from fivebar_sim.settings import MUJOCO, PlantSettings
+
+RATE = 500
+SAMPLES = 100
+SPRINGS: dict[str, Any] = {
+    "transmission": Transmission(60.0, 0.0, 0.7),
+    "platform_joint": PlatformJoint(3e5, 0.0),
+    "tilt": Tilt(0.3, -1.0, 0.03),
+    "links": LinkErrors(distal_inertia=-7e-5),
+}
+
+
+def home(robot: FiveBar) -> tuple[float, ...]:
+    return tuple(inverse_geometry(robot, 1, -1, 0.0, 0.13))
+
+
+def places(motion: Motion, torque: float, samples: int = SAMPLES) -> Vector:
+    """The joints after each sample under torques that drive the platform through the locus."""
+    found = []
+    for _ in range(samples):
+        assert math.isfinite(motion.advance((torque, -0.75 * torque)))
+        found.append(motion.joints[0])
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("effects", "share"),
+    [
+        ({"transmission": Transmission(60.0, 0.04, 0.7)}, 1e-3),
+        # flanks that bounce: both plants converge with the step alone, not with its square
+        ({"transmission": Transmission(250.0, 0.04, 0.7, 2e-3)}, 0.05),
+        ({"friction": FrictionEffects(passive=0.05)}, 1e-3),
+        ({"platform_joint": PlatformJoint(3e5, 0.05)}, 2e-3),
+        ({"tilt": Tilt(0.2, -1.0, 0.03), "links": LinkErrors(distal_inertia=2e-3)}, 1e-6),
+        ({"tilt": Tilt(0.2, -1.0, 0.03), "links": LinkErrors(distal_inertia=-5e-4)}, 1e-6),
+    ],
+    ids=["transmission", "backlash", "passive friction", "loop", "tilt and inertia", "tilt and a slender link"],
+)
+def test_it_moves_the_same_robot_alike(effects: dict[str, Any], share: float, dextar: FiveBar) -> None:
+    """Through the locus under constant torque, where nothing corrects what differs, to a share of the effect's size."""
+    smooth = FiveBar(dextar.leg1._replace(width=0.5), dextar.leg2._replace(width=0.5), dextar.mass)
+    plant = PlantSettings(friction_scale=0.0, **effects)
+    found = places(MujocoMotion(smooth, plant, RATE, home(smooth)), 0.6)
+    wanted = places(EffectsMotion(smooth, plant, RATE, home(smooth)), 0.6)
+    ideal = places(EffectsMotion(smooth, PlantSettings(friction_scale=0.0), RATE, home(smooth)), 0.6)
+    assert np.abs(found - wanted).max() < share * np.abs(ideal - wanted).max()
+
+
+def test_it_keeps_the_energy_of_a_robot_with_springs_on_a_slope(dextar: FiveBar) -> None:
+    free = FiveBar(dextar.leg1._replace(offset=0.0), dextar.leg2._replace(offset=0.0), dextar.mass)
+    motion = MujocoMotion(free, PlantSettings(friction_scale=0.0, **SPRINGS), RATE, home(free))
+    begin = motion.energy()
+    energies = []
+    for _ in range(SAMPLES):
+        assert math.isfinite(motion.advance((0.0, 0.0)))
+        energies.append(motion.energy() - begin)
+    assert np.ptp(motion.joints[1]) > 1.0
+    assert np.abs(energies).max() < 1e-9
+
+
+def test_it_converges_with_the_square_of_the_step(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With friction, which is held over a step at its value in the middle."""
+    found = []
+    for step in (2e-4, 1e-4, 3e-5):
+        monkeypatch.setattr(mujoco_motion, "MAX_STEP", step)
+        found.append(places(MujocoMotion(dextar, PlantSettings(**SPRINGS), RATE, home(dextar)), 1.2, 50))
+    coarse, fine = (np.abs(one - found[2]).max() for one in found[:2])
+    assert fine < 1e-4
+    assert fine < 0.35 * coarse
+
+
+def test_a_slender_link_has_the_mass_matrix_that_the_parameters_say(dextar: FiveBar) -> None:
+    """What the equations of this project have, from bodies of positive mass and inertia."""
+    leg, tip_mass, extra, moment = dextar.leg1, 0.5 * dextar.mass, -7e-5, 0.03
+    proximal, distal = links_of(leg, leg.inertia, tip_mass, extra, moment)
+    assert min(*proximal[::2], *distal[::2]) > 0.0
+    at_elbow = distal.mass * leg.proximal**2 + proximal.inertia + proximal.mass * proximal.place**2
+    assert at_elbow == pytest.approx(leg.inertia + tip_mass * leg.proximal**2, rel=1e-12)
+    assert distal.mass * distal.place == pytest.approx(tip_mass * leg.distal, rel=1e-12)
+    assert distal.inertia + distal.mass * distal.place**2 == pytest.approx(tip_mass * leg.distal**2 + extra, rel=1e-12)
+    weight = proximal.mass * proximal.place + distal.mass * leg.proximal
+    assert weight == pytest.approx(moment + tip_mass * leg.proximal, rel=1e-12)
+    with pytest.raises(InputError, match=r"plant\.links.distal_inertia: -0.002 kg m.2 leaves a leg without"):
+        links_of(leg, leg.inertia, tip_mass, -2e-3, moment)
+
+
+@pytest.mark.parametrize(
+    ("effects", "words"),
+    [
+        ({"friction": FrictionEffects(presliding=1e-3)}, "plant.friction.presliding: 0.001: MuJoCo has no friction w"),
+        ({"platform_joint": PlatformJoint(1e6, clearance=1e-5)}, "plant.platform_joint.clearance: 1e-05: MuJoCo has n"),
+    ],
+)
+def test_what_it_lacks_is_refused(effects: Any, words: str, dextar: FiveBar) -> None:
+    with pytest.raises(InputError, match=words):
+        Plant(dextar, home(dextar), RATE, PlantSettings(engine=MUJOCO, **effects))
+    Plant(dextar, home(dextar), RATE, PlantSettings(**effects))
+
+
+def test_without_its_module_it_is_refused(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"plant\.engine: mujoco is not installed: expected pinocchio, or pip install"):
+        motion_of(dextar, PlantSettings(engine=MUJOCO), RATE, home(dextar))
+
+
+def test_a_loop_that_comes_apart_is_a_fault(dextar: FiveBar) -> None:
+    plant = Plant(dextar, home(dextar), RATE, PlantSettings(engine=MUJOCO, torque_limit=None))
+    with pytest.raises(PlantDiverged, match="open the loop"):
+        for _ in range(SAMPLES):
+            plant.advance((1e6, -1e6))
+
+
+def test_a_held_force_moves_it_as_the_other_plant(dextar: FiveBar) -> None:
+    moved = []
+    for kind in (MujocoMotion, EffectsMotion):
+        motion: Motion = kind(dextar, PlantSettings(friction_scale=0.0), RATE, home(dextar))
+        motion.hold(0.3, -2.0)
+        moved.append(places(motion, 0.0))
+    assert np.abs(moved[1] - home(dextar)).max() > 0.05
+    assert np.abs(moved[0] - moved[1]).max() < 1e-6
