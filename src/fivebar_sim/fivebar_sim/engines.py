@@ -64,7 +64,7 @@ def check_engine(settings: PlantSettings) -> None:
         return
     for name, value, what in (
         ("friction.presliding", settings.friction.presliding, "friction with bristles"),
-        ("platform_joint.clearance", settings.platform_joint.clearance, "a pin with play in its bore"),
+        ("platform_joint.clearance", settings.platform_joint.clearance, "pin with play in its bore"),
     ):
         if value != 0.0:
             raise InputError(f"plant.{name}: {value:g}: MuJoCo has no {what}: expected 0, or plant.engine pinocchio")
