@@ -46,7 +46,7 @@ test: setup ## lint and run the tests
 	$(MAKE) lint & lint=$$!
 	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
 	wait $$lint || status=$$?
-	$(BIN)/python -m pytest tests -q -m "clock and not extra" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests/ros tests/system -q -m "clock and not extra" --durations=10 || status=$$?
 	exit $$status
 
 .PHONY: test-extra

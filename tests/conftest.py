@@ -17,6 +17,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         folder, *rest = item.path.relative_to(TESTS).parts
         if rest:
             item.add_marker(folder)
+        if folder == "unit" and item.get_closest_marker("clock"):
+            raise pytest.UsageError(f"{item.nodeid}: unit tests do not follow the clock, and would not be run")
 
 
 def pytest_collection_finish() -> None:
