@@ -68,6 +68,8 @@ def test_trajectory_generator_is_one_sample_ahead(probes: dict[str, Probe], moti
         probe.publish(JOINT_STATES, motion.joint_states_message(sample))
         probe.answer(REFERENCE, sample + 1)
         assert probe.samples(REFERENCE)[before:][-1:] == [sample + 1]
+        # that of the sample itself, too, where the one before was not measured
+        assert sample in probe.samples(REFERENCE)
     for sample, message in zip(probe.samples(REFERENCE), probe.got(REFERENCE), strict=True):
         assert sample is not None
         x, y, vx, vy, ax, ay = motion.plan.path.at(sample / RATE_HZ)

@@ -26,6 +26,7 @@ from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
 from fivebar_control.laws.vhc_joint import VhcJointSettings
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.planning.ride_through import longest_hold
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.planner import (
     QUINTIC,
@@ -72,6 +73,11 @@ CONTROLLER = Setting(
 
 _planned = functools.lru_cache(maxsize=16)(plan_motion)
 """The planner, which a run asks for its plan again and again."""
+
+_held = functools.lru_cache(maxsize=16)(longest_hold)
+
+LEAST_STOP_CYCLES = 3
+"""Bridge, blender and drives notice what is missing one after the other, so that the one reports it that knows what."""
 
 
 class Scenario(StrictModel):
@@ -294,6 +300,21 @@ class Scenario(StrictModel):
             type1_margin=self.safety.type1_margin if self.working_modes is None else 0.0,
             tracking_error_limit=self.tracking_error_limit,
         )
+
+    def stop_cycles(self) -> int:
+        """Return for how many cycles the last torque is held at most in real time, when something is late or missing.
+
+        Raises:
+            InputError: the motion is refused.
+        """
+        if self.safety.stop_cycles is not None:
+            return self.safety.stop_cycles
+        held_ms = self.safety.stop_time_ms
+        if held_ms is None:
+            limit = self.safety_settings().torque_limit
+            held_ms = _held(self.five_bar(), self.plan(), self.tuned(), limit).time * 1e3
+        # a period that does not divide the time must not lose a cycle to rounding
+        return max(LEAST_STOP_CYCLES, math.floor(held_ms * self.rate_hz / 1e3 + 1e-9))
 
     @property
     def min_authority(self) -> float:

@@ -130,3 +130,20 @@ def test_a_workspace_is_read_and_written_as_four_numbers() -> None:
 def test_a_name_that_is_no_directory_is_refused(name: str) -> None:
     with pytest.raises(InputError, match=r"any.yaml: name: .*: expected a letter or digit"):
         scenario(name=name)
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "safety", "cycles"),
+    [
+        (500, {}, 10),
+        (1000, {}, 20),
+        # not faster than bridge, blender and drives can report one after the other
+        (100, {}, 3),
+        (500, {"stop_time_ms": 12.0}, 6),
+        (500, {"stop_time_ms": 1.0}, 3),
+        (500, {"stop_time_ms": 12.0, "stop_cycles": 2}, 2),
+    ],
+)
+def test_how_long_the_last_torque_is_held(rate_hz: int, safety: dict[str, Any], cycles: int) -> None:
+    scenario = validate({**GOOD, "rate_hz": rate_hz, "segment_duration": 0.5, "safety": safety}, Scenario, "any")
+    assert scenario.stop_cycles() == cycles

@@ -89,7 +89,7 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
     times = "–" if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
     yield Metric("time between samples: median, 99 %, longest", times)
-    yield Metric("overruns", _count(summary.overruns))
+    yield Metric("samples late, samples missing", f"{_count(summary.overruns)}, {summary.missing_samples}")
     yield Metric("messages that the recorder missed", _count(summary.dropped_messages))
     yield Metric("simulated time", plain(summary.simulated_s, "s"))
     yield Metric("wall time", plain(summary.wall_s, "s"))

@@ -22,6 +22,9 @@ ERROR_LIMIT = 0.050
 FINAL_ERROR_LIMIT = 0.002
 """A completed run ends within this distance (m) of its reference."""
 
+REALTIME = "realtime"
+"""The mode of runs that follow the clock, as in timing.json."""
+
 MotorPair = tuple[float | None, float | None]
 
 
@@ -40,7 +43,8 @@ class Summary:
 
     Attributes:
         completed: all samples, no fault, the error within 50 mm throughout and 2 mm at the end, the planned number of
-            assembly-mode and working-mode changes.
+            assembly-mode and working-mode changes. In real time samples may be late or missing, but for the last one,
+            and the error has to be within the scenario's tolerance.
         faults: names of the faults, each once, in the order in which they came.
         samples: samples recorded, of `planned_samples`.
         assembly_mode_changes: changes of the sign of det A, of `planned_mode_changes`.
@@ -56,7 +60,9 @@ class Summary:
             estimate is for, prediction over the drives' delay included (m); None without estimator.
         imu_acceleration_error_rms: of the IMU's minus the desired magnitude (m/s^2).
         cycle_time_ms: None where time did not pass, as in an offline run.
-        overruns: clock periods that passed without a torque.
+        overruns: clock periods that passed without a torque: samples whose torque was late.
+        missing_samples: planned samples up to the last one recorded that were not recorded: not measured, or lost by
+            the recorder.
         simulated_s: nominal time from sample 0 to the last one recorded (s).
         wall_s: how long the run took (s).
         not_completed_because: reasons, in words.
@@ -85,6 +91,7 @@ class Summary:
     imu_acceleration_error_rms: float | None
     cycle_time_ms: CycleTime | None
     overruns: int | None
+    missing_samples: int
     simulated_s: float | None
     wall_s: float | None
     name: str
@@ -122,10 +129,12 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
     distance = np.hypot(series.tracking_error[:, 0], series.tracking_error[:, 1])
     changes = sign_changes(series.det_a)
     turned = working_mode_changes(np.sin(series.joint_position[:, [1, 3]]).tolist())
+    clocked = timing.mode == REALTIME
     reasons = [
         *details,
-        *_missing_samples(series, planned_samples),
+        *_unrecorded_samples(series, planned_samples, clocked),
         *_lost_tracking(distance),
+        *(_beyond_tolerance(distance, scenario.error_tolerance) if clocked else ()),
         *_wrong_changes("assembly", changes, planned_changes),
         *_wrong_changes("working", turned, plan.working_mode_changes),
     ]
@@ -149,6 +158,7 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
         imu_acceleration_error_rms=rms(series.acceleration_error),
         cycle_time_ms=cycle_time(series),
         overruns=timing.overruns,
+        missing_samples=_missing(series),
         simulated_s=float(series.time[-1]) if series.time.size else None,
         wall_s=timing.wall_s,
         name=scenario.name,
@@ -216,10 +226,24 @@ def _saturated(requested: FloatArray, limit: float) -> int | None:
     return int(np.count_nonzero(np.any(np.abs(requested) > limit * (1.0 + 1e-9), axis=1)))
 
 
-def _missing_samples(series: RunSeries, planned: int) -> Sequence[str]:
-    if series.sample.size == planned:
+def _missing(series: RunSeries) -> int:
+    """Return how many samples are missing between the first of the run and the last one recorded."""
+    return int(series.sample[-1]) + 1 - series.sample.size if series.sample.size else 0
+
+
+def _unrecorded_samples(series: RunSeries, planned: int, clocked: bool) -> Sequence[str]:
+    """Return that samples are missing; in real time, where some are bridged, that the end of the run is."""
+    reached = int(series.sample[-1]) + 1 if clocked and series.sample.size else series.sample.size
+    if reached == planned:
         return ()
     return (f"{series.sample.size} of the {planned} planned samples were recorded",)
+
+
+def _beyond_tolerance(distance: FloatArray, tolerance: float) -> Sequence[str]:
+    largest = peak(distance)
+    if largest is None or largest <= tolerance:
+        return ()
+    return (f"the platform was up to {largest * 1e3:.1f} mm from its reference, tolerated are {tolerance * 1e3:g} mm",)
 
 
 def _lost_tracking(distance: FloatArray) -> list[str]:

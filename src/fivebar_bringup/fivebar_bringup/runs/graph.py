@@ -218,7 +218,7 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
 
 def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
     """Return the bridge to drives, with a configuration by name or path; it starts once the awaited nodes are ready."""
-    safety = scenario.safety
+    safety, cycles = scenario.safety, scenario.stop_cycles()
     return NodeSpec(
         "fivebar_control",
         BRIDGE,
@@ -226,9 +226,9 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
             BridgeSettings(
                 rate_hz=scenario.rate_hz,
                 drives=drives,
-                command_timeout_ms=safety.stop_cycles * 1e3 / scenario.rate_hz,
+                command_timeout_ms=cycles * 1e3 / scenario.rate_hz,
                 # the last cycle of the brake, and its answer
-                brake_limit_s=safety.brake_duration + safety.stop_cycles / scenario.rate_hz if safety.brake else 0.0,
+                brake_limit_s=safety.brake_duration + cycles / scenario.rate_hz if safety.brake else 0.0,
                 autostart=bool(awaited),
                 wait_for_nodes=tuple(awaited),
             )
@@ -353,7 +353,7 @@ def _estimator(scenario: Scenario, awaits_readings: bool) -> NodeSpec:
 def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
     scheme = scenario.scheme()
     nominal = scheme.nominal.topic
-    period_ms, cycles = 1e3 / scenario.rate_hz, scenario.safety.stop_cycles
+    period_ms, cycles = 1e3 / scenario.rate_hz, scenario.stop_cycles() if mode is Mode.REALTIME else 0
     candidates = (nominal, VHC_TORQUE, SUPERVISOR_STATE) if scheme.blended else (nominal,)
     return NodeSpec(
         "fivebar_control",
@@ -387,12 +387,15 @@ def _law_name(scenario: Scenario) -> str:
 
 
 def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
+    settings = PlantNodeSettings()
+    if mode is Mode.REALTIME:
+        settings = settings._replace(freshness_samples=scenario.stop_cycles() - 1)
     return NodeSpec(
         "fivebar_sim",
         PLANT,
         {
             **to_parameters(
-                PlantNodeSettings(
+                settings._replace(
                     robot=scenario.robot,
                     rate_hz=scenario.rate_hz,
                     samples=scenario.plan().path.samples(scenario.rate_hz),
@@ -401,7 +404,6 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
                     initial_joints=initial_joints(scenario),
                     announces_readings=_announced(scenario, mode),
                     wait_for_nodes=tuple(awaited),
-                    freshness_samples=scenario.safety.stop_cycles - 1,
                 )
             ),
             **to_parameters(scenario.plant),

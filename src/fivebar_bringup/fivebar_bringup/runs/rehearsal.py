@@ -55,7 +55,7 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     """
     check_drivable(scenario)
     emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
-    plant, cycles = scenario.plant, scenario.safety.stop_cycles
+    plant, cycles = scenario.plant, scenario.stop_cycles()
     period_us = MICROSECONDS // scenario.rate_hz
     period_ms = max(1, -(-period_us // 1000))
     # half a period, so that every cycle sends one even if it starts slightly early

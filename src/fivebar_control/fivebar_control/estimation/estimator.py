@@ -36,7 +36,9 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import EXACT, Tolerances
 
 LONGEST_GAP = 10
-"""Samples without a reading over which the filter predicts; after a longer gap the estimate is lost."""
+LONGEST_GAP_TIME = 0.02
+"""Samples, and time (s), without a reading over which the filter predicts: the longer of both, as long as drives hold
+their torque by default. After a longer gap the estimate is lost."""
 
 
 NO_READINGS = Misfit(math.nan, math.nan)
@@ -84,6 +86,7 @@ class StateEstimator:
         self._model = estimator_model(robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances)
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
+        self._longest_gap = max(LONGEST_GAP, round(LONGEST_GAP_TIME * rate_hz))
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
         self._answer: JointEstimate | None = None
@@ -159,12 +162,12 @@ class StateEstimator:
             check_encoders(self._robot, self._homing, self._tolerance, one.value, two.value)
             return first_update(model, self._homing.assembly, q11, q21)
         # over a gap in the readings the torque is assumed to be that of its last period
-        periods = min(max(sample - last, 1), LONGEST_GAP)
+        periods = min(max(sample - last, 1), self._longest_gap)
         memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
         start = min((with_rate(memory, made, rate) for made, rate in rates), default=memory.newest)
         updated = next_update(model, memory, min(start, memory.newest))
         self.squared = updated.squared
-        if sample - last > LONGEST_GAP:
+        if sample - last > self._longest_gap:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         reason = self._frozen.check((q11, q21), updated.predicted, sample - last > 1)
         if reason is not None:

@@ -27,6 +27,7 @@ from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.ros.stamp_join import CAPACITY
 from fivebar_description.run_plan import plan_text
 
 AT_REST = (0.0,) * len(JOINTS)
@@ -41,6 +42,7 @@ class TrajectoryGenerator(SamplingNode):
         self._motion = declare_motion(self)
         self._hold = Hold()
         self._references: dict[int, Platform] = {}
+        self._published = -1
         self._queue = self._new_queue()
         self._goals = GoalServer(self, self._motion, self._queue)
         self._reference = self.advertise(REFERENCE)
@@ -53,6 +55,7 @@ class TrajectoryGenerator(SamplingNode):
     def restart(self) -> None:
         """Start the plan again."""
         self._hold.begin_run()
+        self._published = -1
         self._queue = self._new_queue()
         self._goals.restart(self._queue)
 
@@ -66,9 +69,10 @@ class TrajectoryGenerator(SamplingNode):
         place = state_from_joints(self._motion.robot, *position, *AT_REST)
         held = self._hold.reference(place.x, place.y)
         self._goals.update(sample + self._motion.lead_samples, held is not None)
-        # the reference of sample 0 cannot be published ahead of it
-        numbers = (0, 1) if sample == 0 else (sample + 1,)
-        self._references = {number: held or self._planned(number) for number in numbers}
+        # the reference of sample 0 cannot be published ahead of it, nor that of one whose predecessor was not measured
+        first = max(self._published + 1, sample + 1 - CAPACITY)
+        self._references = {number: held or self._planned(number) for number in range(first, sample + 2)}
+        self._published = sample + 1
         self.repeat()
 
     def repeat(self) -> None:

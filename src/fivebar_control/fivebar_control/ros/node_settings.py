@@ -32,8 +32,8 @@ GOAL_PREFIX, GOAL_TOLERANCE_PREFIX, GOAL_RISK_PREFIX = "goal_estimator_", "goal_
 NOT_OF_THE_FILTER = ("feed_forward",)
 """The setting of `EkfSettings` that the graph uses, not the state estimator."""
 
-NOT_OF_THE_GUARD = ("stop_cycles",)
-"""The setting of `SafetySettings` from which the graph derives the deadlines of several nodes."""
+NOT_OF_THE_GUARD = ("stop_time_ms", "stop_cycles")
+"""The settings of `SafetySettings` from which the graph derives the deadlines of several nodes."""
 
 HOLD, CONTINUE = "hold", "continue"
 BLENDED = "blended"

@@ -176,15 +176,26 @@ class SafetySettings(NamedTuple):
         float,
         Setting("Longest braking, after which torque is zero in any case.", "s", at_least=1e-3, at_most=60.0),
     ] = 1.0
-    stop_cycles: Annotated[
-        int,
+    stop_time_ms: Annotated[
+        float | None,
         Setting(
-            "In real time: cycles within which the robot is stopped once a node is lost.",
+            "In real time: longest time for which the last torque is held when a sample or a command is late or"
+            " missing; then the robot is stopped. Without it, as long as that displaces the platform by 2 mm at most at"
+            " the worst moment of the motion, 20 ms at most. At least three cycles in either case.",
+            "ms",
+            above=0.0,
+            at_most=10_000.0,
+        ),
+    ] = None
+    stop_cycles: Annotated[
+        int | None,
+        Setting(
+            "The same time in cycles; where it is given, `stop_time_ms` does not count.",
             "cycles",
             at_least=2,
             at_most=10_000,
         ),
-    ] = 3
+    ] = None
 
 
 def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:

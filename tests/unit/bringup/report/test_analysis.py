@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -341,6 +342,28 @@ def test_timing_comes_from_the_launcher(record: Record) -> None:
     assert summary.dropped_messages == 4
 
 
+@pytest.mark.parametrize(
+    ("mode", "missing", "completed"),
+    [("realtime", (3, 4), True), ("lockstep", (3, 4), False), ("realtime", (LAST,), False)],
+)
+def test_real_time_bridges_samples(
+    record: Record, mode: Literal["realtime", "lockstep"], missing: tuple[int, ...], completed: bool
+) -> None:
+    """Missing ones are counted; only the last one has to be there."""
+    directory = record(samples=[one for one in range(LAST + 1) if one not in missing])
+    summary = summary_of(directory, timing=Timing(runner="ros", mode=mode, overruns=2))
+    assert (summary.completed, summary.overruns) == (completed, 2)
+    assert summary.missing_samples == len(set(missing) - {LAST})
+
+
+def test_real_time_has_to_stay_within_the_tolerance(record: Record) -> None:
+    """In lockstep a run may be completed without."""
+    directory, tight = record(offset=(0.0, 1e-3)), DOWN.model_copy(update={"error_tolerance": 5e-4})
+    assert summary_of(directory, tight).completed
+    summary = summary_of(directory, tight, Timing(runner="ros", mode="realtime"))
+    assert summary.not_completed_because == ["the platform was up to 1.0 mm from its reference, tolerated are 0.5 mm"]
+
+
 def test_undefined_and_infinite_figures_do_not_reach_the_json(record: Record) -> None:
     directory = record(
         efforts={2: (math.nan, math.inf), 3: (0.5, 0.5)},
@@ -372,6 +395,7 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "imu_acceleration_error_rms",
         "cycle_time_ms",
         "overruns",
+        "missing_samples",
         "simulated_s",
         "wall_s",
         "name",

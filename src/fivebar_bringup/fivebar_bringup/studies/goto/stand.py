@@ -8,9 +8,10 @@ from pathlib import Path
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import PLANT, Mode, NodeSpec, crossing_graph
 from fivebar_bringup.runs.launcher import Progress, run_graph
-from fivebar_bringup.runs.processes import processes
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
+from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 
 
@@ -26,7 +27,7 @@ def stand(
         raise InputError(f"controller: {scenario.controller}: accepts no goals: expected unified")
     run = new_run_directory(out, scenario)
     nodes = [_longer(node, round(seconds * scenario.rate_hz)) for node in crossing_graph(scenario, mode, run.bag)]
-    specs = processes(nodes, mode, scenario.rate_hz)
+    specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         outcome = run_graph(specs, run, chosen, progress, mode=mode)
     return run, outcome.faults
