@@ -26,6 +26,7 @@ setup(
         "console_scripts": [
             "bag_recorder = fivebar_bringup.nodes.bag_recorder:main",
             "fivebar = fivebar_bringup.cli.main:main",
+            "scene = fivebar_bringup.nodes.scene:main",
             "node_group = fivebar_bringup.nodes.node_group:main",
         ],
     },
