@@ -4,7 +4,7 @@ from setuptools import find_packages, setup
 
 NAME = "fivebar_bringup"
 SHARE = f"share/{NAME}"
-DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "rviz/*.rviz")
+DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "rviz/*.rviz", "foxglove/*.json", "plotjuggler/*.xml")
 
 setup(
     name=NAME,
@@ -26,6 +26,7 @@ setup(
         "console_scripts": [
             "bag_recorder = fivebar_bringup.nodes.bag_recorder:main",
             "fivebar = fivebar_bringup.cli.main:main",
+            "scene = fivebar_bringup.nodes.scene:main",
             "node_group = fivebar_bringup.nodes.node_group:main",
         ],
     },

@@ -68,7 +68,7 @@ def test_a_graph_sets_only_parameters_that_its_nodes_have(
 ) -> None:
     """ROS ignores a parameter that no node declares. Nodes with another law than by default have other parameters."""
     loaded = load_scenario(scenario)
-    graphs = [crossing_graph(loaded, mode, tmp_path) for mode in Mode]
+    graphs = [crossing_graph(loaded, mode, tmp_path, scene=True) for mode in Mode]
     if scenario == "middle_robot":
         graphs.append(crossing_graph(loaded, Mode.REALTIME, tmp_path, Rehearsal(write_drive_files(loaded, tmp_path))))
     for graph in graphs:

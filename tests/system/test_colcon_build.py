@@ -12,7 +12,7 @@ SRC = Path(__file__).parents[2] / "src"
 PACKAGES = sorted(manifest.parent.name for manifest in SRC.glob("*/package.xml"))
 
 
-DATA = ("config", "launch", "rviz", "urdf")
+DATA = ("config", "foxglove", "launch", "plotjuggler", "rviz", "urdf")
 """Folders of a package whose files are installed."""
 
 

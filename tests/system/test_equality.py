@@ -19,6 +19,8 @@ from fivebar_description.interface import (
     IMU_DATA,
     JOINT_STATES,
     REFERENCE,
+    SCENE,
+    SCENE_MAP,
     TOPICS,
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
@@ -50,12 +52,13 @@ class Runs:
         self.summaries: dict[str, Any] = {}
         self.bags: dict[str, Recording] = {}
         for name, start, command in (
-            ("ros", fivebar, "run"),
-            ("ros installed", partial(InstalledCommand, folder / "installed"), "run"),
-            ("offline", fivebar, "simulate"),
+            # pictures of a run change nothing in it
+            ("ros", fivebar, ("run", "--scene")),
+            ("ros installed", partial(InstalledCommand, folder / "installed"), ("run",)),
+            ("offline", fivebar, ("simulate",)),
         ):
             out = folder / name.replace(" ", "_")
-            call = start(command, str(scenario), "--json", "--out", str(out))
+            call = start(*command, str(scenario), "--json", "--out", str(out))
             assert call.finish() == 0, call.stderr
             assert call.stderr == ""
             self.summaries[name] = call.json()
@@ -76,6 +79,12 @@ def test_the_run_is_completed(runs: Runs) -> None:
         assert summary["faults"] == []
         assert summary["dropped_messages"] == 0
         assert max(summary["torque_peak_nm"]) < 10.0
+
+
+def test_pictures_are_recorded_where_they_are_asked_for(runs: Runs) -> None:
+    assert runs.bags["ros"].count(SCENE) > 0
+    assert runs.bags["ros"].count(SCENE_MAP) == 1
+    assert runs.bags["ros installed"].count(SCENE) == 0
 
 
 def test_there_are_stamped_topics() -> None:

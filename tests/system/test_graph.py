@@ -115,6 +115,7 @@ def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, w
     command = run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": "7"})
     assert list(command[:3]) == [sys.executable, "-m", "fivebar_bringup.cli.main"]
     assert list(command[3:]) == words
+    assert "--scene" in run_command("middle", mode, "there", hardware, {}, scene=True)
 
 
 def test_on_real_drives_a_launch_starts_the_processes_of_a_run_in_real_time(tmp_path: Path) -> None:

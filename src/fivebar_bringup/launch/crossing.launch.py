@@ -21,7 +21,8 @@ STOP_TIMEOUT = "30"
 def start_run(context):
     """Return the process of the run, and the handler that shuts the launch down with it."""
     scenario, mode, out = (LaunchConfiguration(name).perform(context) for name in ("scenario", "mode", "out"))
-    command = run_command(scenario, Mode(mode), out, Hardware.SIMULATED)
+    scene = LaunchConfiguration("scene").perform(context) == "true"
+    command = run_command(scenario, Mode(mode), out, Hardware.SIMULATED, scene=scene)
     run = ExecuteProcess(
         cmd=list(command), name="fivebar_run", output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
     )
@@ -42,6 +43,9 @@ def generate_launch_description():
             DeclareLaunchArgument("scenario", default_value="middle", description="Shipped scenario or a YAML file."),
             DeclareLaunchArgument("mode", default_value="lockstep", choices=[mode.value for mode in Mode]),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
+            DeclareLaunchArgument(
+                "scene", default_value="false", choices=["true", "false"], description="Pictures for RViz and Foxglove."
+            ),
             OpaqueFunction(function=start_run),
         ]
     )

@@ -31,10 +31,11 @@ def start_experiment(context):
     """Return the processes of the experiment, with the handlers that shut the launch down."""
     names = ("scenario", "hardware", "drives", "out")
     scenario, hardware, drives, out = (LaunchConfiguration(name).perform(context) for name in names)
+    scene = LaunchConfiguration("scene").perform(context) == "true"
     if hardware == "emulated":
-        command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED)
+        command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED, scene=scene)
         return [*process("fivebar_run", command)]
-    directory, started = drive_processes(scenario, drives, out)
+    directory, started = drive_processes(scenario, drives, out, scene)
     message = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
     return [message, *(action for one in started for action in process(one.name, one.command))]
 
@@ -65,6 +66,9 @@ def generate_launch_description():
                 "drives", default_value="dextar_socketcan", description="With socketcan: drive configuration."
             ),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
+            DeclareLaunchArgument(
+                "scene", default_value="false", choices=["true", "false"], description="Pictures for RViz and Foxglove."
+            ),
             OpaqueFunction(function=start_experiment),
         ]
     )

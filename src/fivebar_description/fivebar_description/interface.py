@@ -133,6 +133,12 @@ GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 """Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them, and
 a run's bag does not contain them."""
 
+SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", Qos(depth=8, transient_local=True))
+SCENE_MAP = Topic("scene/map", "visualization_msgs/msg/MarkerArray", STATE_QOS)
+PICTURES = (SCENE, SCENE_MAP)
+"""Pictures of a run for RViz and Foxglove: what moves, and loci, path and zones. No node waits for them; a bag has them
+where the run was asked for them."""
+
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""
 
@@ -142,7 +148,7 @@ ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE)
 
 def topic_named(name: str) -> Topic | None:
     """Return a topic of the graph by its name, also that of a law from elsewhere; None where there is none."""
-    known = next((topic for topic in TOPICS if topic.name == name), None)
+    known = next((topic for topic in (*TOPICS, *PICTURES) if topic.name == name), None)
     if known is None and name.endswith("/torque"):
         return torque_topic(name.removesuffix("/torque"))
     return known

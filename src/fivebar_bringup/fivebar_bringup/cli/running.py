@@ -77,6 +77,9 @@ def run(
             help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE.",
         ),
     ] = None,
+    scene: Annotated[
+        bool, typer.Option("--scene", help="Publish and record pictures of the run for RViz and Foxglove.")
+    ] = False,
     out: OutOption = None,
     page: PageOption = True,
     as_json: JsonOption = False,
@@ -96,7 +99,16 @@ def run(
         injections = [read_injection(text) for text in inject or ()] if emulated else None
         with progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
-                loaded, mode, out, domain, progress, Scheduling(priority, processors), not separate, injections, page
+                loaded,
+                mode,
+                out,
+                domain,
+                progress,
+                Scheduling(priority, processors),
+                not separate,
+                injections,
+                page,
+                scene,
             )
     _finish(directory, summary, as_json)
 

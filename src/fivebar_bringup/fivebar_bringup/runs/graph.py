@@ -15,6 +15,7 @@ import yaml
 from fivebar_bringup.runs.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import LAWS
@@ -53,6 +54,7 @@ from fivebar_description.interface import (
     IMU_RELEASED,
     JOINT_STATES,
     MOTOR_STATES,
+    PICTURES,
     REFERENCE,
     RUN_PLAN,
     RUN_READY,
@@ -116,18 +118,25 @@ PLANT = "plant"
 BRIDGE = "dextar_bridge"
 EMULATED_ROBOT = "emulated_robot"
 RECORDER = "bag_recorder"
+SCENE_NODE = "scene"
 
 LOCKSTEP_DEADLINE_MS = 2000.0
 """Timeout for a candidate torque in lockstep (ms)."""
 
 
 def crossing_graph(
-    scenario: Scenario, mode: Mode, bag: Path, rehearsal: Rehearsal | None = None, drives: str | None = None
+    scenario: Scenario,
+    mode: Mode,
+    bag: Path,
+    rehearsal: Rehearsal | None = None,
+    drives: str | None = None,
+    scene: bool = False,
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
 
     With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
-    configuration, which waits to be configured and activated.
+    configuration, which waits to be configured and activated. With `scene`, a node publishes pictures of the run, which
+    are recorded too.
 
     Raises:
         InputError: the scenario's motion is refused.
@@ -179,6 +188,8 @@ def crossing_graph(
     else:
         nodes += _emulated_hardware(scenario, rehearsal, awaited)
     recorded = tuple(topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent)
+    if scene:
+        recorded = (*recorded, *PICTURES)
     recorder = NodeSpec(
         "fivebar_bringup",
         RECORDER,
@@ -192,7 +203,18 @@ def crossing_graph(
         recorded,
         (FAULTS,),
     )
-    return (*nodes, recorder)
+    # the recorder does not wait for the pictures, which a late subscriber gets too
+    return (*nodes, *([_scene(motion)] if scene else ()), recorder)
+
+
+def _scene(motion: dict[str, Any]) -> NodeSpec:
+    return NodeSpec(
+        "fivebar_bringup",
+        SCENE_NODE,
+        {**motion, **to_parameters(SceneSettings())},
+        (JOINT_STATES, REFERENCE, TORQUE_COMMAND),
+        PICTURES,
+    )
 
 
 def _imu_listener(scenario: Scenario) -> NodeSpec:

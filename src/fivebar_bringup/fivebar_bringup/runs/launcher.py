@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_bringup.nodes.run_monitor import RunMonitor
-from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, RECORDER, Mode
+from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
@@ -73,11 +73,12 @@ def run_graph(
         start_processes(specs, run, domain, processes)
         started({name: process.pid for name, process in processes.items()})
         with RunMonitor(domain) as monitor:
-            # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out
+            # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out. A run
+            # goes on without its pictures
             watched = {
                 name: process.pid
                 for name, process in processes.items()
-                if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT)
+                if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
             }
             with watch_processes(watched, monitor.publish_fault):
                 _watch(processes, monitor, faults, progress, list(kills))
@@ -107,7 +108,7 @@ def _watch(
         while kills and sample >= kills[0].sample:
             processes[kills.pop(0).process].send(signal.SIGKILL)
         for name, process in processes.items():
-            if name == pace or name in died or process.status is None:
+            if name in (pace, SCENE_NODE) or name in died or process.status is None:
                 continue
             died.add(name)
             faults.append(f"node_died: {name} ended with status {process.status}: {process.last_line()}")

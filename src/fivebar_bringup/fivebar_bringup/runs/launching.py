@@ -26,7 +26,12 @@ class LaunchedProcess(NamedTuple):
 
 
 def run_command(
-    scenario: str, mode: Mode, out: str, hardware: Hardware, environment: Mapping[str, str] = os.environ
+    scenario: str,
+    mode: Mode,
+    out: str,
+    hardware: Hardware,
+    environment: Mapping[str, str] = os.environ,
+    scene: bool = False,
 ) -> tuple[str, ...]:
     """Return the command of a run in the DDS domain of the shell, so that ROS tools in that shell see the nodes.
 
@@ -38,12 +43,16 @@ def run_command(
         words.append("--realtime")
     if hardware is Hardware.EMULATED:
         words += ["--hardware", hardware.value]
+    if scene:
+        words.append("--scene")
     if out:
         words += ["--out", out]
     return tuple(words)
 
 
-def drive_processes(scenario: str, drives: str, out: str) -> tuple[Path, tuple[LaunchedProcess, ...]]:
+def drive_processes(
+    scenario: str, drives: str, out: str, scene: bool = False
+) -> tuple[Path, tuple[LaunchedProcess, ...]]:
     """Make the directory of a run on real drives; return it and the processes to start.
 
     Processes are composed and prioritised as by `fivebar run`: the control chain shares one process with real-time
@@ -56,7 +65,7 @@ def drive_processes(scenario: str, drives: str, out: str) -> tuple[Path, tuple[L
     check_drivable(loaded)
     run = new_run_directory(Path(out) if out else None, loaded)
     run.parameters.mkdir()
-    nodes = crossing_graph(loaded, Mode.REALTIME, run.bag, drives=drives)
+    nodes = crossing_graph(loaded, Mode.REALTIME, run.bag, drives=drives, scene=scene)
     started = []
     for process in processes(nodes, Mode.REALTIME, loaded.rate_hz, Scheduling(scheduling_priority=DEFAULT_PRIORITY)):
         parameters = run.parameters / f"{process.name}.yaml"

@@ -38,10 +38,12 @@ def run_with_ros(
     composed: bool = True,
     rehearse: Sequence[Injection] | None = None,
     with_page: bool = True,
+    scene: bool = False,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
+    With `scene`, pictures of the run are published and recorded too.
 
     Raises:
         InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
@@ -52,7 +54,7 @@ def run_with_ros(
     if rehearse is not None:
         drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
         rehearsal = Rehearsal(write_drive_files(scenario, run.path), drive_faults)
-    nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
+    nodes = crossing_graph(scenario, mode, run.bag, rehearsal, scene=scene)
     specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)
     with nullcontext(domain) if domain is not None else private_domain() as chosen:

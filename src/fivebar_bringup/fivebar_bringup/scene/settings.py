@@ -1,0 +1,26 @@
+"""Settings of the scene."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from fivebar_description.interface import BASE_FRAME
+from fivebar_description.settings import Setting
+
+
+class SceneSettings(NamedTuple):
+    """The pictures of a run."""
+
+    frame_id: Annotated[str, Setting("Frame of all markers; that of the robot's base.")] = BASE_FRAME
+    pictures_per_second: Annotated[
+        float, Setting("Most pictures per second, of the run and of the clock.", "Hz", at_least=0.1, at_most=200.0)
+    ] = 30.0
+    trail_points: Annotated[
+        int, Setting("Points of the trail of the platform, the oldest of which go first.", at_least=2, at_most=100_000)
+    ] = 1000
+    torque_turn: Annotated[
+        float, Setting("Arc that a motor torque is drawn as.", "rad/Nm", at_least=0.0, at_most=100.0)
+    ] = 1.5
+    force_length: Annotated[
+        float, Setting("Length of the arrow that a force is drawn as.", "m/N", at_least=0.0, at_most=10.0)
+    ] = 0.01
