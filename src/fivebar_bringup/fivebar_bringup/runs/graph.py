@@ -214,7 +214,7 @@ def _scene(motion: dict[str, Any]) -> NodeSpec:
         "fivebar_bringup",
         SCENE_NODE,
         {**motion, **to_parameters(SceneSettings())},
-        (JOINT_STATES, REFERENCE, TORQUE_COMMAND),
+        (JOINT_STATES, REFERENCE, TORQUE_COMMAND, RUN_PLAN, RUN_EPOCH),
         PICTURES,
     )
 
