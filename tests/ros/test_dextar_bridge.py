@@ -26,8 +26,8 @@ from fivebar_description.interface import (
     DRIVES_STATE,
     FAULTS,
     MOTOR_STATES,
+    NANOSECONDS,
     TORQUE_COMMAND,
-    sample_of_stamp,
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state, stamp_of
@@ -62,12 +62,12 @@ class Rig:
 
     def _on_states(self, message: Any) -> None:
         self.states.append(message)
-        sample = sample_of_stamp(stamp_of(message), RATE_HZ)
+        sample = self.probe.sample(message, RATE_HZ)
         if self.torque is not None and sample is not None:
             self.command(sample, self.torque)
 
     def command(self, sample: int, torque: tuple[float, float]) -> None:
-        stamp = sample_stamp_ns(sample, RATE_HZ)
+        stamp = sample_stamp_ns(sample, RATE_HZ, self.probe.epoch_ns)
         self.probe.publish(TORQUE_COMMAND, joint_state(stamp, ACTIVE_JOINTS, effort=torque))
 
     def change(self, transition: int) -> bool:
@@ -135,14 +135,18 @@ def test_a_life_from_configure_to_cleanup(rig: Rig) -> None:
     assert rig.change(Transition.TRANSITION_ACTIVATE)
     # sample 0 until it is answered, at zero torque
     rig.probe.wait_for(lambda: len(rig.states) > 3, "repeats of sample 0")
-    assert {stamp_of(message) for message in rig.states} == {sample_stamp_ns(0, RATE_HZ)}
+    # a stamp is the time: of sample 0 the present one, and where the machine is slow an earlier one
+    assert {stamp_of(message) for message in rig.states} <= set(rig.probe.epochs[1:])
+    now, period = rig.probe.node.get_clock().now().nanoseconds, NANOSECONDS // RATE_HZ
+    assert abs(now - rig.probe.epoch_ns) < 60 * NANOSECONDS
+    assert rig.probe.epoch_ns % period == 0
     assert all(list(message.name) == list(ACTIVE_JOINTS) for message in rig.states)
     # the friction offset lets the motors creep
     assert list(rig.states[0].position) == pytest.approx([1.65734029, 1.48425236], abs=5e-3)
     rig.torque = (0.8, -0.6)
     rig.command(0, rig.torque)
     rig.wait_for_effort(rig.torque)
-    samples = [sample_of_stamp(stamp_of(message), RATE_HZ) for message in rig.states]
+    samples = [rig.probe.sample(message, RATE_HZ) for message in rig.states]
     started = [sample for sample in samples if sample]
     assert started == sorted(set(started))
     rig.probe.wait_for(lambda: rig.states[-1].position[0] > 1.67, "the robot moves")
@@ -150,10 +154,11 @@ def test_a_life_from_configure_to_cleanup(rig: Rig) -> None:
     rig.torque = None
     rig.probe.wait_for(rig.silent, "the end of the samples")
     count = len(rig.states)
-    # begins anew where the robot stands
+    # begins anew where the robot stands, and now
+    before = rig.probe.epoch_ns
     assert rig.change(Transition.TRANSITION_ACTIVATE)
     rig.probe.wait_for(lambda: len(rig.states) > count, "sample 0 again")
-    assert stamp_of(rig.states[-1]) == sample_stamp_ns(0, RATE_HZ)
+    assert stamp_of(rig.states[-1]) == rig.probe.epoch_ns > before
     assert rig.states[-1].position[0] > 1.67
     assert rig.change(Transition.TRANSITION_DEACTIVATE)
     assert rig.change(Transition.TRANSITION_CLEANUP)
@@ -267,7 +272,7 @@ def test_malformed_commands_move_nothing(rig: Rig) -> None:
     activated(rig)
     rig.probe.wait_for(lambda: len(rig.states) > 1, "sample 0")
     for effort in ((float("nan"), 0.0), (float("inf"), 0.0), (1.0,), ()):
-        stamp = sample_stamp_ns(0, RATE_HZ)
+        stamp = rig.probe.epoch_ns
         rig.probe.publish(TORQUE_COMMAND, joint_state(stamp, ACTIVE_JOINTS, effort=effort))
     rig.command(7, (1.0, 1.0))
     rig.probe.wait_for_dropped(BRIDGE, 5)

@@ -22,6 +22,7 @@ from fivebar_description.interface import (
     JOINTS,
     RUN_READY,
     RUN_STATUS,
+    START_STAMP_NS,
     TORQUE_COMMAND,
     sample_stamp_ns,
 )
@@ -44,8 +45,8 @@ def start(bench: Bench, **parameters: Any) -> tuple[ForkedNode, Probe]:
     return process, probe
 
 
-def command(sample: int, torque: tuple[float, float], rate_hz: int = RATE_HZ) -> Any:
-    return joint_state(sample_stamp_ns(sample, rate_hz), ACTIVE_JOINTS, effort=torque)
+def command(sample: int, torque: tuple[float, float], rate_hz: int = RATE_HZ, epoch_ns: int = START_STAMP_NS) -> Any:
+    return joint_state(sample_stamp_ns(sample, rate_hz, epoch_ns), ACTIVE_JOINTS, effort=torque)
 
 
 def torque_of(sample: int) -> tuple[float, float]:
@@ -182,10 +183,11 @@ class Controller:
         self._rate_hz = rate_hz
 
     def on_sample(self, message: Any) -> None:
-        sample = (stamp_of(message) - sample_stamp_ns(0, self._rate_hz)) * self._rate_hz // 1_000_000_000
+        sample = self._probe.sample(message, self._rate_hz)
+        assert sample is not None
         self.applied.append((sample, (message.effort[0], message.effort[2])))
         if not self.silent:
-            self._probe.publish(TORQUE_COMMAND, command(sample, (0.01, -0.02), self._rate_hz))
+            self._probe.publish(TORQUE_COMMAND, command(sample, (0.01, -0.02), self._rate_hz, self._probe.epoch_ns))
 
 
 @pytest.mark.clock
@@ -263,7 +265,7 @@ def test_in_real_time_a_delayed_torque_acts_one_sample_later(bench: Bench) -> No
         for sample in probe.samples(JOINT_STATES, rate_hz)[len(answered) :]:
             assert sample is not None
             answered.append(sample)
-            probe.publish(TORQUE_COMMAND, command(sample, (0.001 * sample, -0.002 * sample), rate_hz))
+            probe.publish(TORQUE_COMMAND, command(sample, (0.001 * sample, -0.002 * sample), rate_hz, probe.epoch_ns))
         return process.status is not None
 
     probe.wait_for(answer, "the end of the run")

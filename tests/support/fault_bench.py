@@ -36,9 +36,7 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
     Topic,
-    sample_of_stamp,
 )
-from fivebar_description.ros.messages import stamp_of
 from fivebar_description.ros.scheduling import Scheduling
 
 PRIORITY = 20
@@ -188,7 +186,7 @@ class FaultBench:
         return self._number(messages[-1]) if messages else -1
 
     def _number(self, message: Any) -> int:
-        return sample_of_stamp(stamp_of(message), self.scenario.rate_hz) or 0
+        return self.probe.sample(message, self.scenario.rate_hz) or 0
 
     def sample_without_torque(self) -> int:
         """The sample since which the drives have measured no torque, -1 while they measure some."""

@@ -34,11 +34,20 @@ from std_srvs.srv import Trigger
 
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.processes import NODE_GROUP
-from fivebar_description.interface import NANOSECONDS, RUN_PLAN, RUN_READY, Topic, sample_of_stamp, sample_stamp_ns
+from fivebar_description.interface import (
+    NANOSECONDS,
+    RUN_EPOCH,
+    RUN_PLAN,
+    RUN_READY,
+    START_STAMP_NS,
+    Topic,
+    sample_of_stamp,
+    sample_stamp_ns,
+)
 from fivebar_description.ros.messages import message_class, stamp_of
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
-from fivebar_description.run_plan import plan_text
+from fivebar_description.run_plan import plan_text, read_epoch
 
 RATE_HZ = 500
 """Default rate of every node."""
@@ -148,6 +157,23 @@ class Probe:
         """What each node (absolute name) has told on /diagnostics, in order."""
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self.listen(RUN_READY)
+        self.epochs = [START_STAMP_NS]
+        """Stamps of sample 0, as they were published, the present one last."""
+        # before all else, so that it is known when a sample comes
+        self.listen(RUN_EPOCH, callback=self._on_epoch)
+
+    @property
+    def epoch_ns(self) -> int:
+        return self.epochs[-1]
+
+    def sample(self, message: Any, rate_hz: int = RATE_HZ) -> int | None:
+        """Return the sample that a message's stamp names."""
+        return sample_of_stamp(stamp_of(message), rate_hz, self.epoch_ns)
+
+    def _on_epoch(self, message: String) -> None:
+        epoch_ns = read_epoch(message.data)
+        if epoch_ns is not None:
+            self.epochs.append(epoch_ns)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -239,11 +265,11 @@ class Probe:
 
     def samples(self, topic: Topic, rate_hz: int = RATE_HZ) -> list[int | None]:
         """Return the sample numbers that the stamps of a topic's messages name."""
-        return [sample_of_stamp(stamp_of(message), rate_hz) for message in self.got(topic)]
+        return [self.sample(message, rate_hz) for message in self.got(topic)]
 
     def answer(self, topic: Topic, sample: int, rate_hz: int = RATE_HZ) -> Any:
         """Wait for the message of a topic that answers a sample, and return the last such."""
-        stamp = sample_stamp_ns(sample, rate_hz)
+        stamp = sample_stamp_ns(sample, rate_hz, self.epoch_ns)
         return self.wait_for(lambda: self._last_by_stamp(topic).get(stamp), f"{topic.name} of sample {sample}")
 
     def _last_by_stamp(self, topic: Topic) -> dict[int, Any]:

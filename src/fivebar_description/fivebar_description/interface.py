@@ -31,7 +31,7 @@ IMU_FRAME = "imu"
 """Frame of `imu/data`, fixed to the distal link of leg 2 at the platform."""
 
 START_STAMP_NS = 1_000_000_000
-"""Stamp of sample 0. Not zero, because a zero stamp means "not set" in ROS."""
+"""Stamp of sample 0 in lockstep, where time is simulated. Not zero, because a zero stamp means "not set" in ROS."""
 
 NANOSECONDS = 1_000_000_000
 """Nanoseconds in a second."""
@@ -98,6 +98,12 @@ RUN_STATUS = Topic("run/status", "std_msgs/msg/String", STATE_QOS)
 RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
 RUN_PLAN = Topic("run/plan", "std_msgs/msg/String", STATE_QOS)
 """What the nodes of a run must agree on, from the trajectory generator: JSON with a digest and the values by name."""
+RUN_EPOCH = Topic("run/epoch", "std_msgs/msg/String", STATE_QOS)
+"""The stamp of sample 0 (ns), from the node that keeps the time, plant or bridge: JSON {"epoch_ns": ...}; null while no
+run is on. Nodes number samples from stamps, so they answer only once they know it."""
+CLOCK = Topic("clock", "rosgraph_msgs/msg/Clock")
+"""In lockstep, the stamp of the present sample, from the plant: /clock, for tools with use_sim_time, unless the robot
+has a namespace. A bag leaves it out, since whoever plays a bag publishes the time."""
 
 TOPICS = (
     JOINT_STATES,
@@ -121,6 +127,7 @@ TOPICS = (
     RUN_STATUS,
     RUN_READY,
     RUN_PLAN,
+    RUN_EPOCH,
 )
 """All topics of the graph, in the order in which pages and bags list them."""
 
@@ -154,12 +161,12 @@ def topic_named(name: str) -> Topic | None:
     return known
 
 
-def sample_stamp_ns(sample: int, rate_hz: int) -> int:
-    """Return the nominal stamp of sample k in integer nanoseconds; `rate_hz` must divide 1e9."""
-    return START_STAMP_NS + sample * (NANOSECONDS // rate_hz)
+def sample_stamp_ns(sample: int, rate_hz: int, epoch_ns: int = START_STAMP_NS) -> int:
+    """Return the stamp of sample k in integer nanoseconds, the epoch for sample 0; `rate_hz` must divide 1e9."""
+    return epoch_ns + sample * (NANOSECONDS // rate_hz)
 
 
-def sample_of_stamp(stamp_ns: int, rate_hz: int) -> int | None:
-    """Return the sample number that a stamp names, or None where it is not on the grid of `rate_hz`."""
-    sample, rest = divmod(stamp_ns - START_STAMP_NS, NANOSECONDS // rate_hz)
+def sample_of_stamp(stamp_ns: int, rate_hz: int, epoch_ns: int = START_STAMP_NS) -> int | None:
+    """Return the sample number that a stamp names; None where it is not on the grid of `rate_hz` from the epoch on."""
+    sample, rest = divmod(stamp_ns - epoch_ns, NANOSECONDS // rate_hz)
     return sample if rest == 0 and sample >= 0 else None

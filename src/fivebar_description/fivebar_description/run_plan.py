@@ -1,4 +1,4 @@
-"""The plan of a run as its nodes compare it: the values on which they must agree, by name, with a digest of all.
+"""What all nodes of a run share: the plan, values on which they must agree, by name, and the stamp of sample 0.
 
 Nothing here needs ROS.
 """
@@ -10,6 +10,7 @@ import json
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from fivebar_description.interface import NANOSECONDS, START_STAMP_NS
 from fivebar_description.parameters import load_robot
 
 DIGEST_LENGTH = 12
@@ -67,6 +68,30 @@ def difference(own: Mapping[str, Any], plan: RunPlan) -> Difference | None:
         if name in plan.values and _compared(here) != _compared(plan.values[name]):
             return Difference(name, here, plan.values[name])
     return None
+
+
+def epoch_text(epoch_ns: int | None) -> str:
+    """Return the stamp of sample 0 (ns), None while no run is on, as the text of `run/epoch`."""
+    return json.dumps({"epoch_ns": epoch_ns})
+
+
+def read_epoch(text: str) -> int | None:
+    """Return the stamp of sample 0 (ns) of a text, None for no run.
+
+    Raises:
+        ValueError: it is not that of an epoch.
+    """
+    content = json.loads(text)
+    epoch_ns = content.get("epoch_ns", "") if isinstance(content, dict) else ""
+    if epoch_ns is not None and (not isinstance(epoch_ns, int) or epoch_ns <= 0):
+        raise ValueError("expected epoch_ns")
+    return epoch_ns
+
+
+def next_epoch(now_ns: int, rate_hz: int) -> int:
+    """Return the first multiple of the period from a moment (ns) on, as the stamp of sample 0."""
+    period = NANOSECONDS // rate_hz
+    return max(-(-now_ns // period) * period, START_STAMP_NS)
 
 
 def _compared(value: Any) -> Any:

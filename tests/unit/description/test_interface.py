@@ -50,6 +50,6 @@ def test_topics_are_relative_and_different() -> None:
 
 def test_late_subscribers_get_all_faults_and_present_states_and_the_control_path_keeps_eight() -> None:
     depths = {topic.name: topic.qos.depth for topic in (*TOPICS, GOAL, GOAL_STATUS) if topic.qos.transient_local}
-    states = dict.fromkeys(("safety/state", "drives/state", "run/status", "run/plan", "goal/status"), 1)
+    states = dict.fromkeys(("safety/state", "drives/state", "run/status", "run/plan", "run/epoch", "goal/status"), 1)
     assert depths == {"faults": 32, "run/ready": 32, **states}
     assert {topic.qos.depth for topic in TOPICS if topic.name not in depths} == {8}

@@ -30,7 +30,6 @@ from fivebar_description.interface import (
     TORQUE_REQUESTED,
     VHC_TORQUE,
     Topic,
-    sample_of_stamp,
 )
 from fivebar_description.parameters import FiveBar
 
@@ -164,11 +163,9 @@ class _Join:
     def __init__(self, recording: Recording, rate_hz: int, joints: Topic) -> None:
         self._recording = recording
         self._rate_hz = rate_hz
-        numbers = self._numbers(joints)
+        numbers = recording.samples(joints, rate_hz)
         if numbers.size and np.all(numbers < 0):
-            raise BagError(
-                recording.path, f"/{joints.name}: no stamp is on the grid of {rate_hz} Hz that starts at 1 s"
-            )
+            raise BagError(recording.path, f"/{joints.name}: no stamp is on the grid of {rate_hz} Hz from the epoch on")
         last_first = numbers[::-1]
         self.sample, last = np.unique(last_first[last_first >= 0], return_index=True)
         self.log_time_ns = recording.log_times(joints)[::-1][last_first >= 0][last]
@@ -197,13 +194,8 @@ class _Join:
             return np.full((self.sample.size, 3), math.nan)
         return self._on_samples(IMU_DATA, self._recording.field(IMU_DATA, "linear_acceleration"))
 
-    def _numbers(self, topic: Topic) -> IntArray:
-        """Return int64[messages], the number of the sample that each stamp names, -1 off the grid."""
-        found = (sample_of_stamp(stamp, self._rate_hz) for stamp in self._recording.stamps(topic).tolist())
-        return np.array([-1 if number is None else number for number in found], dtype=np.int64)
-
     def _on_samples(self, topic: Topic, values: FloatArray) -> FloatArray:
-        numbers, first = np.unique(self._numbers(topic), return_index=True)
+        numbers, first = np.unique(self._recording.samples(topic, self._rate_hz), return_index=True)
         joined = np.full((self.sample.size, values.shape[1]), math.nan)
         _, here, there = np.intersect1d(self.sample, numbers, assume_unique=True, return_indices=True)
         joined[here] = values[first[there]]

@@ -41,6 +41,7 @@ from fivebar_control.ros.node_settings import (
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX
 from fivebar_description.interface import (
     CANDIDATES,
+    CLOCK,
     DRIVES_STATE,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
@@ -56,6 +57,7 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     PICTURES,
     REFERENCE,
+    RUN_EPOCH,
     RUN_PLAN,
     RUN_READY,
     RUN_STATUS,
@@ -157,7 +159,7 @@ def crossing_graph(
                 **to_parameters(TrajectorySettings(CONTINUE if mode is Mode.LOCKSTEP else HOLD)),
                 **_goal_parameters(scenario),
             },
-            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, RUN_PLAN),
+            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, RUN_PLAN, RUN_EPOCH),
             (REFERENCE, GOAL_STATUS, RUN_PLAN),
             in_chain=True,
         ),
@@ -165,7 +167,7 @@ def crossing_graph(
             "fivebar_control",
             "supervisor",
             {**motion, **to_parameters(SupervisorSettings(scheme.weighting))},
-            (JOINT_STATES, RUN_PLAN),
+            (JOINT_STATES, RUN_PLAN, RUN_EPOCH),
             (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
             in_chain=True,
         ),
@@ -215,7 +217,7 @@ def _scene(motion: dict[str, Any]) -> NodeSpec:
         "fivebar_bringup",
         SCENE_NODE,
         {**motion, **to_parameters(SceneSettings())},
-        (JOINT_STATES, REFERENCE, TORQUE_COMMAND),
+        (JOINT_STATES, REFERENCE, TORQUE_COMMAND, RUN_PLAN, RUN_EPOCH),
         PICTURES,
     )
 
@@ -236,7 +238,7 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
             ),
             **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
         },
-        (IMU_DATA, REFERENCE, RUN_READY, RUN_PLAN),
+        (IMU_DATA, REFERENCE, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (IMU_ERROR,),
     )
 
@@ -259,7 +261,7 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
             )
         ),
         (TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN),
-        (MOTOR_STATES, FAULTS, DRIVES_STATE),
+        (MOTOR_STATES, FAULTS, DRIVES_STATE, RUN_EPOCH),
     )
 
 
@@ -280,7 +282,7 @@ def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[s
             ),
             **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
         },
-        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN),
+        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (GROUND_TRUTH, IMU_DATA, FAULTS, RUN_STATUS),
     )
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
@@ -301,7 +303,8 @@ def _disturbance(scenario: Scenario) -> str:
 
 
 def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
-    return (JOINT_STATES, REFERENCE, *((ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()), RUN_PLAN)
+    disturbance = (ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()
+    return (JOINT_STATES, REFERENCE, *disturbance, RUN_PLAN, RUN_EPOCH)
 
 
 def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
@@ -376,6 +379,7 @@ def _estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
             *((IMU_DATA,) if scenario.gyro else ()),
             *((IMU_RELEASED,) if awaits_readings else ()),
             RUN_PLAN,
+            RUN_EPOCH,
         ),
         (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
         in_chain=True,
@@ -406,7 +410,7 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
             ),
             **to_parameters(scenario.safety_settings(), without=NOT_OF_THE_GUARD),
         },
-        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE, RUN_PLAN),
+        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE, RUN_PLAN, RUN_EPOCH),
         (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
         in_chain=True,
     )
@@ -450,5 +454,7 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             FAULTS,
             DRIVES_STATE,
             RUN_STATUS,
+            RUN_EPOCH,
+            *((CLOCK,) if mode is Mode.LOCKSTEP else ()),
         ),
     )

@@ -36,7 +36,6 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
     VHC_TORQUE,
-    sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state
@@ -205,7 +204,7 @@ class Blender(SamplingNode):
         self._command.publish(self._reply)
 
     def _message(self, sample: int, torque: Torque) -> JointState:
-        return joint_state(sample_stamp_ns(sample, self.rate_hz), ACTIVE_JOINTS, effort=torque)
+        return joint_state(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
 
     def _announce_fault(self) -> None:
         self._faults.publish(String(data=str(self._guard.fault)))

@@ -31,17 +31,21 @@ from fivebar_description.interface import (
     DRIVES_STATE,
     FAULTS,
     MOTOR_STATES,
+    NANOSECONDS,
     RUN_READY,
     TORQUE_COMMAND,
-    sample_of_stamp,
-    sample_stamp_ns,
 )
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
-from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.ros.run_agreement import TimeKeeper
+from fivebar_description.run_plan import next_epoch
 from fivebar_description.strict_yaml import InputError
+
+LONGEST_WAIT_NS = 60 * NANOSECONDS
+"""Time (ns) after which an unanswered sample 0 gets a new stamp, since stamps are to be those of the clock; long enough
+to answer it by hand."""
 
 Transition = Callable[["DextarBridge", LifecycleState], TransitionCallbackReturn]
 
@@ -76,7 +80,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
                 f"dextar_bridge: parameter rate_hz: {self._rate_hz}: expected {drives.rate_hz}, which is"
                 f" sync_period_us {drives.sync_period_us} of {settings.drives}"
             )
-        self._run = RunAgreement(self, self._rate_hz, {})
+        self._run = TimeKeeper(self, self._rate_hz)
         self._brake_limit = settings.brake_limit_s
         self._heartbeat_period = drives.master.heartbeat_ms / 2e3
         timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
@@ -104,7 +108,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self._awaited.discard(message.data)
 
     def _autostart(self) -> None:
-        if self._awaited or not self._run.holds:
+        if self._awaited or not self._run.agrees:
             return
         self._start_timer.cancel()
         if self.trigger_configure() == SUCCESS:
@@ -136,7 +140,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         if self._session.fault is not None:
             self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
             return FAILURE
-        if not self._run.holds:
+        if not self._run.agrees:
             self.get_logger().error(f"not activated: {self._run.problem or 'run/plan has not come'}")
             return FAILURE
         if not self._session.activate(time.monotonic):
@@ -194,6 +198,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
 
     def _power_off(self) -> None:
         self._session.active = False
+        self._run.end()
         # before the samples end, so that no other node reports their absence as a fault
         self._publish_state()
         self._cancel_timer()
@@ -214,11 +219,13 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         sample = self._session.cycle(time.monotonic())
         if sample is None:
             return
+        if sample.number == 0 and self._begins_run():
+            return
         first, second = sample.readings
         self.note_answer()
         self._states.publish(
             joint_state(
-                sample_stamp_ns(sample.number, self._rate_hz),
+                self._run.stamp(sample.number),
                 ACTIVE_JOINTS,
                 (first.position, second.position),
                 (first.velocity, second.velocity),
@@ -226,13 +233,24 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             )
         )
 
+    def _begins_run(self) -> bool:
+        """Announce when time begins, and again where sample 0 has had no answer for long; return whether it was.
+
+        The sample itself follows with the next repetition, when every node knows the stamp of sample 0.
+        """
+        now = self.get_clock().now().nanoseconds
+        if self._run.begun and now - self._run.epoch_ns < LONGEST_WAIT_NS:
+            return False
+        self._run.begin(next_epoch(now + int(REPEAT_PERIOD * NANOSECONDS), self._rate_hz))
+        return True
+
     def _on_command(self, message: JointState) -> None:
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
         except MessageError as error:
             self.drop(TORQUE_COMMAND, str(error))
             return
-        sample = sample_of_stamp(stamp_of(message), self._rate_hz)
+        sample = self._run.sample(stamp_of(message))
         if not self._session.command(sample, (tau1, tau2), time.monotonic()):
             self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._session.sample}")
 

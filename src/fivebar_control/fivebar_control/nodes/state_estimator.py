@@ -30,8 +30,6 @@ from fivebar_description.interface import (
     JOINTS,
     MOTOR_STATES,
     TORQUE_COMMAND,
-    sample_of_stamp,
-    sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot, tolerances_of
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
@@ -152,7 +150,9 @@ class StateEstimatorNode(SamplingNode):
             self._end_wait()
 
     def _on_imu(self, message: Imu) -> None:
-        sample = sample_of_stamp(stamp_of(message), self.rate_hz)
+        if not self._run.holds:
+            return
+        sample = self._run.sample(stamp_of(message))
         vector = message.angular_velocity
         if sample is None:
             self.drop(IMU_DATA, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
@@ -174,7 +174,9 @@ class StateEstimatorNode(SamplingNode):
             self._publish(*self._reply)
 
     def _on_command(self, message: JointState) -> None:
-        sample = sample_of_stamp(stamp_of(message), self.rate_hz)
+        if not self._run.holds:
+            return
+        sample = self._run.sample(stamp_of(message))
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
         except MessageError as error:
@@ -208,7 +210,7 @@ class StateEstimatorNode(SamplingNode):
             self._announce(str(self._estimator.fault))
             # deliver the fault to the blender before this sample, so that every run stops at the same sample
             self.deliver()
-        stamp = sample_stamp_ns(sample, self.rate_hz)
+        stamp = self._run.stamp(sample)
         self._replied = sample
         self._reply = (
             joint_state(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),

@@ -16,7 +16,6 @@ from fivebar_description.interface import (
     SUPERVISOR_NAMES,
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
-    sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.run import run_node
@@ -50,7 +49,7 @@ class SupervisorNode(SamplingNode):
             self._publish(self.last_sample, self._reply)
 
     def _publish(self, sample: int, reply: SupervisorState) -> None:
-        stamp = sample_stamp_ns(sample, self.rate_hz)
+        stamp = self._run.stamp(sample)
         self._state.publish(joint_state(stamp, SUPERVISOR_NAMES, position=reply))
         self._sigma.publish(Float64(data=reply.sigma))
 

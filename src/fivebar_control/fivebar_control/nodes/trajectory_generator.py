@@ -21,7 +21,6 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     RUN_PLAN,
     SAFETY_STATE,
-    sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.qos import qos_profile
@@ -96,7 +95,7 @@ class TrajectoryGenerator(SamplingNode):
         x, y, vx, vy, ax, ay = reference
         self._reference.publish(
             joint_state(
-                sample_stamp_ns(sample, self.rate_hz),
+                self._run.stamp(sample),
                 REFERENCE_NAMES,
                 position=(x, y, vx, vy),
                 velocity=(vx, vy, ax, ay),

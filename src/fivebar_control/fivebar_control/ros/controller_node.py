@@ -21,7 +21,6 @@ from fivebar_description.interface import (
     JOINTS,
     REFERENCE,
     REFERENCE_NAMES,
-    sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.ros.parameters import Spec, specs_of
@@ -100,7 +99,7 @@ class ControllerNode(SamplingNode):
             ((disturbance,),) = rest
             reference = against_disturbance(reference, *disturbance)
         torque = self._law(target, state, reference)
-        self._reply = joint_state(sample_stamp_ns(sample, self.rate_hz), ACTIVE_JOINTS, effort=torque)
+        self._reply = joint_state(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
         self._torque.publish(self._reply)
 
     def repeat(self) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 
-from fivebar_description.interface import NANOSECONDS, Topic
+from fivebar_description.interface import BASE_FRAME, NANOSECONDS, Topic
 
 LARGEST = 1e100
 """Largest magnitude that is accepted: sums and squares of larger values would overflow."""
@@ -49,6 +49,7 @@ def joint_state(
     """Return a JointState of named quantities; a field that is left out stays empty."""
     message = JointState()
     message.header.stamp = to_stamp(stamp_ns)
+    message.header.frame_id = BASE_FRAME
     message.name = list(names)
     message.position = array("d", position)
     message.velocity = array("d", velocity)

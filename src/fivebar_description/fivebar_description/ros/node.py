@@ -70,7 +70,7 @@ class GraphNode(Node):
         self.exit_status: int | None = None
         """Set by a node that has finished; the process then exits with this status."""
         self.agreement: RunAgreement | None = None
-        """What the node shares with the others of its run, where it is part of one; not ready before it holds."""
+        """What the node shares with the others of a run, if it is part of one; not ready before the plan agrees."""
         self._awaited_nodes: set[str] = set()
         self._announcements: Subscription[Any] | None = None
         self._ready = self.advertise(RUN_READY)
@@ -193,7 +193,7 @@ class GraphNode(Node):
         their creation, so one that serves the last knows all of them.
         """
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
-        complete = complete and (self.agreement is None or self.agreement.holds)
+        complete = complete and (self.agreement is None or self.agreement.agrees)
         if complete and self._awaited_nodes:
             if self._announcements is None:
                 self._announcements = self.create_subscription(

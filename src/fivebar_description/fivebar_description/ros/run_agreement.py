@@ -1,29 +1,39 @@
-"""What the nodes of one run must share: each compares its own parameters with the plan that the run has published."""
+"""What the nodes of a run must share: each compares its parameters with the plan, and numbers samples from stamps.
+
+The trajectory generator publishes the plan once, latched: what the nodes of the run were started with. Whoever keeps
+the time, plant or bridge, publishes the epoch, the stamp of sample 0.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from std_msgs.msg import String
 
-from fivebar_description.interface import RUN_PLAN
+from fivebar_description.interface import (
+    RUN_EPOCH,
+    RUN_PLAN,
+    START_STAMP_NS,
+    sample_of_stamp,
+    sample_stamp_ns,
+)
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
-from fivebar_description.run_plan import RunPlan, difference, read_plan
+from fivebar_description.run_plan import RunPlan, difference, epoch_text, read_epoch, read_plan
 
 
 class RunAgreement:
     """The part of a node in its run; a node makes one after its parameters are declared.
 
-    The trajectory generator publishes the plan once, latched. The node waits for it, and while a value differs it
-    refuses to answer: parameters given to one node only would otherwise go unnoticed. A new plan, of a trajectory
-    generator that was started again, is compared anew. Requested motions do not change the plan: it is what the nodes
-    were started with. Where nobody publishes a plan, with a node that is tried by itself, there is nothing to compare.
+    The node waits for the plan, and while a value differs it refuses to answer: parameters given to one node only would
+    otherwise go unnoticed. A new plan, of a trajectory generator that was started again, is compared anew. Requested
+    motions do not change the plan. Where nobody publishes plan or epoch, with a node that is tried by itself, there is
+    nothing to compare, and sample 0 has the stamp that it has in lockstep.
     """
 
     def __init__(self, node: GraphNode, rate_hz: int, values: Mapping[str, Any]) -> None:
-        """Subscribe to the plan on behalf of a node.
+        """Subscribe to plan and epoch on behalf of a node.
 
         Args:
             node: the node.
@@ -31,23 +41,47 @@ class RunAgreement:
             values: its other values that the plan may hold, by their names in the plan.
         """
         self._node = node
+        self._rate_hz = rate_hz
         self._own = {"rate_hz": rate_hz, **values}
         self._plan: RunPlan | None = None
+        self.epoch_ns = START_STAMP_NS
+        """Stamp of sample 0 of the present run, or of the last one."""
+        self.begun = False
+        """Whether the epoch is known and the run has not ended."""
         self.problem = ""
         """The difference from the plan, for people; empty without one."""
+        self.on_begin: Callable[[], None] = _nothing
+        """Called when a run with another epoch begins."""
         node.agreement = self
-        # made before the inputs, so that a plan that was published first is also known first
+        # made before the inputs, so that what was published first is also known first
         node.create_subscription(String, RUN_PLAN.name, self._on_plan, qos_profile(RUN_PLAN.qos))
+        self._follow()
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the plan has come, where there is one, and agrees."""
+        return not self.problem and (self._plan is not None or not self._node.count_publishers(RUN_PLAN.name))
 
     @property
     def holds(self) -> bool:
-        """Whether the node may answer: the plan has come, where there is one, and agrees."""
-        return not self.problem and (self._plan is not None or not self._node.count_publishers(RUN_PLAN.name))
+        """Whether the node may answer samples: the plan agrees and the epoch is known, where there is one."""
+        return self.agrees and (self.begun or not self._node.count_publishers(RUN_EPOCH.name))
 
     @property
     def digest(self) -> str:
         """The digest of the plan, empty before it has come."""
         return self._plan.digest if self._plan is not None else ""
+
+    def stamp(self, sample: int) -> int:
+        """Return the stamp (ns) of a sample."""
+        return sample_stamp_ns(sample, self._rate_hz, self.epoch_ns)
+
+    def sample(self, stamp_ns: int) -> int | None:
+        """Return the sample that a stamp (ns) names; None where it is not on the grid from the epoch on."""
+        return sample_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
+
+    def _follow(self) -> None:
+        self._node.create_subscription(String, RUN_EPOCH.name, self._on_epoch, qos_profile(RUN_EPOCH.qos))
 
     def _on_plan(self, message: String) -> None:
         try:
@@ -60,3 +94,46 @@ class RunAgreement:
         self.problem = "" if found is None else f"plan_differs: {found}"
         if found is not None:
             self._node.get_logger().error(f"refuses to answer: {found}")
+
+    def _on_epoch(self, message: String) -> None:
+        try:
+            epoch_ns = read_epoch(message.data)
+        except ValueError as error:
+            self._node.drop(RUN_EPOCH, str(error))
+            return
+        self._take_epoch(epoch_ns)
+
+    def _take_epoch(self, epoch_ns: int | None) -> None:
+        self.begun = epoch_ns is not None
+        if epoch_ns is not None and epoch_ns != self.epoch_ns:
+            self.epoch_ns = epoch_ns
+            self.on_begin()
+
+
+class TimeKeeper(RunAgreement):
+    """The part of the node that produces the samples, plant or bridge: it publishes the epoch."""
+
+    def __init__(self, node: GraphNode, rate_hz: int) -> None:
+        """Subscribe to the plan, and announce that no run is on."""
+        super().__init__(node, rate_hz, {})
+        self.end()
+
+    def begin(self, epoch_ns: int) -> None:
+        """Announce the stamp of sample 0 (ns).
+
+        Topics have no order among each other: let some time pass before that sample, or repeat it until it is answered.
+        """
+        self._take_epoch(epoch_ns)
+        self._epoch.publish(String(data=epoch_text(epoch_ns)))
+
+    def end(self) -> None:
+        """Announce that the run has ended: what comes before the next one belongs to none."""
+        self._take_epoch(None)
+        self._epoch.publish(String(data=epoch_text(None)))
+
+    def _follow(self) -> None:
+        self._epoch = self._node.advertise(RUN_EPOCH)
+
+
+def _nothing() -> None:
+    """Do nothing."""

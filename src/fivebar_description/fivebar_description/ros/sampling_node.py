@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from sensor_msgs.msg import JointState
 
-from fivebar_description.interface import Topic, sample_of_stamp
+from fivebar_description.interface import Topic
 from fivebar_description.ros.messages import MessageError, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import CAPACITY, Arrival, StampJoin
@@ -47,6 +47,7 @@ class SamplingNode(GraphNode):
         """
         assert self.agreement is not None, "a node that answers samples belongs to a run"
         self._run = self.agreement
+        self._run.on_begin = self._begin_run
         self.rate_hz = rate_hz
         self._join = StampJoin([one.topic.name for one in inputs], depth or CAPACITY)
         self._driver = inputs[0].topic
@@ -87,9 +88,12 @@ class SamplingNode(GraphNode):
         def receive(message: Any) -> None:
             if not self._run.holds:
                 return
-            sample = sample_of_stamp(stamp_of(message), self.rate_hz)
+            sample = self._run.sample(stamp_of(message))
             if sample is None:
-                self.drop(one.topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
+                self.drop(
+                    one.topic,
+                    f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz",
+                )
                 return
             sample += one.later
             arrival = self._join.arrival(sample)
@@ -109,12 +113,18 @@ class SamplingNode(GraphNode):
                     self.repeat()
                 return
             if arrival is Arrival.OLD:
-                self._join.restart()
-                self.note_pause()
-                self.restart()
+                self._begin_run()
             self._take(one.topic, sample, values, driving)
 
         return receive
+
+    def _begin_run(self) -> None:
+        """Start anew: the driving input is at sample 0 again, or a run with another epoch begins."""
+        begun = self._join.last >= 0
+        self._join.restart()
+        if begun:
+            self.note_pause()
+            self.restart()
 
     def _take(self, topic: Topic, sample: int, values: Any, driving: bool) -> None:
         if not self.admit(sample, driving, values):

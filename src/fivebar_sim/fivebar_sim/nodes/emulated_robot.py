@@ -27,8 +27,6 @@ from fivebar_description.interface import (
     RUN_READY,
     RUN_STATUS,
     TORQUE_COMMAND,
-    sample_of_stamp,
-    sample_stamp_ns,
 )
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
@@ -60,7 +58,7 @@ class EmulatedRobot(GraphNode):
         super().__init__("emulated_robot")
         settings = self.declare_settings(EmulatedRobotSettings)
         self._rate_hz = settings.rate_hz
-        RunAgreement(self, self._rate_hz, {})
+        self._run = RunAgreement(self, self._rate_hz, {})
         self._samples = settings.samples
         self._injections = sorted(_injection(text) for text in settings.inject)
         self._missing_nodes = set(settings.wait_for_nodes)
@@ -124,8 +122,10 @@ class EmulatedRobot(GraphNode):
 
     def _on_states(self, message: JointState) -> None:
         """Publish the exact state of the SYNC that a sample was measured at, and count what was late."""
+        if not self._run.holds:
+            return
         now = time.monotonic()
-        sample = sample_of_stamp(stamp_of(message), self._rate_hz)
+        sample = self._run.sample(stamp_of(message))
         try:
             ((q11, q21),) = read_fields(message, ACTIVE_JOINTS, ("position",))
         except MessageError as error:
@@ -152,7 +152,7 @@ class EmulatedRobot(GraphNode):
         record = self._sync_of(sample, q11, q21)
         if record is None:
             return
-        stamp = sample_stamp_ns(sample, self._rate_hz)
+        stamp = self._run.stamp(sample)
         position, velocity, effort = record.truth
         self._truth.publish(joint_state(stamp, JOINTS, position, velocity, effort))
         if sample > self._last_reading:
@@ -193,7 +193,7 @@ class EmulatedRobot(GraphNode):
         return found
 
     def _on_command(self, message: JointState) -> None:
-        sample = sample_of_stamp(stamp_of(message), self._rate_hz)
+        sample = self._run.sample(stamp_of(message))
         if sample is not None and self._commanded < sample <= self._sample:
             self._commanded = sample
             if sample == self._sample > 0:

@@ -6,6 +6,7 @@ import json
 import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -14,6 +15,7 @@ from fivebar_description.imu import IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
+    CLOCK,
     DRIVES_STATE,
     FAULTS,
     GROUND_TRUTH,
@@ -23,18 +25,19 @@ from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
+    NANOSECONDS,
     RUN_READY,
     RUN_STATUS,
+    START_STAMP_NS,
     TORQUE_COMMAND,
-    sample_of_stamp,
-    sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
-from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.ros.run_agreement import TimeKeeper
+from fivebar_description.run_plan import next_epoch
 from fivebar_sim.imu import ReadingQueue
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
@@ -68,7 +71,7 @@ class PlantNode(GraphNode):
         plant = self.declare_settings(PlantSettings)
         imu = self.declare_settings(ImuSettings, IMU_PREFIX)
         self._rate_hz = settings.rate_hz
-        self._run = RunAgreement(self, self._rate_hz, {})
+        self._run = TimeKeeper(self, self._rate_hz)
         self._samples = settings.samples
         self._lockstep = settings.mode == LOCKSTEP
         self._command_timeout = settings.command_timeout_s
@@ -90,6 +93,10 @@ class PlantNode(GraphNode):
         self._arrived: list[tuple[int, Imu]] | None = None
         self._began = self._heard = time.monotonic()
         self._motors_only = settings.publishes == MOTORS
+        self._time = self.advertise(CLOCK) if self._lockstep else None
+        if self._lockstep:
+            # time is simulated, and every run has the same stamps
+            self._run.begin(START_STAMP_NS)
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only or has_effects(plant) else None
         self._imu = self.advertise(IMU_DATA)
@@ -126,7 +133,12 @@ class PlantNode(GraphNode):
                 missing = ", ".join(sorted(self._missing_nodes))
                 self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {missing}")
             return
-        if not self._run.holds:
+        if not self._run.agrees:
+            return
+        if not self._run.begun:
+            # when the clock of real time begins, if sample 0 is answered at once; it is sent with the next call
+            begins = self.get_clock().now().nanoseconds + int(2 * REPEAT_PERIOD * NANOSECONDS)
+            self._run.begin(next_epoch(begins, self._rate_hz))
             return
         if not self._running:
             self._running = True
@@ -146,7 +158,7 @@ class PlantNode(GraphNode):
 
     def _measure(self, sample: int) -> Messages:
         """Return the messages of a sample."""
-        stamp = sample_stamp_ns(sample, self._rate_hz)
+        stamp = self._run.stamp(sample)
         measured = self._plant.measure()
         angles, torques = measured.of_motors()
         if self._motors_only:
@@ -159,14 +171,16 @@ class PlantNode(GraphNode):
         return joints, joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
 
     def _publish_sample(self) -> None:
-        # the joint states first, because the controllers wait for them
+        if self._time is not None:
+            self._time.publish(Clock(clock=to_stamp(self._run.stamp(self._sample))))
+        # then the joint states, because the controllers wait for them
         joints, truth = self._measured
         self._joint_states.publish(joints)
         self._published = time.monotonic()
         if self._arrived is None:
             self._arrived = self._readings.arrived(self._sample, self._read_imu())
         if self._released is not None:
-            stamp = sample_stamp_ns(self._sample, self._rate_hz)
+            stamp = self._run.stamp(self._sample)
             made = [float(sample) for sample, _ in self._arrived]
             self._released.publish(joint_state(stamp, [IMU_FRAME] * len(made), made))
         for _, message in self._arrived:
@@ -177,7 +191,7 @@ class PlantNode(GraphNode):
     def _read_imu(self) -> Imu:
         reading = self._plant.measure_imu()
         message = Imu()
-        message.header.stamp = to_stamp(sample_stamp_ns(self._sample, self._rate_hz))
+        message.header.stamp = to_stamp(self._run.stamp(self._sample))
         message.header.frame_id = IMU_FRAME
         # -1 means that there is no orientation (sensor_msgs/Imu)
         message.orientation_covariance[0] = -1.0
@@ -188,7 +202,7 @@ class PlantNode(GraphNode):
         return message
 
     def _on_command(self, message: JointState) -> None:
-        sample = sample_of_stamp(stamp_of(message), self._rate_hz)
+        sample = self._run.sample(stamp_of(message))
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
         except MessageError as error:

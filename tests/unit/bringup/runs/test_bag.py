@@ -597,7 +597,7 @@ def test_serialized_messages_have_the_layout_of_cdr() -> None:
     assert serialize.float64(-0.0) == encapsulation + struct.pack("<d", -0.0)
     assert serialize.string("ü") == encapsulation + struct.pack("<I", 3) + "ü\0".encode()
     assert serialize.joint_state(1_000_000_002, ["q11"], effort=[0.1]) == encapsulation + struct.pack(
-        "<iI I1s3x I I4s I I I d", 1, 2, 1, b"\0", 1, 4, b"q11\0", 0, 0, 1, 0.1
+        "<iI I10s2x I I4s I I I d", 1, 2, 10, b"base_link\0", 1, 4, b"q11\0", 0, 0, 1, 0.1
     )
 
 

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name
-from fivebar_description.interface import NANOSECONDS, Topic
+from fivebar_description.interface import NANOSECONDS, RUN_EPOCH, START_STAMP_NS, Topic, sample_of_stamp
+from fivebar_description.run_plan import read_epoch
 
 FloatArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -79,6 +80,23 @@ class Recording:
         except AttributeError:
             raise self._error(topic, "its messages have no stamp") from None
         return np.array([stamp.sec * NANOSECONDS + stamp.nanosec for stamp in stamps], dtype=np.int64)
+
+    @property
+    def epoch_ns(self) -> int:
+        """Stamp (ns) of sample 0: that of the last run in the bag, which others began before it have not."""
+        if not self.count(RUN_EPOCH):
+            return START_STAMP_NS
+        try:
+            epochs = [read_epoch(text) for text in self.texts(RUN_EPOCH)]
+        except ValueError as error:
+            raise self._error(RUN_EPOCH, str(error)) from error
+        return next((epoch for epoch in reversed(epochs) if epoch is not None), START_STAMP_NS)
+
+    def samples(self, topic: Topic, rate_hz: int) -> IntArray:
+        """Return the number of the sample that each stamp names, int64[n]; -1 off the grid and before the epoch."""
+        epoch = self.epoch_ns
+        found = (sample_of_stamp(stamp, rate_hz, epoch) for stamp in self.stamps(topic).tolist())
+        return np.array([-1 if number is None else number for number in found], dtype=np.int64)
 
     def joint_names(self, topic: Topic) -> tuple[str, ...]:
         """Return the joint names of a JointState topic, in the order of the columns of its fields; () if empty."""

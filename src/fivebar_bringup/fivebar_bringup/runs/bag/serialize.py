@@ -11,7 +11,7 @@ import numpy as np
 from rosbags.typesys.stores import ros2_jazzy as ros
 
 from fivebar_bringup.runs.bag.definitions import TYPESTORE
-from fivebar_description.interface import NANOSECONDS
+from fivebar_description.interface import BASE_FRAME, NANOSECONDS
 
 
 def joint_state(
@@ -20,7 +20,7 @@ def joint_state(
     position: Sequence[float] = (),
     velocity: Sequence[float] = (),
     effort: Sequence[float] = (),
-    frame: str = "",
+    frame: str = BASE_FRAME,
 ) -> bytes:
     """Return a sensor_msgs/JointState; each field has one value per name, or none."""
     message = ros.sensor_msgs__msg__JointState(

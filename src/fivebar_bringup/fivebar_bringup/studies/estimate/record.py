@@ -19,7 +19,6 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     TORQUE_COMMAND,
     Topic,
-    sample_of_stamp,
 )
 
 
@@ -70,11 +69,13 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
 
 def _samples(recording: Recording, topic: Topic, rate_hz: int) -> tuple[IntArray, IntArray]:
     """Return the samples of a topic in ascending order, each once, and the row of the first message of each."""
-    numbers = [sample_of_stamp(stamp, rate_hz) for stamp in recording.stamps(topic).tolist()]
-    if None in numbers:
+    numbers = recording.samples(topic, rate_hz)
+    # of an earlier run in the same bag, in contrast to one off the grid
+    earlier = recording.stamps(topic) < recording.epoch_ns
+    if np.any(numbers[~earlier] < 0):
         raise BagError(recording.path, f"/{topic.name}: a stamp is not on the grid of {rate_hz} Hz")
-    samples, rows = np.unique(np.array(numbers, dtype=np.int64), return_index=True)
-    return samples, rows
+    samples, rows = np.unique(numbers, return_index=True)
+    return samples[samples >= 0], rows[samples >= 0]
 
 
 def _field(recording: Recording, topic: Topic, name: str, columns: int) -> FloatArray:
@@ -102,10 +103,10 @@ def _rates(recording: Recording, scenario: Scenario, samples: IntArray) -> list[
         return came
     answered, rows = _samples(recording, JOINT_STATES, scenario.rate_hz)
     logged = np.maximum.accumulate(recording.log_times(JOINT_STATES)[rows])
-    stamps, vectors = recording.stamps(IMU_DATA), recording.field(IMU_DATA, "angular_velocity")
-    for log_time, stamp, vector in zip(recording.log_times(IMU_DATA), stamps.tolist(), vectors.tolist(), strict=True):
-        made, answer = sample_of_stamp(stamp, scenario.rate_hz), int(np.searchsorted(logged, log_time))
-        if made is None or answer == len(answered) or not np.all(np.isfinite(vector)):
+    numbers, vectors = recording.samples(IMU_DATA, scenario.rate_hz), recording.field(IMU_DATA, "angular_velocity")
+    for log_time, made, vector in zip(recording.log_times(IMU_DATA), numbers.tolist(), vectors.tolist(), strict=True):
+        answer = int(np.searchsorted(logged, log_time))
+        if made < 0 or answer == len(answered) or not np.all(np.isfinite(vector)):
             continue
         row = int(np.searchsorted(samples, max(made, int(answered[answer]))))
         if row < len(came):
