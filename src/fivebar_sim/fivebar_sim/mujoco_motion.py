@@ -18,6 +18,7 @@ from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
 from fivebar_sim.effects.motion import ImuMotion
 from fivebar_sim.effects.motors import current_after, motor_torque
 from fivebar_sim.effects.simulation import started_at
+from fivebar_sim.effects.timing import moments_after
 from fivebar_sim.effects.transmission import transmitted
 from fivebar_sim.mujoco_model import mjcf_text
 from fivebar_sim.settings import PlantSettings
@@ -49,8 +50,7 @@ class MujocoMotion:
         self.mechanism: Mechanism = mechanism_of(robot, settings, rate_hz)
         steps = math.ceil(self.mechanism.period / min(MAX_STEP, longest_step(self.mechanism)) - 1e-9)
         self.step = self.mechanism.period / steps
-        """s, of the integration."""
-        self._steps = steps
+        """Longest of the integration (s)."""
         self._model: Any = mujoco.MjModel.from_xml_string(mjcf_text(robot, settings, self.step))
         self._data: Any = mujoco.MjData(self._model)
         self._links = [self._address(name) for name in LINKS]
@@ -63,11 +63,13 @@ class MujocoMotion:
         self._sites = [self._model.site(name).id for name in ("tip_1", "tip_2")]
         self._dry = [_dry(leg.motor_friction) for leg in (self.mechanism.leg1, self.mechanism.leg2)]
         self._currents = [0.0, 0.0]
+        self._wanted = (0.0, 0.0)
         self._number = 0
         at = started_at(self.mechanism, joints).at
         q = self._data.qpos
         q[self._links] = at.link1, at.distal1 - at.link1, at.link2, at.distal2 - at.link2
         q[self._motors] = at.rotor1, at.rotor2
+        self._seen = self._see()
         self._apply(self._currents, 0.0, 0.0)
         mujoco.mj_forward(self._model, self._data)
 
@@ -81,7 +83,10 @@ class MujocoMotion:
 
     @property
     def seen(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The same as encoders see them, the motors' on the rotors."""
+        """The same as encoders saw them when they were read, the motors' on the rotors."""
+        return self._seen
+
+    def _see(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         (_, q12, _, q22), (_, v12, _, v22) = (values.tolist() for values in self.joints)
         angle1, angle2 = self._data.qpos[self._motors].tolist()
         speed1, speed2 = self._data.qvel[self._motors].tolist()
@@ -91,21 +96,39 @@ class MujocoMotion:
 
     def advance(self, applied: tuple[float, float]) -> float:
         """Move on by a sample under applied torques (Nm); return the loop's gap (m), infinite where that cannot be."""
-        begin, h, band = self._number * self.mechanism.period, self.step, self.mechanism.bandwidth
-        before = self._currents
-        for number in range(self._steps):
-            middle = (number + 0.5) * h
-            currents = [current_after(one, wanted, band, middle) for one, wanted in zip(before, applied, strict=True)]
-            self._apply(currents, begin + middle, 0.5 * h)
-            mujoco.mj_step(self._model, self._data)
         period = self.mechanism.period
-        self._currents = [current_after(one, wanted, band, period) for one, wanted in zip(before, applied, strict=True)]
+        moments = moments_after(self.mechanism.delays, self._number, period)
+        reached = 0.0
+        for moment in sorted({*moments, period}):
+            if moment > reached:
+                self._move(self._number * period + reached, moment - reached)
+                reached = moment
+            if moment == moments.obeyed:
+                self._wanted = applied
+            if moment == moments.read:
+                self._seen = self._see()
         self._number += 1
-        self._apply(self._currents, begin + period, 0.0)
+        self._apply(self._currents, self._number * period, 0.0)
         mujoco.mj_forward(self._model, self._data)
         one, two = self._data.site_xpos[self._sites].tolist()
         gap = math.dist(one, two)
         return gap if gap <= (MAX_STRETCH if self.mechanism.compliant else MAX_GAP) else math.inf
+
+    def _move(self, begin: float, length: float) -> None:
+        """Integrate over a length (s) of a sample from a time (s) on."""
+        steps = max(1, math.ceil(length / self.step - 1e-9))
+        self._model.opt.timestep = step = length / steps
+        for number in range(steps):
+            middle = (number + 0.5) * step
+            self._apply(self._currents_after(middle), begin + middle, 0.5 * step)
+            mujoco.mj_step(self._model, self._data)
+        self._currents = self._currents_after(length)
+
+    def _currents_after(self, time: float) -> list[float]:
+        band = self.mechanism.bandwidth
+        return [
+            current_after(one, wanted, band, time) for one, wanted in zip(self._currents, self._wanted, strict=True)
+        ]
 
     def hold(self, x: float, y: float) -> None:
         """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""

@@ -13,6 +13,7 @@ from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.timing import Timing
 from fivebar_sim.effects.transmission import Transmission
 
 MassScale = Annotated[float, Setting("Factor on the platform's mass.", at_least=1e-3, at_most=1e3)]
@@ -58,6 +59,7 @@ class PlantSettings(NamedTuple):
     tilt: Section[Tilt] = Tilt()
     push: Section[Push] = Push()
     bus: Section[BusEffects] = BusEffects()
+    timing: Section[Timing] = Timing()
 
 
 def has_effects(settings: PlantSettings) -> bool:

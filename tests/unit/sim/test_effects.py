@@ -100,12 +100,13 @@ def test_without_damping_and_friction_energy_stays(effects: dict[str, Any], dext
     before = sum(energy(mechanism, state))
 
     def lost(steps: int) -> float:
-        finer = mechanism._replace(steps=steps, step=mechanism.period / steps)
+        finer = mechanism._replace(step=mechanism.period / steps)
         total = energy(mechanism, after(finer, state, 100))
         assert (total.elastic > 1e-4 * total.kinetic) == (mechanism.elastic or mechanism.compliant)
         return abs(sum(total) / before - 1.0)
 
-    coarse, fine = lost(mechanism.steps), lost(2 * mechanism.steps)
+    steps = round(mechanism.period / mechanism.step)
+    coarse, fine = lost(steps), lost(2 * steps)
     assert coarse < 2e-3
     assert fine < max(coarse / 16.0, 1e-10)
 
@@ -143,10 +144,10 @@ def test_errors_fall_with_the_fourth_power_of_the_step(effects: dict[str, Any], 
         mechanism, state = moving(dextar, frictionless(**effects), 1.0, -1.0)
 
     def end(steps: int) -> np.ndarray[Any, np.dtype[np.float64]]:
-        finer = mechanism._replace(steps=steps, step=mechanism.period / steps)
+        finer = mechanism._replace(step=mechanism.period / steps)
         return np.array(after(finer, state, 10, *torque).at)
 
-    first = max(mechanism.steps, 3)
+    first = max(round(mechanism.period / mechanism.step), 3)
     exact = end(16 * first)
     coarse, fine = (np.abs(end(steps) - exact).max() for steps in (first, 2 * first))
     assert coarse > 1e-11

@@ -15,6 +15,7 @@ from fivebar_sim.effects.friction import Curve, curve_of
 from fivebar_sim.effects.links import with_links
 from fivebar_sim.effects.loads import Push, weight_of
 from fivebar_sim.effects.motors import Motor, motor_of
+from fivebar_sim.effects.timing import Delays, delays_of
 from fivebar_sim.settings import PlantSettings
 
 MAX_STEP = 1e-3
@@ -67,7 +68,7 @@ class Mechanism(NamedTuple):
     Attributes:
         leg1, leg2: see `LegNumbers`.
         robot: the actual robot; its geometry tells where the platform is.
-        steps, step: integration steps in a sample, and their length (s).
+        step: longest integration step (s), of which a sample is a whole number.
         period: of the samples (s).
         elastic, compliant: whether the transmissions are elastic, and the loop; else they are rigid.
         half_play: half of the backlash (rad).
@@ -77,12 +78,12 @@ class Mechanism(NamedTuple):
         bandwidth: of the current loops (rad/s), 0 for ideal ones.
         weight_x, weight_y: gravity in the plane (N/kg).
         push: as numbers.
+        delays: of commands and readings.
     """
 
     leg1: LegNumbers
     leg2: LegNumbers
     robot: FiveBar
-    steps: int
     step: float
     period: float
     elastic: bool
@@ -97,6 +98,7 @@ class Mechanism(NamedTuple):
     weight_x: float
     weight_y: float
     push: Push
+    delays: Delays
 
 
 def actual_robot(robot: FiveBar, settings: PlantSettings) -> FiveBar:
@@ -126,7 +128,6 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
         leg1,
         leg2,
         FiveBar(LegParameters(*map(float, actual.leg1)), LegParameters(*map(float, actual.leg2)), float(actual.mass)),
-        steps=1,
         step=1.0 / rate_hz,
         period=1.0 / rate_hz,
         elastic=settings.transmission.frequency > 0.0,
@@ -142,9 +143,10 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
         weight_x=weight.x,
         weight_y=weight.y,
         push=as_numbers(settings.push),
+        delays=delays_of(settings.timing, settings.seed, 1.0 / rate_hz),
     )
     steps = math.ceil(mechanism.period / longest_step(mechanism) - 1e-9)
-    return mechanism._replace(steps=steps, step=mechanism.period / steps)
+    return mechanism._replace(step=mechanism.period / steps)
 
 
 def _check(settings: PlantSettings) -> None:

@@ -17,6 +17,7 @@ from fivebar_sim.effects.loads import push_at
 from fivebar_sim.effects.mechanism import LegNumbers, Mechanism
 from fivebar_sim.effects.motors import current_after, motor_torque
 from fivebar_sim.effects.platform_joint import Force, joint_force
+from fivebar_sim.effects.timing import moments_after
 from fivebar_sim.effects.transmission import transmitted
 
 CLOSURE_TOLERANCE = 1e-9
@@ -57,13 +58,25 @@ class Bristles(NamedTuple):
 
 
 class MechanismState(NamedTuple):
-    """Angles, rates and bristles, and the currents (as torques, Nm) at the last sample."""
+    """The robot at a sample, or between two.
+
+    Attributes:
+        at, rate: angles and rates.
+        bristles: their deflections.
+        current1, current2: currents, as torques (Nm), at the last sample or change of torque.
+        wanted1, wanted2: torques (Nm) that the drives are set to.
+        read_at, read_rate: angles and rates when the encoders were read last.
+    """
 
     at: PerBody
     rate: PerBody
     bristles: Bristles
     current1: float
     current2: float
+    wanted1: float
+    wanted2: float
+    read_at: PerBody
+    read_rate: PerBody
 
 
 class Moved(NamedTuple):
@@ -301,7 +314,12 @@ def stepped(
             reached, speed = (h if stage == 2 else 0.5 * h), stage_rate
         stage_at, stage_rate = ahead(at, speed, reached), ahead(rate, change, reached)
         stage_bristles = bristles_after(mechanism, bristles, at, stage_at, reached)
-    return closed(mechanism, MechanismState(stage_at, stage_rate, stage_bristles, state.current1, state.current2))
+    return closed(mechanism, _changed(state, stage_at, stage_rate, stage_bristles))
+
+
+def _changed(state: MechanismState, at: PerBody, rate: PerBody, bristles: Bristles) -> MechanismState:
+    current1, current2, wanted1, wanted2 = state.current1, state.current2, state.wanted1, state.wanted2
+    return MechanismState(at, rate, bristles, current1, current2, wanted1, wanted2, state.read_at, state.read_rate)
 
 
 def closed(mechanism: Mechanism, state: MechanismState) -> Moved:
@@ -316,7 +334,7 @@ def closed(mechanism: Mechanism, state: MechanismState) -> Moved:
     place = closing_force(one, two, -gap_x, -gap_y)
     speed = closing_force(one, two, two.vx - one.vx, two.vy - one.vy)
     at, rate = _pulled(mechanism, at, one, two, place), _pulled(mechanism, rate, one, two, speed)
-    return Moved(MechanismState(at, rate, state.bristles, state.current1, state.current2), gap)
+    return Moved(_changed(state, at, rate, state.bristles), gap)
 
 
 def _pulled(mechanism: Mechanism, values: PerBody, one: Chain, two: Chain, force: Force) -> PerBody:
@@ -335,18 +353,65 @@ def _pulled(mechanism: Mechanism, values: PerBody, one: Chain, two: Chain, force
 def advanced(mechanism: Mechanism, state: MechanismState, number: int, wanted1: float, wanted2: float) -> Moved:
     """Return the state one sample later under the torques (Nm) that the drives are set to from a sample on.
 
+    They are obeyed, and the encoders read, when the delays say. The gap is infinite where the motion is too fast to be
+    simulated.
+    """
+    obeyed, read = moments_after(mechanism.delays, number, mechanism.period)
+    widest = reached = 0.0
+    for part in range(4):
+        if reached == obeyed:
+            state = _driven(state, state.current1, state.current2, wanted1, wanted2)
+        if reached == read:
+            state = _read(state)
+        if part == 3 or reached == mechanism.period:
+            break
+        end = mechanism.period
+        for moment in (obeyed, read):
+            if reached < moment < end:
+                end = moment
+        after = _moved(mechanism, state, number * mechanism.period + reached, end - reached)
+        state, widest, reached = after.state, max(widest, after.gap), end
+        if math.isinf(widest):
+            break
+    return Moved(state, widest)
+
+
+def _read(state: MechanismState) -> MechanismState:
+    current1, current2, wanted1, wanted2 = state.current1, state.current2, state.wanted1, state.wanted2
+    return MechanismState(
+        state.at, state.rate, state.bristles, current1, current2, wanted1, wanted2, state.at, state.rate
+    )
+
+
+def _driven(state: MechanismState, current1: float, current2: float, wanted1: float, wanted2: float) -> MechanismState:
+    return MechanismState(
+        state.at,
+        state.rate,
+        state.bristles,
+        current1,
+        current2,
+        wanted1,
+        wanted2,
+        state.read_at,
+        state.read_rate,
+    )
+
+
+def _moved(mechanism: Mechanism, state: MechanismState, begin: float, length: float) -> Moved:
+    """Return the state a length (s) of a sample after a time (s), during which torques and encoders are left alone.
+
     A step that opens a rigid loop by more than the tolerance is repeated in halves. The gap is infinite where even the
-    shortest steps exceed it, or where an elastic loop has come apart: the motion is too fast to be simulated.
+    shortest steps exceed it, or where an elastic loop has come apart.
     """
     widest = 0.0
-    begin = number * mechanism.period
-    for step in range(mechanism.steps):
+    wanted1, wanted2 = state.wanted1, state.wanted2
+    steps = max(1, math.ceil(length / mechanism.step - 1e-9))
+    whole = length / steps
+    for step in range(steps):
         done, part = 0, WHOLE_STEP
         while done < WHOLE_STEP:
-            since = mechanism.step * (step + done / WHOLE_STEP)
-            after = stepped(
-                mechanism, state, mechanism.step * part / WHOLE_STEP, wanted1, wanted2, since, begin + since
-            )
+            since = whole * (step + done / WHOLE_STEP)
+            after = stepped(mechanism, state, whole * part / WHOLE_STEP, wanted1, wanted2, since, begin + since)
             if after.gap <= (MAX_STRETCH if mechanism.compliant else CLOSURE_TOLERANCE):
                 state = after.state
                 widest = max(widest, after.gap)
@@ -357,16 +422,15 @@ def advanced(mechanism: Mechanism, state: MechanismState, number: int, wanted1: 
                 part //= 2
             else:
                 return Moved(state, math.inf)
-    current1 = current_after(state.current1, wanted1, mechanism.bandwidth, mechanism.period)
-    current2 = current_after(state.current2, wanted2, mechanism.bandwidth, mechanism.period)
-    return Moved(MechanismState(state.at, state.rate, state.bristles, current1, current2), widest)
+    current1 = current_after(state.current1, wanted1, mechanism.bandwidth, length)
+    current2 = current_after(state.current2, wanted2, mechanism.bandwidth, length)
+    return Moved(_driven(state, current1, current2, wanted1, wanted2), widest)
 
 
 def resting(q11: float, q12: float, q21: float, q22: float) -> MechanismState:
     """Return a state at rest with relaxed springs and bristles, from joint angles (rad)."""
-    return MechanismState(
-        PerBody(q11, q11 + q12, q21, q21 + q22, q11, q21), ZERO, Bristles(0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0
-    )
+    at = PerBody(q11, q11 + q12, q21, q21 + q22, q11, q21)
+    return MechanismState(at, ZERO, Bristles(0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, at, ZERO)
 
 
 def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float) -> Moved:
@@ -398,7 +462,10 @@ def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float
 
 def joints_of(state: MechanismState) -> Seen:
     """Return the actual joints, on the links' side of the transmissions."""
-    at, rate = state.at, state.rate
+    return _joints(state.at, state.rate)
+
+
+def _joints(at: PerBody, rate: PerBody) -> Seen:
     return Seen(
         at.link1,
         at.distal1 - at.link1,
@@ -412,8 +479,8 @@ def joints_of(state: MechanismState) -> Seen:
 
 
 def motor_seen(mechanism: Mechanism, state: MechanismState) -> tuple[Reading, Reading]:
-    """Return what the motors' encoders see, on the rotors' side, before they count."""
-    at, rate = state.at, state.rate
+    """Return what the motors' encoders saw when they were read, on the rotors' side, before they count."""
+    at, rate = state.read_at, state.read_rate
     return (
         seen(mechanism.leg1.disc, at.rotor1, rate.rotor1),
         seen(mechanism.leg2.disc, at.rotor2, rate.rotor2),
@@ -421,8 +488,8 @@ def motor_seen(mechanism: Mechanism, state: MechanismState) -> tuple[Reading, Re
 
 
 def joints_seen(mechanism: Mechanism, state: MechanismState) -> Seen:
-    """Return what encoders on all four joints would see: the motors' through their transmissions and errors."""
-    exact = joints_of(state)
+    """Return what encoders on all four joints saw: the motors' through their transmissions and errors."""
+    exact = _joints(state.read_at, state.read_rate)
     one, two = motor_seen(mechanism, state)
     return Seen(one.angle, exact.q12, two.angle, exact.q22, one.speed, exact.dq12, two.speed, exact.dq22)
 

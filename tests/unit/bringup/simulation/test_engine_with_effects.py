@@ -25,6 +25,7 @@ EFFECTS: dict[str, dict[str, Any]] = {
     "tilt": {"angle": 0.03, "heading": 1.0, "leg_moment": 0.03},
     "push": {"force": 0.7, "along": "locus", "start": 0.2, "length": 0.05},
     "bus": {"lost_commands": 40, "lost_within": 0.4},
+    "timing": {"command_delay": 2e-4, "command_jitter": 3e-4, "reading_age": 1e-4, "reading_jitter": 2e-4},
 }
 
 

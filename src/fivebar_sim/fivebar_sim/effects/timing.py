@@ -1,0 +1,101 @@
+"""Commands that take effect later than their sample, and encoders that are read earlier than their stamp.
+
+Both by a part of a sample; whole samples are `delay_samples`. The jitter of a sample follows from seed and number, so
+that any sample can be asked for in any order.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from fivebar_description.settings import Setting
+from fivebar_description.strict_yaml import InputError
+
+STREAM = 4
+"""Of the random numbers from which the jitter is made."""
+
+RANGE = 2**31
+MIXING = 73244475
+"""An odd number whose products with numbers below the range fit into 63 bits."""
+
+
+def _time(description: str) -> Setting:
+    return Setting(description, "s", at_least=0.0, at_most=1.0)
+
+
+class Timing(NamedTuple):
+    """What is late, and what is old. With its jitter each is at most a sample."""
+
+    command_delay: Annotated[
+        float,
+        _time(
+            "How much later than its sample a command takes effect; typical: 1e-4 to 5e-4 where the bus has its turn."
+        ),
+    ] = 0.0
+    command_jitter: Annotated[
+        float, _time("Largest further delay of a command, uniformly drawn for each; typical: 1e-4.")
+    ] = 0.0
+    reading_age: Annotated[
+        float, _time("How long before its stamp an encoder is read; typical: 1e-4 to 5e-4 for filters and transfer.")
+    ] = 0.0
+    reading_jitter: Annotated[
+        float, _time("Largest further age of a reading, uniformly drawn for each; typical: 1e-4.")
+    ] = 0.0
+
+
+class Delays(NamedTuple):
+    """The settings as numbers (s), and the keys of both jitters."""
+
+    command: float
+    command_jitter: float
+    reading: float
+    reading_jitter: float
+    command_key: int
+    reading_key: int
+
+
+class Moments(NamedTuple):
+    """Times (s) after a sample: when its command takes effect, and when the encoders are read for the next one."""
+
+    obeyed: float
+    read: float
+
+
+def delays_of(timing: Timing, seed: int, period: float) -> Delays:
+    """Return the delays of a plant with samples every `period` (s).
+
+    Raises:
+        InputError: one is longer than a sample.
+    """
+    for name, longest in (
+        ("command_delay", timing.command_delay + timing.command_jitter),
+        ("reading_age", timing.reading_age + timing.reading_jitter),
+    ):
+        if longest > period:
+            raise InputError(
+                f"plant.timing.{name}: {longest:g} s with its jitter: expected at most a sample, {period:g} s; whole"
+                " samples are plant.delay_samples"
+            )
+    keys = np.random.default_rng([seed, STREAM]).integers(0, RANGE, 2).tolist()
+    command, command_jitter, age, age_jitter = map(float, timing)
+    return Delays(command, command_jitter, age, age_jitter, *keys)
+
+
+def drawn(key: int, number: int) -> float:
+    """Return the random number of a sample, from 0 to below 1."""
+    mixed = (key + number * MIXING) % RANGE
+    for _ in range(3):
+        mixed = (mixed ^ (mixed >> 16)) * MIXING % RANGE
+    return (mixed ^ (mixed >> 16)) / RANGE
+
+
+def moments_after(delays: Delays, number: int, period: float) -> Moments:
+    """Return what happens when between a sample and the next one, `period` (s) later."""
+    obeyed, age = delays.command, delays.reading
+    if delays.command_jitter > 0.0:
+        obeyed += delays.command_jitter * drawn(delays.command_key, number)
+    if delays.reading_jitter > 0.0:
+        age += delays.reading_jitter * drawn(delays.reading_key, number + 1)
+    return Moments(min(obeyed, period), max(0.0, period - age))
