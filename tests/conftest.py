@@ -12,6 +12,22 @@ TESTS = Path(__file__).parent
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+MARKERS = (
+    "unit: plain Python, no ROS (tests/unit)",
+    "ros: nodes in this process or beside it (tests/ros)",
+    "launch: launch files under ROS' own launch, skipped where that is not installed (tests/launch)",
+    "system: what a user does, from outside (tests/system)",
+    "clock: follows the clock, so nothing else should run beside it",
+    "extra: confirms a study and takes long; `make test-extra` runs it, `make test` does not",
+)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Declare the marks here, for runs from the root and from a package alike."""
+    for marker in MARKERS:
+        config.addinivalue_line("markers", marker)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         folder, *rest = item.path.relative_to(TESTS).parts

@@ -14,6 +14,7 @@ setup(
     maintainer="fivebar maintainers",
     maintainer_email="maintainers@example.com",
     python_requires=">=3.11",
+    extras_require={"test": ["pytest"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
     package_data={NAME: ["py.typed"]},
     data_files=[

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from importlib.metadata import distribution
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -66,3 +67,17 @@ def test_page_templates_are_installed_beside_the_code(install: Path) -> None:
     assert "base.html" in templates
     (folder,) = (install / "fivebar_bringup").glob("lib/python*/site-packages/fivebar_bringup/pages/templates")
     assert {path.name for path in folder.iterdir()} == templates
+
+
+def test_colcon_test_runs_the_tests_of_a_package(install: Path) -> None:
+    """Of one package and one file of it; which tests are whose is in `tests/unit/test_shares.py`."""
+    base = install.parent
+    done = subprocess.run(
+        [sys.executable, "-m", "colcon", "--log-base", base / "log", "test", "--base-paths", SRC,
+         "--build-base", base / "build", "--install-base", base / "install", "--return-code-on-test-failure",
+         "--packages-select", "fivebar_description", "--pytest-args", "-k", "test_share"],
+        cwd=base, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    (suite,) = ElementTree.parse(base / "build" / "fivebar_description" / "pytest.xml").getroot()
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("2", "0", "0")

@@ -1,0 +1,165 @@
+"""The launch files under ROS' own launch: they end with the run, say where its results are, and fail where it failed.
+
+launch_testing is not used: it takes a launch that ends by itself, as these do, for one that has died. What the files
+share with `fivebar run` is tested without launch, in tests/system and tests/unit/bringup/runs.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+import yaml
+from fivebar_command import LONG, RUN_DEADLINE, CommandCall
+from graph_probe import DDS_VARIABLES, ChildProcess, Probe, clean_environment
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.recording import BagError
+from fivebar_bringup.runs.description import described_robot
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_description.interface import STATE_QOS, TORQUE_COMMAND, Topic
+from fivebar_description.share import share_file
+
+pytestmark = pytest.mark.skipif(
+    find_spec("launch_ros") is None,
+    reason="launch and launch_ros are not installed: they come with a ROS 2 installation, and are not on PyPI",
+)
+
+LAUNCHED = Path(__file__).parents[1] / "support" / "launched.py"
+COLOURS = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
+
+SHORT = {
+    "name": "short",
+    "waypoints": [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]],
+    "segment_duration": 0.5,
+    # unscreened: that would take longer than all else
+    "force": True,
+}
+
+
+class LaunchCall(CommandCall, ChildProcess):
+    """One launch in a folder and a domain of its own."""
+
+    def __init__(self, folder: Path, domain: int, name: str, *arguments: str, **variables: str) -> None:
+        folder.mkdir(parents=True)
+        self.folder, self.out = folder.resolve(), folder.resolve() / "out"
+        path = share_file("fivebar_bringup", "launch", f"{name}.launch.py")
+        environment = {**clean_environment(domain, folder), **variables}
+        ChildProcess.__init__(self, [sys.executable, str(LAUNCHED), str(path), *arguments], folder, environment)
+
+    @property
+    def output(self) -> str:
+        """All that the launch has printed, without colours."""
+        return COLOURS.sub("", self.stdout + self.stderr)
+
+    def close(self) -> None:
+        ChildProcess.close(self)
+        self.kill_processes()
+
+
+Launch = Callable[..., LaunchCall]
+
+
+@pytest.fixture
+def domain() -> Iterator[int]:
+    with private_domain() as number:
+        yield number
+
+
+@pytest.fixture
+def launch(tmp_path: Path, domain: int) -> Iterator[Launch]:
+    """Start a launch file with arguments; a mapping is written as the scenario."""
+    calls: list[LaunchCall] = []
+
+    def start(name: str, scenario: str | dict[str, object], *arguments: str) -> LaunchCall:
+        folder = tmp_path / f"launch{len(calls)}"
+        if not isinstance(scenario, str):
+            path = tmp_path / "scenario.yaml"
+            path.write_text(yaml.safe_dump(scenario), encoding="utf-8")
+            scenario = str(path)
+        calls.append(LaunchCall(folder, domain, name, f"scenario:={scenario}", f"out:={folder / 'out'}", *arguments))
+        return calls[-1]
+
+    yield start
+    for call in calls:
+        call.close()
+
+
+def test_a_crossing_ends_the_launch_and_says_where_its_results_are(launch: Launch) -> None:
+    call = launch("crossing", SHORT, "mode:=lockstep")
+    assert call.finish() == 0, call.output
+    assert str(call.out) in call.output
+    assert "completed" in call.output
+    assert (call.out / "summary.json").is_file()
+    assert (call.out / "report.html").is_file()
+    call.expect_no_process(0.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"tracking_error_limit": 1e-6}, "tracking_lost"),
+        ({"waypoints": [[0.0, 0.15], [0.0, 0.5]], "segment_duration": 1.0}, "out of reach"),
+    ],
+)
+def test_a_failing_run_fails_the_launch(launch: Launch, change: dict[str, object], word: str) -> None:
+    call = launch("crossing", {**SHORT, **change})
+    assert call.finish() != 0, call.output
+    assert word in call.output
+    call.expect_no_process(0.0)
+
+
+def test_a_killed_node_ends_the_launch(launch: Launch) -> None:
+    call = launch("crossing", {**SHORT, "segment_duration": LONG})
+    end = time.monotonic() + RUN_DEADLINE
+    while not under_way(call):
+        assert call.status is None, call.output
+        assert time.monotonic() < end, call.output
+        time.sleep(0.1)
+    os.kill(call.node("supervisor"), signal.SIGKILL)
+    assert call.finish() != 0, call.output
+    assert "node_died" in (call.out / "summary.json").read_text(encoding="utf-8") + call.output
+    call.expect_no_process(0.0)
+
+
+def under_way(call: LaunchCall) -> bool:
+    """Whether the recorder has written some commands."""
+    try:
+        return read_bag(call.out / "bag").count(TORQUE_COMMAND) > 50
+    except BagError:
+        return False
+
+
+def test_a_rehearsal_ends_the_launch(launch: Launch) -> None:
+    call = launch("robot", "middle_robot", "hardware:=emulated")
+    # whether it is completed in real time depends on the machine; the launch says which, and ends
+    assert (call.finish() == 0) == ("not completed" not in call.output), call.output
+    assert str(call.out) in call.output
+    call.expect_no_process(0.0)
+
+
+@pytest.mark.skipif(shutil.which("ros2") is None, reason="robot_state_publisher comes with a ROS 2 installation")
+def test_the_view_publishes_the_described_robot(tmp_path: Path, domain: int) -> None:
+    probe = Probe(domain)
+    description = Topic("robot_description", "std_msgs/msg/String", STATE_QOS)
+    probe.listen(description)
+    # as the probe, which stays on this machine
+    variables = {name: os.environ[name] for name in DDS_VARIABLES if name in os.environ}
+    call = LaunchCall(tmp_path / "view", domain, "view", "robot:=unequal", "rviz:=false", **variables)
+    try:
+        probe.wait_for(lambda: probe.got(description), "the description", deadline=RUN_DEADLINE)
+        assert probe.got(description)[0].data == described_robot("unequal")
+        call.send(signal.SIGINT)
+        call.finish()
+        call.expect_no_process(10.0)
+    finally:
+        call.close()
+        probe.close()
