@@ -120,6 +120,9 @@ EMULATED_ROBOT = "emulated_robot"
 RECORDER = "bag_recorder"
 SCENE_NODE = "scene"
 
+COMPILED_FROM_HZ = 200
+"""In real time from this rate on, the estimator is compiled; below, it takes a small part of a period as it is."""
+
 LOCKSTEP_DEADLINE_MS = 2000.0
 """Timeout for a candidate torque in lockstep (ms)."""
 
@@ -145,7 +148,7 @@ def crossing_graph(
     motion = _motion_parameters(scenario)
     bridged = rehearsal is not None or drives is not None
     nodes = [
-        *([_estimator(scenario, awaits_readings=_announced(scenario, mode))] if scenario.estimated else []),
+        *([_estimator(scenario, mode)] if scenario.estimated else []),
         NodeSpec(
             "fivebar_control",
             "trajectory_generator",
@@ -338,7 +341,13 @@ def _announced(scenario: Scenario, mode: Mode) -> bool:
     return scenario.gyro and mode is Mode.LOCKSTEP
 
 
-def _estimator(scenario: Scenario, awaits_readings: bool) -> NodeSpec:
+def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
+    """Return whether the state estimator of a run is compiled: where time presses."""
+    return scenario.estimated and mode is Mode.REALTIME and scenario.rate_hz >= COMPILED_FROM_HZ
+
+
+def _estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
+    awaits_readings = _announced(scenario, mode)
     homing, drives = scenario.homing(), scenario.drives()
     return NodeSpec(
         "fivebar_control",
@@ -352,6 +361,7 @@ def _estimator(scenario: Scenario, awaits_readings: bool) -> NodeSpec:
                     homing=(homing.x, homing.y),
                     assembly_mode=homing.assembly,
                     awaits_readings=awaits_readings,
+                    compiled=has_compiled_estimator(scenario, mode),
                 )
             ),
             **to_parameters(drives),

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.rehearsal import check_drivable
 from fivebar_bringup.runs.run_directory import new_run_directory
@@ -65,6 +66,7 @@ def drive_processes(
     check_drivable(loaded)
     run = new_run_directory(Path(out) if out else None, loaded)
     run.parameters.mkdir()
+    compile_for(loaded, Mode.REALTIME)
     nodes = crossing_graph(loaded, Mode.REALTIME, run.bag, drives=drives, scene=scene)
     started = []
     for process in processes(nodes, Mode.REALTIME, loaded.rate_hz, Scheduling(scheduling_priority=DEFAULT_PRIORITY)):

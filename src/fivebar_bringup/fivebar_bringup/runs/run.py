@@ -16,6 +16,7 @@ from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.runs.injection import Injection, kills
 from fivebar_bringup.runs.launcher import Progress, run_graph
+from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
@@ -50,6 +51,7 @@ def run_with_ros(
         RunFailed: the run left no bag that can be reported on.
     """
     run = new_run_directory(out, scenario)
+    compile_for(scenario, mode)
     rehearsal = None
     if rehearse is not None:
         drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from fivebar_bringup.simulation.case import Case, FloatArray, Sampled
-from fivebar_bringup.simulation.compiling import compiled_and_kept, kept_by_itself
 from fivebar_bringup.simulation.loop import run_loop
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
 from fivebar_bringup.simulation.robot import (
@@ -20,6 +19,7 @@ from fivebar_bringup.simulation.robot import (
     sensed_with_effects,
     start_with_effects,
 )
+from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors
 from fivebar_control.laws.law import Step
 from fivebar_control.loop.setup import first_memory, steps_of

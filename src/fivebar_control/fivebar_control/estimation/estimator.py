@@ -9,7 +9,7 @@ state at t_(k+d); the reference under that stamp must be that of t_(k+d) too (`l
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,10 @@ from fivebar_control.estimation.mirror import ambiguity_reason
 from fivebar_control.estimation.step import (
     Drives,
     EstimatorMemory,
+    EstimatorModel,
     Misfit,
+    Prediction,
+    Update,
     estimator_model,
     first_update,
     inconsistency_reason,
@@ -32,6 +35,7 @@ from fivebar_control.estimation.step import (
     with_rate,
 )
 from fivebar_control.fault import Fault
+from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import EXACT, Tolerances
 
@@ -63,6 +67,16 @@ class JointEstimate(NamedTuple):
     disturbance: tuple[float, float]
 
 
+class EstimatorSteps(NamedTuple):
+    """What is worked out for a sample: the update by its readings, and the prediction over the drives' delay."""
+
+    next_update: Callable[[EstimatorModel, EstimatorMemory, int], Update]
+    prediction: Callable[[EstimatorModel, EstimatorMemory, Sequence[tuple[float, float]], int], Prediction]
+
+
+PLAIN = EstimatorSteps(next_update, prediction)
+
+
 class StateEstimator:
     """The filter over a run: initialised from the homing posture; latches the first fault."""
 
@@ -74,8 +88,9 @@ class StateEstimator:
         drives: Drives,
         settings: EkfSettings,
         tolerances: Tolerances = EXACT,
+        steps: EstimatorSteps = PLAIN,
     ) -> None:
-        """Make an estimator for a robot at rest in a declared posture.
+        """Make an estimator for a robot at rest in a declared posture; `steps` may be machine code.
 
         Raises:
             HomingContradicted: the declared posture contradicts itself.
@@ -83,6 +98,7 @@ class StateEstimator:
         check_declared(robot, homing)
         self._robot = robot
         self._homing = homing
+        self._steps = steps
         self._model = estimator_model(robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances)
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
@@ -95,6 +111,14 @@ class StateEstimator:
         self.squared = NO_READINGS
         """Of the last sample: mean squares of the innovations in units of their variances, NaN without a reading."""
         self._last = 0
+
+    def warm_up(self) -> None:
+        """Work out a sample that does not count, so that machine code is loaded, or made, before the first one does."""
+        q11, q21 = inverse_geometry(self._robot, self._homing.mode1, self._homing.mode2, *self._homing[:2])[::2]
+        memory = first_update(self._model, self._homing.assembly, q11, q21)
+        memory = with_motors(memory, 1, 1, q11, q21, 0.0, 0.0)
+        memory = self._steps.next_update(self._model, memory, memory.newest).memory
+        self._steps.prediction(self._model, memory, [(0.0, 0.0)] * self._model.delay_samples, 0)
 
     @property
     def belief(self) -> Belief | None:
@@ -130,7 +154,7 @@ class StateEstimator:
             HomingContradicted: the first angles are not those of the declared posture.
         """
         memory = self._update(sample, q11, q21, tau1, tau2, rates)
-        ahead = prediction(self._model, memory, self._pending(sample), 0)
+        ahead = self._steps.prediction(self._model, memory, self._pending(sample), 0)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
         if ahead.lost:
@@ -165,7 +189,7 @@ class StateEstimator:
         periods = min(max(sample - last, 1), self._longest_gap)
         memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
         start = min((with_rate(memory, made, rate) for made, rate in rates), default=memory.newest)
-        updated = next_update(model, memory, min(start, memory.newest))
+        updated = self._steps.next_update(model, memory, min(start, memory.newest))
         self.squared = updated.squared
         if sample - last > self._longest_gap:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")

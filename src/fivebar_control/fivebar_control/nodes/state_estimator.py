@@ -13,7 +13,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
 from fivebar_control.estimation.step import Drives, history_samples
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
@@ -59,6 +59,16 @@ def read_released(message: JointState) -> tuple[int, ...]:
     return tuple(int(number) for number in message.position)
 
 
+def steps_of(compiled: bool) -> EstimatorSteps:
+    """Return the steps of the filter, as machine code or plain."""
+    if not compiled:
+        return PLAIN
+    # numba takes most of a second to import
+    from fivebar_control.estimation.compiled import compiled_steps
+
+    return compiled_steps()
+
+
 class StateEstimatorNode(SamplingNode):
     """Extended Kalman filter on the motor encoders and, where there is one, the gyroscope.
 
@@ -92,8 +102,10 @@ class StateEstimatorNode(SamplingNode):
             drives,
             ekf,
             tolerances_of(settings.robot, self.declare_settings(Tolerances, TOLERANCE_PREFIX)),
+            steps_of(settings.compiled),
         )
         self._estimator = StateEstimator(*self._arguments)
+        self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[int, ...] | None] | None = None
         self._rates: dict[int, float] = {}
         self._longest_delay = history_samples(settings.rate_hz)

@@ -197,6 +197,9 @@ class EstimatorSettings(NamedTuple):
     awaits_readings: Annotated[
         bool, Setting("Whether each sample announces which readings of the gyroscope come with it, as in lockstep.")
     ] = False
+    compiled: Annotated[
+        bool, Setting("Whether the filter runs as machine code, which is compiled before the first sample.")
+    ] = False
 
 
 class ImuListenerSettings(NamedTuple):

@@ -8,7 +8,8 @@ import pytest
 
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.compiled import compiled_steps
+from fivebar_control.estimation.estimator import PLAIN, StateEstimator
 
 EVERY = 8
 """Samples from one that is missing to the next."""
@@ -76,3 +77,16 @@ def test_a_slipped_encoder_is_a_contradiction(crossing: tuple[Scenario, list[Rea
     number, name = fault_of(scenario, readings)
     assert name == "estimate_inconsistent"
     assert slips <= number <= slips + 3
+
+
+def test_machine_code_estimates_the_same(crossing: tuple[Scenario, list[Reading]]) -> None:
+    """Over gaps as well, to the last bit."""
+    scenario, complete = crossing
+    settings = (scenario.rate_hz, scenario.drives(), scenario.ekf)
+    readings = with_missing(complete[:60], 0, False)
+    told = []
+    for steps in (PLAIN, compiled_steps()):
+        estimator = StateEstimator(scenario.five_bar(), scenario.homing(), *settings, steps=steps)
+        estimator.warm_up()
+        told.append([estimator.take(number, *one.angles, *one.torques) for number, one in readings.items()])
+    assert told[0] == told[1]

@@ -8,6 +8,7 @@ from pathlib import Path
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import PLANT, Mode, NodeSpec, crossing_graph
 from fivebar_bringup.runs.launcher import Progress, run_graph
+from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
@@ -26,6 +27,7 @@ def stand(
     if not scenario.scheme().needs_no_zones:
         raise InputError(f"controller: {scenario.controller}: accepts no goals: expected unified")
     run = new_run_directory(out, scenario)
+    compile_for(scenario, mode)
     nodes = [_longer(node, round(seconds * scenario.rate_hz)) for node in crossing_graph(scenario, mode, run.bag)]
     specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
     with nullcontext(domain) if domain is not None else private_domain() as chosen:

@@ -1,0 +1,18 @@
+"""Machine code that the nodes of a run load: compiled before they start, since that takes longer than they wait."""
+
+from __future__ import annotations
+
+from fivebar_bringup.runs.graph import Mode, has_compiled_estimator
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.estimation.estimator import StateEstimator
+
+
+def compile_for(scenario: Scenario, mode: Mode) -> None:
+    """Compile what the nodes of a run have compiled, where no earlier run has; some ten seconds the first time."""
+    if not has_compiled_estimator(scenario, mode):
+        return
+    # numba takes most of a second to import
+    from fivebar_control.estimation.compiled import compiled_steps
+
+    settings = (scenario.rate_hz, scenario.drives(), scenario.ekf, scenario.known_within())
+    StateEstimator(scenario.five_bar(), scenario.homing(), *settings, compiled_steps()).warm_up()
