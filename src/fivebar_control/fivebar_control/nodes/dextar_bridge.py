@@ -16,7 +16,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 from rclpy.timer import Timer
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -36,7 +35,7 @@ from fivebar_description.interface import (
     sample_of_stamp,
     sample_stamp_ns,
 )
-from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
+from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
@@ -217,7 +216,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         first, second = sample.readings
         self.note_answer()
         self._states.publish(
-            joint_state(
+            joint_sample(
                 sample_stamp_ns(sample.number, self._rate_hz),
                 ACTIVE_JOINTS,
                 (first.position, second.position),
@@ -226,7 +225,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
             )
         )
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, message: JointMessage) -> None:
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
         except MessageError as error:

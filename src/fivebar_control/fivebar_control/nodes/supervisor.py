@@ -18,7 +18,7 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
     sample_stamp_ns,
 )
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.messages import joint_sample
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
@@ -51,7 +51,7 @@ class SupervisorNode(SamplingNode):
 
     def _publish(self, sample: int, reply: SupervisorState) -> None:
         stamp = sample_stamp_ns(sample, self.rate_hz)
-        self._state.publish(joint_state(stamp, SUPERVISOR_NAMES, position=reply))
+        self._state.publish(joint_sample(stamp, SUPERVISOR_NAMES, position=reply))
         self._sigma.publish(Float64(data=reply.sigma))
 
 

@@ -23,7 +23,7 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     sample_stamp_ns,
 )
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.messages import joint_sample
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -95,7 +95,7 @@ class TrajectoryGenerator(SamplingNode):
     def _publish(self, sample: int, reference: Platform) -> None:
         x, y, vx, vy, ax, ay = reference
         self._reference.publish(
-            joint_state(
+            joint_sample(
                 sample_stamp_ns(sample, self.rate_hz),
                 REFERENCE_NAMES,
                 position=(x, y, vx, vy),

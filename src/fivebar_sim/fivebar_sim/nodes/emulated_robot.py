@@ -12,7 +12,7 @@ import threading
 import time
 
 import can
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
 from fivebar_description.imu import IMU_PREFIX, ImuSettings
@@ -31,7 +31,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.latency_watch import LatencyWatch
-from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
@@ -122,7 +122,7 @@ class EmulatedRobot(GraphNode):
     def _on_fault(self, message: String) -> None:
         self._faulty = True
 
-    def _on_states(self, message: JointState) -> None:
+    def _on_states(self, message: JointMessage) -> None:
         """Publish the exact state of the SYNC that a sample was measured at, and count what was late."""
         now = time.monotonic()
         sample = sample_of_stamp(stamp_of(message), self._rate_hz)
@@ -154,7 +154,7 @@ class EmulatedRobot(GraphNode):
             return
         stamp = sample_stamp_ns(sample, self._rate_hz)
         position, velocity, effort = record.truth
-        self._truth.publish(joint_state(stamp, JOINTS, position, velocity, effort))
+        self._truth.publish(joint_sample(stamp, JOINTS, position, velocity, effort))
         if sample > self._last_reading:
             self._last_reading = sample
             for _, message in self._readings.arrived(sample, self._gyro_reading(stamp, velocity[2] + velocity[3])):
@@ -192,7 +192,7 @@ class EmulatedRobot(GraphNode):
             self._ahead = found.number - sample
         return found
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, message: JointMessage) -> None:
         sample = sample_of_stamp(stamp_of(message), self._rate_hz)
         if sample is not None and self._commanded < sample <= self._sample:
             self._commanded = sample
