@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -38,7 +37,7 @@ from fivebar_description.interface import (
     VHC_TORQUE,
 )
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.messages import JointSample, joint_sample
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -77,7 +76,7 @@ class Blender(SamplingNode):
         self._watchdog = Watchdog(deadlines[0], deadlines[1] or math.inf, settings.last_sample or None)
         self._drives_state = ALL_WELL
         self._first = 0
-        self._reply: JointState | None = None
+        self._reply: JointSample | None = None
         self._requested = self.advertise(TORQUE_REQUESTED)
         self._command = self.advertise(TORQUE_COMMAND)
         self._faults = self.advertise(FAULTS)
@@ -203,8 +202,8 @@ class Blender(SamplingNode):
         self._reply = self._message(sample, torque)
         self._command.publish(self._reply)
 
-    def _message(self, sample: int, torque: Torque) -> JointState:
-        return joint_state(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
+    def _message(self, sample: int, torque: Torque) -> JointSample:
+        return joint_sample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
 
     def _announce_fault(self) -> None:
         self._faults.publish(String(data=str(self._guard.fault)))

@@ -16,7 +16,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 from rclpy.timer import Timer
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -35,7 +34,7 @@ from fivebar_description.interface import (
     RUN_READY,
     TORQUE_COMMAND,
 )
-from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
+from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
@@ -224,7 +223,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         first, second = sample.readings
         self.note_answer()
         self._states.publish(
-            joint_state(
+            joint_sample(
                 self._run.stamp(sample.number),
                 ACTIVE_JOINTS,
                 (first.position, second.position),
@@ -244,7 +243,7 @@ class DextarBridge(LifecycleNodeMixin, GraphNode):
         self._run.begin(next_epoch(now + int(REPEAT_PERIOD * NANOSECONDS), self._rate_hz))
         return True
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, message: JointMessage) -> None:
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
         except MessageError as error:

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
 from fivebar_control.estimation.ekf import EkfSettings
@@ -32,7 +32,14 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.parameters import load_robot, tolerances_of
-from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of
+from fivebar_description.ros.messages import (
+    JointMessage,
+    JointSample,
+    MessageError,
+    joint_sample,
+    read_fields,
+    stamp_of,
+)
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -46,7 +53,7 @@ LONGEST_LEAD = 0.2
 """Time (s) by which a gyroscope reading may be ahead of the last sample, as when it is read first after a pause."""
 
 
-def read_released(message: JointState) -> tuple[int, ...]:
+def read_released(message: JointMessage) -> tuple[int, ...]:
     """Return the samples of the readings that come with a sample.
 
     Raises:
@@ -108,7 +115,7 @@ class StateEstimatorNode(SamplingNode):
         self._rates: dict[int, float] = {}
         self._longest_delay = history_samples(settings.rate_hz)
         self._replied = -1
-        self._reply: tuple[JointState, JointState, JointState] | None = None
+        self._reply: tuple[JointSample, JointSample, JointSample] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
         self._covariance = self.advertise(ESTIMATE_COVARIANCE)
         self._disturbance = self.advertise(ESTIMATE_DISTURBANCE)
@@ -173,7 +180,7 @@ class StateEstimatorNode(SamplingNode):
         if self._reply is not None and self._replied == self.last_sample:
             self._publish(*self._reply)
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, message: JointMessage) -> None:
         if not self._run.holds:
             return
         sample = self._run.sample(stamp_of(message))
@@ -213,13 +220,13 @@ class StateEstimatorNode(SamplingNode):
         stamp = self._run.stamp(sample)
         self._replied = sample
         self._reply = (
-            joint_state(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),
-            joint_state(stamp, ESTIMATE_NAMES, estimate.deviations),
-            joint_state(stamp, ACTIVE_JOINTS, effort=estimate.disturbance),
+            joint_sample(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),
+            joint_sample(stamp, ESTIMATE_NAMES, estimate.deviations),
+            joint_sample(stamp, ACTIVE_JOINTS, effort=estimate.disturbance),
         )
         self._publish(*self._reply)
 
-    def _publish(self, joints: JointState, deviations: JointState, disturbance: JointState) -> None:
+    def _publish(self, joints: JointSample, deviations: JointSample, disturbance: JointSample) -> None:
         self._covariance.publish(deviations)
         self._disturbance.publish(disturbance)
         self._joint_states.publish(joints)

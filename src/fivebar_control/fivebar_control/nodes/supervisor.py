@@ -17,7 +17,7 @@ from fivebar_description.interface import (
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
 )
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.messages import joint_sample
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
@@ -50,7 +50,7 @@ class SupervisorNode(SamplingNode):
 
     def _publish(self, sample: int, reply: SupervisorState) -> None:
         stamp = self._run.stamp(sample)
-        self._state.publish(joint_state(stamp, SUPERVISOR_NAMES, position=reply))
+        self._state.publish(joint_sample(stamp, SUPERVISOR_NAMES, position=reply))
         self._sigma.publish(Float64(data=reply.sigma))
 
 

@@ -22,7 +22,7 @@ from fivebar_description.interface import (
     RUN_PLAN,
     SAFETY_STATE,
 )
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.messages import joint_sample
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -94,7 +94,7 @@ class TrajectoryGenerator(SamplingNode):
     def _publish(self, sample: int, reference: Platform) -> None:
         x, y, vx, vy, ax, ay = reference
         self._reference.publish(
-            joint_state(
+            joint_sample(
                 self._run.stamp(sample),
                 REFERENCE_NAMES,
                 position=(x, y, vx, vy),

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from sensor_msgs.msg import JointState
-
 from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.registry import find_law
@@ -22,7 +20,7 @@ from fivebar_description.interface import (
     REFERENCE,
     REFERENCE_NAMES,
 )
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.messages import JointSample, joint_sample
 from fivebar_description.ros.parameters import Spec, specs_of
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.settings import from_parameters
@@ -65,7 +63,7 @@ class ControllerNode(SamplingNode):
         disturbance = self.parameters((DISTURBANCE,))["disturbance"]
         self._law = self._make_law()
         self.on_tuned(self._tune)
-        self._reply: JointState | None = None
+        self._reply: JointSample | None = None
         self._torque = self.advertise(self._law_entry.topic)
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
@@ -99,7 +97,7 @@ class ControllerNode(SamplingNode):
             ((disturbance,),) = rest
             reference = against_disturbance(reference, *disturbance)
         torque = self._law(target, state, reference)
-        self._reply = joint_state(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
+        self._reply = joint_sample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
         self._torque.publish(self._reply)
 
     def repeat(self) -> None:

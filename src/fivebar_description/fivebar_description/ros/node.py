@@ -18,7 +18,7 @@ from rclpy.timer import Timer
 from std_msgs.msg import String
 
 from fivebar_description.interface import RUN_READY, Topic
-from fivebar_description.ros.messages import message_class
+from fivebar_description.ros.messages import JointMessage, JointSample, message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
@@ -43,6 +43,20 @@ DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
 
 S = TypeVar("S", bound=tuple[Any, ...])
+
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+
+
+class Serializing:
+    """Publishes samples in the place of a JointState as bytes, without making a message first."""
+
+    def __init__(self, publisher: Publisher[Any]) -> None:
+        self._publisher = publisher
+
+    def publish(self, message: JointMessage, /) -> None:
+        """Publish a message."""
+        self._publisher.publish(message.cdr() if isinstance(message, JointSample) else message)
 
 
 class GraphNode(Node):
@@ -153,11 +167,14 @@ class GraphNode(Node):
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
-        publisher: Sender = self.create_publisher(message_class(topic), topic.name, qos_profile(topic.qos, depth))
+        publisher: Publisher[Any] = self.create_publisher(
+            message_class(topic), topic.name, qos_profile(topic.qos, depth)
+        )
         self._outputs.append(publisher)
+        sender = Serializing(publisher) if topic.type == JOINT_STATE else publisher
         if self.process_topics is None or topic.qos.transient_local:
-            return publisher
-        return self.process_topics.advertise(self.resolve_topic_name(topic.name), publisher)
+            return sender
+        return self.process_topics.advertise(self.resolve_topic_name(topic.name), sender)
 
     def listen(self, topic: Topic, callback: Callable[[Any], None], depth: int | None = None, **options: Any) -> None:
         """Subscribe to a topic of the graph."""

@@ -16,6 +16,9 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
+
+from fivebar_description.ros.messages import sampled
 
 Callback = Callable[[Any], None]
 
@@ -98,7 +101,7 @@ class ProcessTopics:
 
     def _receiver(self, listeners: list[Callback]) -> Callback:
         def receive(message: Any) -> None:
-            self.dispatch(listeners, message)
+            self.dispatch(listeners, sampled(message) if isinstance(message, JointState) else message)
 
         return receive
 

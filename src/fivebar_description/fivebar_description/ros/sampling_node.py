@@ -6,10 +6,8 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from sensor_msgs.msg import JointState
-
 from fivebar_description.interface import Topic
-from fivebar_description.ros.messages import MessageError, read_fields, stamp_of
+from fivebar_description.ros.messages import JointMessage, MessageError, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import CAPACITY, Arrival, StampJoin
 
@@ -32,7 +30,7 @@ class Input(NamedTuple):
     later: int = 0
 
 
-def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> Callable[[JointState], Any]:
+def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> Callable[[JointMessage], Any]:
     """Return a reader of a JointState's fields, in the order of `names`."""
     return lambda message: read_fields(message, names, fields, allow_nan)
 

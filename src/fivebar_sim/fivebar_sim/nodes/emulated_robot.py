@@ -12,7 +12,7 @@ import threading
 import time
 
 import can
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
 from fivebar_description.imu import IMU_PREFIX, ImuSettings
@@ -29,7 +29,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.ros.latency_watch import LatencyWatch
-from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
@@ -120,7 +120,7 @@ class EmulatedRobot(GraphNode):
     def _on_fault(self, message: String) -> None:
         self._faulty = True
 
-    def _on_states(self, message: JointState) -> None:
+    def _on_states(self, message: JointMessage) -> None:
         """Publish the exact state of the SYNC that a sample was measured at, and count what was late."""
         if not self._run.holds:
             return
@@ -154,7 +154,7 @@ class EmulatedRobot(GraphNode):
             return
         stamp = self._run.stamp(sample)
         position, velocity, effort = record.truth
-        self._truth.publish(joint_state(stamp, JOINTS, position, velocity, effort))
+        self._truth.publish(joint_sample(stamp, JOINTS, position, velocity, effort))
         if sample > self._last_reading:
             self._last_reading = sample
             for _, message in self._readings.arrived(sample, self._gyro_reading(stamp, velocity[2] + velocity[3])):
@@ -192,7 +192,7 @@ class EmulatedRobot(GraphNode):
             self._ahead = found.number - sample
         return found
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, message: JointMessage) -> None:
         sample = self._run.sample(stamp_of(message))
         if sample is not None and self._commanded < sample <= self._sample:
             self._commanded = sample

@@ -7,7 +7,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -33,7 +33,15 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.latency_watch import LatencyWatch
-from fivebar_description.ros.messages import MessageError, joint_state, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import (
+    JointMessage,
+    JointSample,
+    MessageError,
+    joint_sample,
+    read_fields,
+    stamp_of,
+    to_stamp,
+)
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper
@@ -51,7 +59,7 @@ FIRST_ANSWER_TIME = 1.0
 
 ZERO = (0.0, 0.0)
 
-Messages = tuple[JointState, JointState | None]
+Messages = tuple[JointSample, JointSample | None]
 """Joint states of a sample, and the ground truth where it is published."""
 
 
@@ -162,13 +170,13 @@ class PlantNode(GraphNode):
         measured = self._plant.measure()
         angles, torques = measured.of_motors()
         if self._motors_only:
-            joints = joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)
+            joints = joint_sample(stamp, ACTIVE_JOINTS, angles, effort=torques)
         else:
-            joints = joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
+            joints = joint_sample(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
         if self._ground_truth is None:
             return joints, None
         truth = self._plant.truth()
-        return joints, joint_state(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
+        return joints, joint_sample(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
 
     def _publish_sample(self) -> None:
         if self._time is not None:
@@ -182,7 +190,7 @@ class PlantNode(GraphNode):
         if self._released is not None:
             stamp = self._run.stamp(self._sample)
             made = [float(sample) for sample, _ in self._arrived]
-            self._released.publish(joint_state(stamp, [IMU_FRAME] * len(made), made))
+            self._released.publish(joint_sample(stamp, [IMU_FRAME] * len(made), made))
         for _, message in self._arrived:
             self._imu.publish(message)
         if self._ground_truth is not None:
@@ -201,7 +209,7 @@ class PlantNode(GraphNode):
         vector.x, vector.y, vector.z = reading.angular_velocity
         return message
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, message: JointMessage) -> None:
         sample = self._run.sample(stamp_of(message))
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
