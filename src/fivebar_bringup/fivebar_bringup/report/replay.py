@@ -12,7 +12,7 @@ import numpy as np
 from fivebar_bringup.pages.scripts import Scripts, page_scripts
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark
-from fivebar_bringup.report.scene import links, scene
+from fivebar_bringup.report.scene import corners_of, links, scene
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.runs.bag.recording import FloatArray, IntArray
 
@@ -82,7 +82,7 @@ def replay_data(runs: Sequence[tuple[str, RunAnalysis, Sequence[FaultMark]]]) ->
     first = runs[0][1]
     there = first.scenario.actual_robot() if first.scenario.has_ground_truth else first.robot
     return {
-        "scene": scene(first.scenario, first.plan, there),
+        "scene": scene(there, first.modes, first.scenario.waypoints, corners_of(first.plan)),
         "charts": [
             {"title": chart.title, "unit": chart.unit, "lines": [line._asdict() for line in chart.lines]}
             for chart in charts
