@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import select
 import signal
@@ -17,6 +18,7 @@ import typer
 from fivebar_bringup.cli.app import app, input_errors
 from fivebar_bringup.cli.status import graph_domain
 from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.node_starter import PR_SET_PDEATHSIG
 from fivebar_description.strict_yaml import InputError
 
 VIEWER = "fivebar_bringup.nodes.viewer"
@@ -87,6 +89,7 @@ def live_page(wanted: bool, domain: int | None) -> Iterator[int | None]:
             stdout=subprocess.PIPE,
             # Ctrl-C is for the run, at whose end the page ends
             start_new_session=True,
+            preexec_fn=_end_with_this_process,
         )
         try:
             address = _wait_for_line(viewer, ADDRESS, START_TIMEOUT)
@@ -102,6 +105,11 @@ def live_page(wanted: bool, domain: int | None) -> Iterator[int | None]:
             except subprocess.TimeoutExpired:
                 viewer.kill()
                 viewer.wait()
+
+
+def _end_with_this_process() -> None:
+    """Have the kernel end the viewer where this process is killed."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _wait_for_line(process: subprocess.Popen[bytes], beginning: str, seconds: float) -> str | None:
