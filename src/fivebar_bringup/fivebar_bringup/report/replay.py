@@ -59,7 +59,11 @@ CHARTS = (
             Line("estimate", "error of the estimate", "soft"),
         ),
     ),
-    Chart("Acceleration by the IMU minus the desired one, in m/s²", "m/s²", (Line("acceleration", "error", "first"),)),
+    Chart(
+        "Acceleration by the IMU minus the desired one, in m/s²",
+        "m/s²",
+        (Line("acceleration", "acceleration", "first"),),
+    ),
 )
 """The charts below the robot; those of which a run has no values are left out."""
 
