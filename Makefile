@@ -50,8 +50,10 @@ test: setup ## lint and run the tests
 	exit $$status
 
 .PHONY: test-extra
-test-extra: setup ## run the long tests of the studies, which test leaves out
-	@$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m extra --durations=10
+test-extra: setup ## run what test leaves out: long tests of the studies, and pages in Chromium if it is installed
+	@# RENEW_SCREENSHOTS=1 writes the documentation's pictures of pages instead of comparing with them
+	[ -d .browser ] || $(BIN)/pip install --quiet --no-deps --target .browser -r tests/browser/requirements.lock
+	PYTHONPATH=.browser $(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m extra --durations=10
 
 .PHONY: lint
 lint: setup ## check style and types
@@ -86,7 +88,7 @@ lock: ## resolve requirements.in again, with the newest versions, into requireme
 
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) .mutants build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) .browser .mutants build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py

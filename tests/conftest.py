@@ -17,6 +17,7 @@ MARKERS = (
     "ros: nodes in this process or beside it (tests/ros)",
     "launch: launch files under ROS' own launch, skipped where that is not installed (tests/launch)",
     "system: what a user does, from outside (tests/system)",
+    "browser: pages in a real browser (tests/browser)",
     "clock: follows the clock, so nothing else should run beside it",
     "extra: confirms a study and takes long; `make test-extra` runs it, `make test` does not",
 )

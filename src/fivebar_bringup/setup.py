@@ -29,6 +29,7 @@ setup(
             "fivebar = fivebar_bringup.cli.main:main",
             "scene = fivebar_bringup.nodes.scene:main",
             "node_group = fivebar_bringup.nodes.node_group:main",
+            "viewer = fivebar_bringup.nodes.viewer:main",
         ],
     },
 )

@@ -23,6 +23,7 @@ from fivebar_bringup.cli.app import (
     progress_bar,
     verdict_of,
 )
+from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Mode
@@ -161,6 +162,7 @@ def stand(
     domain: Annotated[
         int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one]")
     ] = None,
+    view: ViewOption = False,
     out: OutOption = None,
 ) -> None:
     """Run SCENARIO, then let the robot rest and accept goals: from `fivebar goto --live`, or on the topic goal.
@@ -170,8 +172,8 @@ def stand(
     with input_errors(), ending_on_sigterm():
         loaded = load_admitted(scenario)
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
-        with progress_bar(loaded.name, False) as progress:
-            directory, faults = rest(loaded, seconds, mode, out, domain, progress)
+        with live_page(view, domain) as chosen, progress_bar(loaded.name, False) as progress:
+            directory, faults = rest(loaded, seconds, mode, out, chosen, progress)
     Console(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")
     raise typer.Exit(FAILED if faults else COMPLETED)
 

@@ -17,6 +17,7 @@ from fivebar_bringup.cli import (
     studies,
     sweep,
     urdf,
+    viewing,
 )
 from fivebar_bringup.cli.app import app
 
@@ -36,6 +37,7 @@ __all__ = [
     "studies",
     "sweep",
     "urdf",
+    "viewing",
 ]
 
 

@@ -22,6 +22,7 @@ from fivebar_bringup.cli.app import (
     progress_bar,
     verdict_of,
 )
+from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.report import write_animation, write_overlay, write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
@@ -80,6 +81,7 @@ def run(
     scene: Annotated[
         bool, typer.Option("--scene", help="Publish and record pictures of the run for RViz and Foxglove.")
     ] = False,
+    view: ViewOption = False,
     out: OutOption = None,
     page: PageOption = True,
     as_json: JsonOption = False,
@@ -97,12 +99,12 @@ def run(
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
         mode = Mode.REALTIME if realtime or emulated else Mode.LOCKSTEP
         injections = [read_injection(text) for text in inject or ()] if emulated else None
-        with progress_bar(loaded.name, as_json) as progress:
+        with live_page(view, domain) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,
                 mode,
                 out,
-                domain,
+                chosen,
                 progress,
                 Scheduling(priority, processors),
                 not separate,

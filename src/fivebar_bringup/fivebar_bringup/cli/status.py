@@ -53,7 +53,7 @@ def status(
     Example: `fivebar status --watch`
     """
     with input_errors():
-        number = _domain(domain)
+        number = graph_domain(domain)
     with DiagnosticsListener(number) as listener:
         if listener.wait_for_report(DISCOVERY_TIME):
             listener.take_for(LISTENING_TIME)
@@ -68,8 +68,12 @@ def status(
     raise typer.Exit(COMPLETED if sound else FAILED)
 
 
-def _domain(asked: int | None) -> int:
-    """Return the domain to listen in."""
+def graph_domain(asked: int | None) -> int:
+    """Return the domain to listen in.
+
+    Raises:
+        InputError: several runs are going on, or the environment names no domain.
+    """
     if asked is not None:
         return asked
     held = held_domains()

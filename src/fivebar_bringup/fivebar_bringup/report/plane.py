@@ -24,7 +24,7 @@ from fivebar_bringup.pages.style import (
 )
 from fivebar_bringup.pages.units import plain
 from fivebar_bringup.report.analysis import RunAnalysis
-from fivebar_bringup.report.scene import corner_times, lowest, waypoint_name
+from fivebar_bringup.report.scene import corners_of, lowest, waypoint_name
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
@@ -44,7 +44,7 @@ Posture = tuple[int, str, str]
 
 def survey_run(run: RunAnalysis) -> Map:
     """Return the map that both pictures of a run draw."""
-    return survey(run.robot, run.modes, lowest(run.scenario))
+    return survey(run.robot, run.modes, lowest(run.scenario.waypoints))
 
 
 def path(run: RunAnalysis, plane: Map) -> Figure:
@@ -57,7 +57,7 @@ def path(run: RunAnalysis, plane: Map) -> Figure:
     _draw_path(axes, run, 6.5)
     draw_base(axes, run.robot)
     _name_waypoints(axes, run)
-    frame(axes, run.robot, lowest(run.scenario))
+    frame(axes, run.robot, lowest(run.scenario.waypoints))
     axes.legend(handles=_legend(run), loc="center left", bbox_to_anchor=(1.01, 0.5), labelspacing=0.9)
     return figure
 
@@ -75,7 +75,7 @@ def moving(run: RunAnalysis, plane: Map) -> tuple[Figure, Axes, tuple[Axes, ...]
     draw_map(robot, plane)
     _draw_reference(robot, run, 2.0)
     draw_base(robot, run.robot)
-    frame(robot, run.robot, lowest(run.scenario))
+    frame(robot, run.robot, lowest(run.scenario.waypoints))
     robot.grid(visible=False)
     return figure, robot, over_time
 
@@ -143,7 +143,7 @@ def _draw_crossing(axes: Axes, run: RunAnalysis, plane: Map) -> None:
         _draw_posture(axes, run, crossed, GREEN, 1.0, 4.5)
         marks.append(Line2D([], [], color=GREEN, linewidth=3.6, label="robot on the locus"))
     draw_base(axes, run.robot)
-    frame(axes, run.robot, lowest(run.scenario))
+    frame(axes, run.robot, lowest(run.scenario.waypoints))
     axes.grid(visible=False)
     axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderpad=0.0)
 
@@ -208,7 +208,7 @@ def _draw_path(axes: Axes, run: RunAnalysis, zorder: float) -> None:
 
 
 def _draw_reference(axes: Axes, run: RunAnalysis, zorder: float) -> None:
-    corners = np.array([run.plan.path.at(t)[:2] for t in corner_times(run.plan)]) * 1e3
+    corners = 1e3 * np.array(corners_of(run.plan))
     axes.plot(corners[:, 0], corners[:, 1], color="white", linewidth=6.5, zorder=zorder, solid_capstyle="round")
     axes.plot(corners[:, 0], corners[:, 1], color="#b9c0cc", linewidth=4.5, zorder=zorder + 0.1, solid_capstyle="round")
 

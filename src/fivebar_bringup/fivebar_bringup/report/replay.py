@@ -12,7 +12,7 @@ import numpy as np
 from fivebar_bringup.pages.scripts import Scripts, page_scripts
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark
-from fivebar_bringup.report.scene import links, scene
+from fivebar_bringup.report.scene import corners_of, links, scene
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.runs.bag.recording import FloatArray, IntArray
 
@@ -59,7 +59,11 @@ CHARTS = (
             Line("estimate", "error of the estimate", "soft"),
         ),
     ),
-    Chart("Acceleration by the IMU minus the desired one, in m/s²", "m/s²", (Line("acceleration", "error", "first"),)),
+    Chart(
+        "Acceleration by the IMU minus the desired one, in m/s²",
+        "m/s²",
+        (Line("acceleration", "acceleration", "first"),),
+    ),
 )
 """The charts below the robot; those of which a run has no values are left out."""
 
@@ -82,7 +86,7 @@ def replay_data(runs: Sequence[tuple[str, RunAnalysis, Sequence[FaultMark]]]) ->
     first = runs[0][1]
     there = first.scenario.actual_robot() if first.scenario.has_ground_truth else first.robot
     return {
-        "scene": scene(first.scenario, first.plan, there),
+        "scene": scene(there, first.modes, first.scenario.waypoints, corners_of(first.plan)),
         "charts": [
             {"title": chart.title, "unit": chart.unit, "lines": [line._asdict() for line in chart.lines]}
             for chart in charts

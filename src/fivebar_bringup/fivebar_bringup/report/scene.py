@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.report.workspace import Map, survey
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.scenario import Scenario
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
@@ -26,10 +25,12 @@ MARGIN = 8.0
 
 Points = list[list[float]]
 
+Place = tuple[float, float]
 
-def lowest(scenario: Scenario) -> float:
-    """Return from which y (m) upwards a run is shown."""
-    return min(LOWEST, min(y for _, y in scenario.waypoints) - 0.03)
+
+def lowest(waypoints: Sequence[Place]) -> float:
+    """Return from which y (m) upwards the plane is shown for a motion through these waypoints (m)."""
+    return min([LOWEST, *(y - 0.03 for _, y in waypoints)])
 
 
 def corner_times(plan: Plan) -> list[float]:
@@ -41,28 +42,44 @@ def corner_times(plan: Plan) -> list[float]:
     return times
 
 
-def scene(scenario: Scenario, plan: Plan, robot: FiveBar) -> dict[str, Any]:
-    """Return bounds, regions, loci, path and waypoints (mm) in the working mode at the start."""
-    plane = survey(robot, (plan.mode1, plan.mode2), lowest(scenario))
+def corners_of(plan: Plan) -> list[Place]:
+    """Return the places (m) between which the reference is a straight line."""
+    return [plan.path.at(t)[:2] for t in corner_times(plan)]
+
+
+def scene(
+    robot: FiveBar, modes: tuple[int, int], waypoints: Sequence[Place], corners: Sequence[Place]
+) -> dict[str, Any]:
+    """Return bounds, regions, loci, path and waypoints (mm) as plain values.
+
+    Args:
+        robot: the robot.
+        modes: the working mode in which the loci are drawn.
+        waypoints: places (m) that get a name each.
+        corners: places (m) between which the reference is a straight line.
+    """
+    low = lowest(waypoints)
+    plane = survey(robot, modes, low)
     axes = Figure().subplots()
     regions = axes.contourf(plane.x, plane.y, plane.det_a, levels=[-1.1, 0.0, 1.1])
     negative, positive = (path.to_polygons() for path in regions.get_paths())
     legs = (robot.leg1, robot.leg2)
     bounds = [
         1e3 * min(leg.base_x - leg.proximal for leg in legs) - MARGIN,
-        1e3 * lowest(scenario),
+        1e3 * low,
         1e3 * max(leg.base_x + leg.proximal for leg in legs) + MARGIN,
         1e3 * max(leg.proximal + leg.distal for leg in legs),
     ]
-    names = dict.fromkeys(scenario.waypoints)
     return {
         "bounds": [round(bound, 2) for bound in bounds],
         "negative": _rounded(negative),
         "positive": _rounded(positive),
         "locus": _lines(plane, plane.det_a),
         "boundary": _lines(plane, plane.reach),
-        "path": _rounded([np.array([plan.path.at(t)[:2] for t in corner_times(plan)]) * 1e3])[0],
-        "waypoints": [[waypoint_name(number), 1e3 * x, 1e3 * y] for number, (x, y) in enumerate(names)],
+        "path": [[round(1e3 * x, 2), round(1e3 * y, 2)] for x, y in corners],
+        "waypoints": [
+            [waypoint_name(number), 1e3 * x, 1e3 * y] for number, (x, y) in enumerate(dict.fromkeys(waypoints))
+        ],
     }
 
 

@@ -19,7 +19,7 @@ class Charts {
   build(chart, zones, faults, seek) {
     const plot = Bokeh.Plotting.figure({
       height: 170, sizing_mode: "stretch_width", x_range: this.range, title: chart.title, toolbar_location: "right",
-      tools: "xpan,xbox_zoom,box_zoom,xwheel_zoom,ywheel_zoom,reset", lod_threshold: null, min_border_left: 58,
+      tools: "xbox_zoom,box_zoom,xpan,xwheel_zoom,ywheel_zoom,reset", lod_threshold: null, min_border_left: 58,
     });
     plot.toolbar.setv({ logo: null });
     const tips = chart.lines.map((line) => [line.label, `@{${line.column}}{0.000} ${chart.unit}`]);

@@ -1,0 +1,129 @@
+"""Subcommand about the live page: view; and the page of a run that this command starts."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from typing import Annotated
+
+import typer
+
+from fivebar_bringup.cli.app import app, input_errors
+from fivebar_bringup.cli.status import graph_domain
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.node_starter import PR_SET_PDEATHSIG
+from fivebar_description.strict_yaml import InputError
+
+VIEWER = "fivebar_bringup.nodes.viewer"
+
+START_TIMEOUT = 30.0
+"""Longest time (s) until the page is served."""
+
+PAGE_TIMEOUT = 30.0
+"""How long (s) a run waits for someone to open the page."""
+
+STOP_TIMEOUT = 10.0
+
+ADDRESS, OPENED = "view: http", "view: a page is open"
+"""What the viewer prints once it serves the page, and once somebody looks."""
+
+ViewOption = Annotated[
+    bool,
+    typer.Option(
+        "--view",
+        help=f"Serve a live page on this machine; the run begins once it is open, or after {PAGE_TIMEOUT:g} s.",
+    ),
+]
+
+
+@app.command()
+def view(
+    domain: Annotated[
+        int | None,
+        typer.Option(
+            "--domain",
+            min=0,
+            max=101,
+            help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
+        ),
+    ] = None,
+    namespace: Annotated[str, typer.Option(help="Namespace of the graph, such as /left.")] = "/",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1, 0 for a free one.")] = 0,
+) -> None:
+    """Show a running graph on a live page, whose address it prints, until Ctrl-C.
+
+    Example: `fivebar view --domain 7`
+    """
+    with input_errors():
+        os.environ["ROS_DOMAIN_ID"] = str(graph_domain(domain))
+    sys.argv = ["viewer", "--ros-args", "-r", f"__ns:={namespace}", "-p", f"port:={port}"]
+    # here, because it loads ROS
+    from fivebar_bringup.nodes.viewer import main
+
+    main()
+
+
+@contextmanager
+def live_page(wanted: bool, domain: int | None) -> Iterator[int | None]:
+    """Serve the live page of a graph that is started meanwhile; yield the domain to start it in.
+
+    Without `wanted` there is no page, and the domain is the given one.
+
+    Raises:
+        InputError: the page cannot be served.
+    """
+    if not wanted:
+        yield domain
+        return
+    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        viewer = subprocess.Popen(
+            [sys.executable, "-m", VIEWER],
+            env={**os.environ, "ROS_DOMAIN_ID": str(chosen)},
+            stdout=subprocess.PIPE,
+            # Ctrl-C is for the run, at whose end the page ends
+            start_new_session=True,
+            preexec_fn=_end_with_this_process,
+        )
+        try:
+            address = _wait_for_line(viewer, ADDRESS, START_TIMEOUT)
+            if address is None:
+                raise InputError("--view: the live page could not be served")
+            print(f"{address}\nview: waiting until the page is open", file=sys.stderr)
+            _wait_for_line(viewer, OPENED, PAGE_TIMEOUT)
+            yield chosen
+        finally:
+            viewer.send_signal(signal.SIGINT)
+            try:
+                viewer.wait(STOP_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                viewer.kill()
+                viewer.wait()
+
+
+def _end_with_this_process() -> None:
+    """Have the kernel end the viewer where this process is killed."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def _wait_for_line(process: subprocess.Popen[bytes], beginning: str, seconds: float) -> str | None:
+    """Return the next line of a process that begins in this way; None where none comes in time, or the process ends."""
+    assert process.stdout is not None
+    output, end, text = process.stdout.fileno(), time.monotonic() + seconds, ""
+    while (left := end - time.monotonic()) > 0.0:
+        if not select.select([output], [], [], left)[0]:
+            return None
+        data = os.read(output, 4096)
+        if not data:
+            return None
+        text += data.decode("utf-8", "replace")
+        for line in text.splitlines():
+            if line.startswith(beginning):
+                return line
+    return None

@@ -1,0 +1,51 @@
+"""What a page may ask for: emergency stop, reset, a plan and a motion. There is no message that names a torque."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import NamedTuple
+
+STOP, RESET, PLAN, MOVE = "emergency_stop", "reset", "plan", "move"
+
+FIELDS = {STOP: set[str](), RESET: set[str](), PLAN: {"x", "y", "assembly"}, MOVE: {"x", "y", "assembly"}}
+"""Commands with the names of their numbers: m, m, and the sign of det A at the goal, 0 for as it comes."""
+
+
+class CommandRefused(ValueError):
+    """A message that is no command, and why."""
+
+
+class Command(NamedTuple):
+    """What is asked for, and the goal of a plan or a motion."""
+
+    name: str
+    x: float = 0.0
+    y: float = 0.0
+    assembly: int = 0
+
+
+def read_command(text: str | bytes) -> Command:
+    """Return the command that a message of a page is.
+
+    Raises:
+        CommandRefused: it is none, or has other fields than its own.
+    """
+    try:
+        content = json.loads(text)
+    except ValueError:
+        raise CommandRefused("expected JSON") from None
+    name = content.get("command") if isinstance(content, dict) else None
+    if not isinstance(name, str) or name not in FIELDS:
+        raise CommandRefused(f"expected one of the commands {', '.join(FIELDS)}")
+    given = {key: value for key, value in content.items() if key != "command"}
+    if set(given) != FIELDS[name]:
+        raise CommandRefused(f"{name}: expected the fields {sorted(FIELDS[name])}, got {sorted(given)}")
+    if not given:
+        return Command(name)
+    x, y, assembly = (given[key] for key in ("x", "y", "assembly"))
+    if not all(isinstance(value, int | float) and math.isfinite(value) for value in (x, y)):
+        raise CommandRefused(f"{name}: expected finite coordinates in m")
+    if assembly not in (-1, 0, 1):
+        raise CommandRefused(f"{name}: assembly: expected -1, 0 or 1")
+    return Command(name, float(x), float(y), int(assembly))

@@ -1,0 +1,57 @@
+"""The live page, and the scene that a graph's parameters give."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.pages.scripts import page_scripts
+from fivebar_bringup.report.scene import links, scene
+from fivebar_description.parameters import FiveBar
+
+SCRIPTS = ("stage.js", "charts.js", "live.js")
+
+CHARTS = (
+    {
+        "title": "Torque in Nm",
+        "unit": "Nm",
+        "lines": [
+            {"column": "torque1", "label": "motor 1", "colour": "first"},
+            {"column": "torque2", "label": "motor 2", "colour": "second"},
+        ],
+    },
+    {
+        "title": "Weight σ and 1/cond(A)",
+        "unit": "",
+        "lines": [
+            {"column": "sigma", "label": "σ", "colour": "third"},
+            {"column": "kappa", "label": "1/cond(A)", "colour": "first"},
+        ],
+    },
+    {
+        "title": "Distance from the reference in mm",
+        "unit": "mm",
+        "lines": [{"column": "error", "label": "distance", "colour": "first"}],
+    },
+)
+
+
+def live_page() -> str:
+    """Return the page. It holds nothing of a graph, nor the token: whoever serves it checks that."""
+    return render(
+        "live.html",
+        title="fivebar live",
+        setting="a running graph, as it publishes itself",
+        scripts=page_scripts(SCRIPTS, {"charts": CHARTS}, "live-data"),
+    )
+
+
+def live_scene(robot: FiveBar, modes: Sequence[int], waypoints: Sequence[float]) -> dict[str, Any]:
+    """Return scene and links of a robot that moves through waypoints (m: x, y, x, y, ...) in working modes.
+
+    With more than one working mode, the way between the waypoints is not straight, and not drawn.
+    """
+    places = list(zip(waypoints[::2], waypoints[1::2], strict=False))
+    corners = places if len(modes) == 2 else []
+    return {"scene": scene(robot, (modes[0], modes[1]), places, corners), "robot": links(robot)}

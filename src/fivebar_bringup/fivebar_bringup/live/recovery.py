@@ -1,0 +1,53 @@
+"""Faults in plain words: what happened, and how the robot can move again."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Advice(NamedTuple):
+    """What a fault means, and what to do."""
+
+    meaning: str
+    recovery: str
+
+
+_RESET = "Reset it once the cause is gone."
+_AT_REST = "Wait until the robot is at rest, then reset it."
+_MOVE_BACK = "Move the platform back by hand, then reset it."
+_NEW_RUN = "Start a new run."
+_HOME = "Home the robot, then start a new run."
+
+ADVICE = {
+    "torque_undefined": Advice("A controller could not compute a torque for this posture.", _RESET),
+    "torque_excessive": Advice("A controller asks for far more torque than the motors have.", _RESET),
+    "candidate_missing": Advice(
+        "A controller or the supervisor did not answer in time.", "Reset once it answers again."
+    ),
+    "state_stale": Advice("No new joint states arrive.", "Reset once they arrive again."),
+    "over_speed": Advice("A motor turned faster than its limit.", _AT_REST),
+    "out_of_workspace": Advice("The platform left its workspace, or the joint states contradict it.", _MOVE_BACK),
+    "near_type_1": Advice("A leg is almost stretched or folded.", _MOVE_BACK),
+    "tracking_lost": Advice("The platform is too far from its reference.", _RESET),
+    "emergency_stop": Advice("Someone pressed emergency stop.", _RESET),
+    "encoder_frozen": Advice("The reading of a motor that moves does not change.", "Check the encoder. " + _NEW_RUN),
+    "estimate_ambiguous": Advice("The encoders no longer tell in which assembly mode the robot is.", _HOME),
+    "estimate_inconsistent": Advice(
+        "The sensors contradict the robot's geometry.", "Check lengths, zeros and the sensor, then start a new run."
+    ),
+    "estimate_lost": Advice("The estimator has lost the platform.", _HOME),
+    "command_timeout": Advice("The controllers did not answer within 5 s.", _NEW_RUN),
+    "command_stale": Advice("The newest torque is too old.", _RESET),
+    "plant_diverged": Advice("The simulation became inaccurate: the motion is too fast for it.", _NEW_RUN),
+    "nodes_missing": Advice("A node did not start.", "Look into its log, then start a new run."),
+    "node_died": Advice("A node has ended.", "Look into its log, then start a new run."),
+    "recording_failed": Advice("The bag cannot be written.", "Make room on the disk, then start a new run."),
+    "interrupted": Advice("The run was interrupted.", _NEW_RUN),
+}
+
+UNKNOWN = Advice("The robot has stopped.", "docs/robot.md has the faults of drives and bus, and their recovery.")
+
+
+def advice(fault: str) -> Advice:
+    """Return what the text of a fault, which begins with its name, means."""
+    return ADVICE.get(fault.partition(":")[0].strip(), UNKNOWN)

@@ -1,0 +1,84 @@
+"""The newest samples of a running graph, joined by stamp and thinned to what a page can draw."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from fivebar_control.model.kinematics import det_a, state_from_joints
+from fivebar_description.interface import NANOSECONDS, START_STAMP_NS
+from fivebar_description.parameters import FiveBar
+
+KEPT = 2000
+"""Messages of a topic that are kept: those of some seconds, until a page is shown them."""
+
+PER_FRAME = 4
+"""Rows of one frame at most; with 30 frames a second, 120 a second."""
+
+COLUMNS = ("time", "x", "y", "q11", "q21", "mode", "torque1", "torque2", "sigma", "kappa", "error")
+"""Columns of the rows: s, mm, mm, rad, rad, sign of det A, Nm, Nm, -, -, mm."""
+
+
+class JointSample(NamedTuple):
+    """A message of `joint_states`: positions (rad) in the order of the joints, and the torques (Nm) of both motors."""
+
+    position: tuple[float, float, float, float]
+    torque: tuple[float, float]
+
+
+class Messages:
+    """The latest messages of a topic by stamp, as they came."""
+
+    def __init__(self) -> None:
+        self._by_stamp: dict[int, bytes] = {}
+
+    def put(self, stamp: int, data: bytes) -> None:
+        """Keep a message, and forget the oldest one of many."""
+        self._by_stamp[stamp] = data
+        if len(self._by_stamp) > KEPT:
+            del self._by_stamp[next(iter(self._by_stamp))]
+
+    def get(self, stamp: int) -> bytes | None:
+        """Return the message with a stamp, None where there is none."""
+        return self._by_stamp.get(stamp)
+
+    def after(self, stamp: int) -> list[int]:
+        """Return the stamps after one, in order."""
+        return sorted(one for one in self._by_stamp if one > stamp)
+
+    def clear(self) -> None:
+        """Forget all messages."""
+        self._by_stamp.clear()
+
+
+def thinned(stamps: list[int]) -> list[int]:
+    """Return at most `PER_FRAME` of these stamps, evenly spread, the last one among them."""
+    step = max(1, math.ceil(len(stamps) / PER_FRAME))
+    return stamps[::-1][::step][::-1]
+
+
+def row(
+    robot: FiveBar,
+    stamp: int,
+    joints: JointSample,
+    reference: tuple[float, float] | None,
+    supervisor: tuple[float, float] | None,
+) -> Mapping[str, float | None]:
+    """Return one row; None where something is not known."""
+    state = state_from_joints(robot, *joints.position, 0.0, 0.0, 0.0, 0.0)
+    error = math.nan if reference is None else 1e3 * math.hypot(state.x - reference[0], state.y - reference[1])
+    sigma, kappa = supervisor or (math.nan, math.nan)
+    values = (
+        (stamp - START_STAMP_NS) / NANOSECONDS,
+        1e3 * state.x,
+        1e3 * state.y,
+        joints.position[0],
+        joints.position[2],
+        math.copysign(1.0, det_a(state)),
+        *joints.torque,
+        sigma,
+        kappa,
+        error,
+    )
+    return {name: value if math.isfinite(value) else None for name, value in zip(COLUMNS, values, strict=True)}

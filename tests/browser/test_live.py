@@ -1,0 +1,94 @@
+"""The live page in a real browser, of a graph that stands and takes requests."""
+
+from __future__ import annotations
+
+import re
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser_pages import PATIENCE, assert_looks_like, until
+from fivebar_command import InstalledCommand
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_description.interface import FAULTS
+
+pytestmark = pytest.mark.extra
+
+SHORT = "name: short\ncontroller: unified\nwaypoints: [[0.0, 0.15], [0.0, 0.14]]\nsegment_duration: 0.2\n"
+"""What a robot does before it stands, by default two seconds' motion."""
+
+OpenPage = Callable[..., Any]
+
+
+class Standing:
+    """`fivebar stand --view`, and the address that it has printed."""
+
+    def __init__(self, folder: Path) -> None:
+        scenario = folder / "short.yaml"
+        scenario.write_text(SHORT, encoding="utf-8")
+        self.out = folder / "stand"
+        self.command = InstalledCommand(
+            folder / "call", "stand", str(scenario), "--seconds", "3600", "--view", "--out", str(self.out)
+        )
+        end = time.monotonic() + PATIENCE
+        while (found := re.search(r"view: (http\S+)", self.command.stderr)) is None:
+            assert self.command.status is None and time.monotonic() < end, self.command.stderr
+            time.sleep(0.05)
+        self.address = found[1]
+
+
+@pytest.fixture
+def standing(tmp_path: Path) -> Iterator[Standing]:
+    standing = Standing(tmp_path)
+    yield standing
+    standing.command.close()
+
+
+def platform(page: Any) -> list[float]:
+    place: list[float] = page.evaluate("live.stage.drawn[0].joints[2]")
+    return place
+
+
+def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: OpenPage) -> None:
+    page = open_page(standing.address)
+    until(page, "!!live.posture && Math.abs(live.posture.y - 140) < 0.5 && live.frames > 30")
+    assert platform(page) == pytest.approx([0.0, 140.0], abs=0.5)
+
+    # a click out of reach: refused, and nothing has moved
+    page.mouse.click(*on_screen(page, -150.0, 160.0))
+    until(page, "!!live.refused")
+    assert page.text_content("#live-answer").startswith("Refused: ")
+    assert page.is_disabled("#live-move")
+
+    # a click beyond the locus: the plan is shown, and nothing has moved until it is wanted
+    page.mouse.click(*on_screen(page, 0.0, 30.0))
+    until(page, "!!live.plan")
+    assert "Nothing has moved yet." in page.text_content("#live-answer")
+    assert platform(page) == pytest.approx([0.0, 140.0], abs=0.5)
+    assert_looks_like(page, ".player", "live")
+    page.click("#live-move")
+    until(page, "document.getElementById('live-answer').textContent === 'Arrived.'")
+    until(page, "Math.abs(live.posture.y - 30) < 2 && live.posture.mode === -1")
+
+    page.keyboard.press("s")
+    until(page, "document.querySelectorAll('#live-faults .box').length === 1")
+    assert "Someone pressed emergency stop." in page.text_content("#live-faults")
+    page.keyboard.press("r")
+    until(page, "document.querySelectorAll('#live-faults .box').length === 0")
+
+    standing.command.send(signal.SIGINT)
+    until(page, "live.ended")
+    assert standing.command.finish() == 1
+    standing.command.expect_no_process(PATIENCE)
+    assert any(text.startswith("emergency_stop") for text in read_bag(standing.out / "bag").texts(FAULTS))
+
+
+def on_screen(page: Any, x: float, y: float) -> tuple[float, float]:
+    """Return where a point of the plane (mm) is in the window."""
+    box = page.locator("#live-stage").bounding_box()
+    column, row = page.evaluate("point => live.stage.toPixel(point)", [x, y])
+    return box["x"] + column, box["y"] + row
