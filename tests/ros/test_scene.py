@@ -16,13 +16,14 @@ from fivebar_description.interface import (
     REFERENCE,
     SCENE,
     SCENE_MAP,
+    SCENE_TRAIL,
     TORQUE_COMMAND,
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state, stamp_of
 
-EVERY = 20
+EVERY = 40
 """Samples between two states of the test, more than there are between two pictures."""
 
 
@@ -32,9 +33,9 @@ def by_group(message: MarkerArray, group: str) -> list[Marker]:
 
 def test_pictures_follow_the_joint_states(bench: Bench) -> None:
     robot = load_robot("dextar")
-    node = bench.start("scene", trail_points=5)
+    node = bench.start("scene", trail_points=5, pictures_per_second=20.0)
     probe = bench.probe()
-    probe.join("scene", (JOINT_STATES, REFERENCE, TORQUE_COMMAND), (SCENE, SCENE_MAP))
+    probe.join("scene", (JOINT_STATES, REFERENCE, TORQUE_COMMAND), (SCENE, SCENE_MAP, SCENE_TRAIL))
     still = (0.0,) * 4
     for number in range(12):
         at = state_from_platform(robot, 1, -1, 0.0, 0.15 - 0.008 * number, 0.0, 0.0)
@@ -55,7 +56,11 @@ def test_pictures_follow_the_joint_states(bench: Bench) -> None:
     assert math.dist(ends[2][1], elbow_position(robot.leg2, state.leg2.q1)) < 1e-15
     assert all(math.dist(ends[number][1], (state.x, state.y)) < 1e-12 for number in (1, 3))
     assert {marker.header.frame_id for marker in picture.markers} == {"base_link"}
-    (trail,) = by_group(picture, "trail")
+    # with every fourth picture, so with the last one too
+    drawn = probe.wait_for(
+        lambda: [found for found in probe.got(SCENE_TRAIL) if stamp_of(found.markers[0]) == stamp], "the trail"
+    )
+    (trail,) = by_group(drawn[-1], "trail")
     assert len(trail.points) == len(trail.colors) == 5
     assert all(len(arc.points) > 2 for arc in by_group(picture, "torques"))
 

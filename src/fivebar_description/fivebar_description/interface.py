@@ -141,10 +141,11 @@ GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 a run's bag does not contain them."""
 
 SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", Qos(depth=8, transient_local=True))
+SCENE_TRAIL = Topic("scene/trail", "visualization_msgs/msg/MarkerArray", STATE_QOS)
 SCENE_MAP = Topic("scene/map", "visualization_msgs/msg/MarkerArray", STATE_QOS)
-PICTURES = (SCENE, SCENE_MAP)
-"""Pictures of a run for RViz and Foxglove: what moves, and loci, path and zones. No node waits for them; a bag has them
-where the run was asked for them."""
+PICTURES = (SCENE, SCENE_TRAIL, SCENE_MAP)
+"""Pictures of a run for RViz and Foxglove: what moves, where it has been, and loci, path and zones. No node waits for
+them; a bag has them where the run was asked for them."""
 
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""

@@ -27,10 +27,9 @@ from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
     NANOSECONDS,
+    PICTURES,
     REFERENCE,
     REFERENCE_NAMES,
-    SCENE,
-    SCENE_MAP,
     TORQUE_COMMAND,
     Topic,
 )
@@ -40,6 +39,12 @@ from fivebar_description.ros.run import run_node
 
 BACKLOG = 256
 """Messages of a topic kept between two pictures; the newest where there are more."""
+
+STATES_OF_TRAIL = 4
+"""Every so many joint states one is read, for the trail."""
+
+TRAIL_PERIOD = 0.2
+"""Time (s) between two messages of the trail, by far the largest."""
 
 
 class Inbox:
@@ -59,11 +64,11 @@ class Inbox:
     def _keep(self, message: bytes) -> None:
         self._messages.append(message)
 
-    def take(self) -> list[JointState]:
-        """Return what has arrived since the last time, oldest first."""
-        taken = [deserialize_message(message, JointState) for message in self._messages]
+    def take(self, every: int) -> list[JointState]:
+        """Return every n-th message since the last time, oldest first, and always the newest."""
+        chosen = list(self._messages)[::-every][::-1]
         self._messages.clear()
-        return taken
+        return [deserialize_message(message, JointState) for message in chosen]
 
 
 class Scene(GraphNode):
@@ -80,7 +85,8 @@ class Scene(GraphNode):
         self._torque: tuple[float, float] | None = None
         self._reference: tuple[float, float] | None = None
         self._shown_ns = self._newest_ns = -1
-        self._pictures, self._map = self.advertise(SCENE), self.advertise(SCENE_MAP)
+        self._undrawn = 0
+        self._pictures, self._trails, self._map = (self.advertise(topic) for topic in PICTURES)
         self._mode = (self._motion.plan.mode1, self._motion.plan.mode2)
         self._publish_map(0)
         self._states = Inbox(self, JOINT_STATES)
@@ -93,14 +99,14 @@ class Scene(GraphNode):
         self._draw(last=True)
 
     def _draw(self, last: bool = False) -> None:
-        for message in self._references.take():
+        for message in self._references.take(BACKLOG):
             fields = self._read(REFERENCE, message, REFERENCE_NAMES, "position")
             self._reference = fields[0][:2] if fields else self._reference
-        for message in self._commands.take():
+        for message in self._commands.take(BACKLOG):
             fields = self._read(TORQUE_COMMAND, message, ACTIVE_JOINTS, "effort")
             self._torque = fields[0] if fields else self._torque
         state = None
-        for message in self._states.take():
+        for message in self._states.take(STATES_OF_TRAIL):
             fields = self._read(JOINT_STATES, message, JOINTS, "position", "velocity")
             if not fields:
                 continue
@@ -119,10 +125,13 @@ class Scene(GraphNode):
         if mode != self._mode:
             self._mode = mode
             self._publish_map(self._newest_ns)
-        shapes = moving_shapes(
-            self._motion.robot, Moment(state, self._torque, self._reference), self._trail, self._settings
-        )
+        moment = Moment(state, self._torque, self._reference)
+        shapes = moving_shapes(self._motion.robot, moment, self._settings)
         self._pictures.publish(self._markers(shapes, self._newest_ns))
+        self._undrawn += 1
+        if last or self._undrawn >= TRAIL_PERIOD * self._settings.pictures_per_second:
+            self._undrawn = 0
+            self._trails.publish(self._markers([self._trail.shape()], self._newest_ns))
         self.note_answer()
 
     def _read(self, topic: Topic, message: JointState, names: tuple[str, ...], *fields: str) -> tuple[Any, ...]:

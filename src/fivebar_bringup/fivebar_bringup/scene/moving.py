@@ -30,7 +30,7 @@ from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import LAYERS, link_width
 
-SPACING = 5e-4
+SPACING = 1e-3
 """Distance (m) after which the trail gets another point."""
 
 LONGEST_ARROW = 0.1
@@ -93,14 +93,13 @@ def assembly_colour(state: State) -> Colour:
     return BLUE if det_a(state) >= 0.0 else VERMILION
 
 
-def moving_shapes(robot: FiveBar, moment: Moment, trail: Trail, settings: SceneSettings) -> list[Shape]:
+def moving_shapes(robot: FiveBar, moment: Moment, settings: SceneSettings) -> list[Shape]:
     """Return the shapes of one moment; those whose quantity is unknown have no points."""
     return [
         *_links(robot, moment.state),
         *_torques(robot, moment, settings),
         *_forces(robot, moment, settings),
         _reference(moment),
-        trail.shape(),
         _words(moment.state),
     ]
 

@@ -17,7 +17,7 @@ class SceneSettings(NamedTuple):
     ] = 30.0
     trail_points: Annotated[
         int, Setting("Points of the trail of the platform, the oldest of which go first.", at_least=2, at_most=100_000)
-    ] = 1000
+    ] = 500
     torque_turn: Annotated[
         float, Setting("Arc that a motor torque is drawn as.", "rad/Nm", at_least=0.0, at_most=100.0)
     ] = 1.5
