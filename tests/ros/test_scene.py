@@ -33,8 +33,8 @@ def by_group(message: MarkerArray, group: str) -> list[Marker]:
 
 def test_pictures_follow_the_joint_states(bench: Bench) -> None:
     robot = load_robot("dextar")
-    node = bench.start("scene", trail_points=5, pictures_per_second=20.0)
-    probe = bench.probe()
+    node = bench.start("scene", "/robot1", trail_points=5, pictures_per_second=20.0)
+    probe = bench.probe("/robot1")
     probe.join("scene", (JOINT_STATES, REFERENCE, TORQUE_COMMAND), (SCENE, SCENE_MAP, SCENE_TRAIL))
     still = (0.0,) * 4
     for number in range(12):
@@ -55,7 +55,7 @@ def test_pictures_follow_the_joint_states(bench: Bench) -> None:
     assert math.dist(ends[0][0], (robot.leg1.base_x, 0.0)) == 0.0
     assert math.dist(ends[2][1], elbow_position(robot.leg2, state.leg2.q1)) < 1e-15
     assert all(math.dist(ends[number][1], (state.x, state.y)) < 1e-12 for number in (1, 3))
-    assert {marker.header.frame_id for marker in picture.markers} == {"base_link"}
+    assert {marker.header.frame_id for marker in picture.markers} == {"robot1/base_link"}
     # with every fourth picture, so with the last one too
     drawn = probe.wait_for(
         lambda: [found for found in probe.got(SCENE_TRAIL) if stamp_of(found.markers[0]) == stamp], "the trail"
@@ -64,7 +64,7 @@ def test_pictures_follow_the_joint_states(bench: Bench) -> None:
     assert len(trail.points) == len(trail.colors) == 5
     assert all(len(arc.points) > 2 for arc in by_group(picture, "torques"))
 
-    late = bench.probe()
+    late = bench.probe("/robot1")
     late.listen(SCENE_MAP)
     (plan,) = late.wait_for(lambda: late.got(SCENE_MAP), "the map, for a latecomer")
     (locus,), (path,) = by_group(plan, "type2_locus"), by_group(plan, "path")

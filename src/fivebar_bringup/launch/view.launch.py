@@ -6,15 +6,17 @@ ros2 launch fivebar_bringup view.launch.py scenario:=gyro_middle namespace:=robo
 The posture comes from `joint_states`: start a run beside it, or play its bag.
 """
 
+from tempfile import NamedTemporaryFile
+
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
-from fivebar_bringup.runs.description import described_robot, frame_prefix
+from fivebar_bringup.runs.description import described_robot, rviz_configuration
+from fivebar_description.robot_description import frame_prefix
 
 
 def start_view(context):
@@ -23,6 +25,8 @@ def start_view(context):
         LaunchConfiguration(name).perform(context) for name in ("robot", "scenario", "namespace")
     )
     clock = {"use_sim_time": ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)}
+    # the simulated time of a robot in a namespace is its own
+    remappings = [("/clock", f"/{frame_prefix(namespace)}clock")]
     publisher = Node(
         package="robot_state_publisher",
         executable="robot_state_publisher",
@@ -35,15 +39,18 @@ def start_view(context):
             },
             clock,
         ],
+        remappings=remappings,
         output="screen",
     )
-    configuration = PathJoinSubstitution([FindPackageShare("fivebar_bringup"), "rviz", "fivebar.rviz"])
+    with NamedTemporaryFile("w", prefix="fivebar_", suffix=".rviz", encoding="utf-8", delete=False) as configuration:
+        configuration.write(rviz_configuration(namespace))
     rviz = Node(
         package="rviz2",
         executable="rviz2",
         namespace=namespace,
-        arguments=["-d", configuration, "-f", frame_prefix(namespace) + "base_link"],
+        arguments=["-d", configuration.name],
         parameters=[clock],
+        remappings=remappings,
         condition=IfCondition(LaunchConfiguration("rviz")),
         output="screen",
     )

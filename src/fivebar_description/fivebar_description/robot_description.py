@@ -91,6 +91,12 @@ def link_width(robot: FiveBar) -> float:
     return min(LARGEST_WIDTH, WIDTH_SHARE * shortest)
 
 
+def frame_prefix(namespace: str) -> str:
+    """Return what stands before the frames of a robot in a namespace, "robot1/"; "" without one."""
+    name = namespace.strip("/")
+    return f"{name}/" if name else ""
+
+
 def robot_description(robot: FiveBar, name: str, imu: ImuSettings | None = None) -> str:
     """Return the URDF of a robot, with an IMU mounted as in its settings (by default at the platform point)."""
     root = Element("robot", name=name)

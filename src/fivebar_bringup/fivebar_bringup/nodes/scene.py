@@ -24,6 +24,7 @@ from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_control.ros.motion_parameters import declare_motion
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    BASE_FRAME,
     JOINT_STATES,
     JOINTS,
     NANOSECONDS,
@@ -33,6 +34,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     Topic,
 )
+from fivebar_description.robot_description import frame_prefix
 from fivebar_description.ros.messages import MessageError, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
@@ -79,6 +81,7 @@ class Scene(GraphNode):
         super().__init__("scene")
         self._motion = declare_motion(self)
         self._settings = self.declare_settings(SceneSettings)
+        self._frame = self._settings.frame_id or frame_prefix(self.get_namespace()) + BASE_FRAME
         self._zones = float(self.get_parameter("min_authority").value) > 0.0
         self._period_ns = round(NANOSECONDS / self._settings.pictures_per_second)
         self._trail = Trail(self._settings.trail_points)
@@ -148,7 +151,7 @@ class Scene(GraphNode):
         self._map.publish(self._markers(shapes, stamp_ns))
 
     def _markers(self, shapes: Iterable[Shape], stamp_ns: int) -> MarkerArray:
-        return MarkerArray(markers=[marker_of(shape, stamp_ns, self._settings.frame_id) for shape in shapes])
+        return MarkerArray(markers=[marker_of(shape, stamp_ns, self._frame) for shape in shapes])
 
 
 def marker_of(shape: Shape, stamp_ns: int, frame_id: str) -> Marker:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from fivebar_bringup.scenario import load_scenario
 from fivebar_description.imu import ImuSettings
+from fivebar_description.interface import BASE_FRAME
 from fivebar_description.parameters import read_robot
-from fivebar_description.robot_description import robot_description
+from fivebar_description.robot_description import frame_prefix, robot_description
+from fivebar_description.share import share_file
 
 DEFAULT_ROBOT = "dextar"
 
@@ -22,7 +24,10 @@ def described_robot(robot: str = "", scenario: str = "") -> str:
     return robot_description(file.five_bar(), file.name, loaded.imu if loaded else ImuSettings())
 
 
-def frame_prefix(namespace: str) -> str:
-    """Return what stands before the frames of a robot in a namespace, "robot1/"; "" without one."""
-    name = namespace.strip("/")
-    return f"{name}/" if name else ""
+def rviz_configuration(namespace: str) -> str:
+    """Return the configuration of RViz for a robot in a namespace, "" for none."""
+    text = share_file("fivebar_bringup", "rviz", "fivebar.rviz").read_text(encoding="utf-8")
+    prefix = frame_prefix(namespace)
+    # RViz puts the slash itself
+    with_prefix = text.replace('TF Prefix: ""', f'TF Prefix: "{prefix.rstrip("/")}"')
+    return with_prefix.replace(f"Fixed Frame: {BASE_FRAME}", f"Fixed Frame: {prefix}{BASE_FRAME}")

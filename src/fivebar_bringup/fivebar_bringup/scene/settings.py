@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from fivebar_description.interface import BASE_FRAME
 from fivebar_description.settings import Setting
 
 
 class SceneSettings(NamedTuple):
     """The pictures of a run."""
 
-    frame_id: Annotated[str, Setting("Frame of all markers; that of the robot's base.")] = BASE_FRAME
+    frame_id: Annotated[str, Setting("Frame of all markers; empty for base_link, in a namespace NAME/base_link.")] = ""
     pictures_per_second: Annotated[
         float, Setting("Most pictures per second, of the run and of the clock.", "Hz", at_least=0.1, at_most=200.0)
     ] = 30.0
