@@ -80,6 +80,7 @@ class Draw(NamedTuple):
         delay_samples: of the drives.
         rig: whose robots are drawn from, "" for those whose encoders and delay vary.
         seed: of the sweep; with number and rig it determines the robot.
+        drawn_duration: what was drawn, where the planner has made the crossing quicker for the rig's loads (s).
     """
 
     number: int
@@ -97,6 +98,7 @@ class Draw(NamedTuple):
     delay_samples: int
     rig: str = VARIED
     seed: int = 1
+    drawn_duration: float | None = None
 
     def scenario(self, controller: str) -> DrawnScenario:
         """Return the scenario for a controller; with encoders it has estimator and gains of the rig with encoders.

@@ -45,6 +45,11 @@ GYRO_BIAS = 0.02
 GYRO_WORDS = "gyroscope on the distal link of leg 2 (250 readings/s, 4 ms late, 0.01 rad/s noise, ±0.02 rad/s bias)"
 
 
+MEDIAN_LOAD = 0.26
+"""What half of the robots have of the largest tilt or push, or more, along a given direction: the median of a magnitude
+uniform from 0 to 1, in a random direction. That much the robots of a rig are declared to bear."""
+
+
 class Spread(NamedTuple):
     """The distribution of a rig's robots.
 
@@ -113,16 +118,25 @@ class Rig(NamedTuple):
     tracking_limit: float | None = None
 
 
-def with_gyro(spread: Spread, ekf: Mapping[str, float], kp: float, kd: float) -> dict[str, Mapping[str, Any]]:
+def with_gyro(
+    spread: Spread, ekf: Mapping[str, float], kp: float, kd: float, weight: float = 0.3
+) -> dict[str, Mapping[str, Any]]:
     """Return the sections of robots of a spread with a gyroscope.
 
     Args:
         spread: its bounds of lengths, bases and zeros are the estimator's tolerances.
         ekf: settings of the estimator.
-        kp, kd: gains of `unified` (1/s^2, 1/s).
+        kp, kd, weight: of `unified` (1/s^2, 1/s, (m/s^2 / Nm)^2).
     """
     tolerances = {"length": spread.length, "base": spread.length, "zero": spread.zero}
-    return {"imu": GYRO, "ekf": {"gyro": True, **ekf}, "tolerances": tolerances, "unified": {"kp": kp, "kd": kd}}
+    loads = {
+        "tilt": MEDIAN_LOAD * spread.tilt,
+        "push": MEDIAN_LOAD * spread.force,
+        "push_length": PUSH_LENGTH,
+        "passive": spread.passive,
+    }
+    unified = {"kp": kp, "kd": kd, "weight": weight}
+    return {"imu": GYRO, "ekf": {"gyro": True, **ekf}, "tolerances": tolerances, "loads": loads, "unified": unified}
 
 
 ENCODERS_WORDS = (
@@ -221,7 +235,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
             MIDDLING,
-            sections=with_gyro(MIDDLING, FOR_ELASTIC, 1600.0, 80.0),
+            sections=with_gyro(MIDDLING, FOR_ELASTIC, 3600.0, 120.0, 0.03),
             tracking_limit=TRACKING_LIMIT,
         ),
         Rig(
