@@ -9,7 +9,7 @@ from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import LOADS, Feasibility, displaced, is_predictable, screen_run
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
-from fivebar_control.planning.pacing import longest_within
+from fivebar_control.planning.pacing import Borne, longest_within
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 
 PREDICTED_SHARE = 0.5
@@ -47,7 +47,7 @@ def refuse_unfit(scenario: Scenario) -> None:
     verdict = screened(scenario, plan)
     if not verdict.feasible:
         help_ = _advice(scenario, plan, verdict)
-        within = f"; within the limits with {help_}" if help_ else ""
+        within = f"; within the limits {help_}" if help_ else ""
         raise PlanRefused(f"{'; '.join(verdict.reasons)}{within} (with force: true the scenario runs all the same)")
 
 
@@ -69,7 +69,8 @@ def _advice(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
 
     limits = limits_of_scenario(scenario, plan)
     judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
-    return advice(verdict, plan.path, given, judge, possible)
+    found = advice(verdict, plan.path, given, judge, possible)
+    return f"with {found}" if found else ""
 
 
 def _quicker(scenario: Scenario) -> str:
@@ -79,24 +80,28 @@ def _quicker(scenario: Scenario) -> str:
     durations, words = [], []
     for number, (ends, duration) in enumerate(zip(pairwise(scenario.waypoints), scenario.durations(), strict=True)):
         segment = scenario.model_copy(update={"waypoints": ends, "segment_duration": duration})
-        borne = _longest_bearing(segment)
-        if borne is None:
+        found = _longest_bearing(segment)
+        if not found.enough:
             return ""
+        borne = duration if found.duration == duration else math.floor(1e3 * found.duration) / 1e3
         durations.append(borne)
         if borne < duration:
             plan = segment.model_copy(update={"segment_duration": borne}).plan()
             there = plan.path.at(plan.crossings[0].time)
             which = f" for segment {number + 1}" if len(scenario.waypoints) > 2 else ""
             words.append(
-                f"faster than {math.hypot(there.vx, there.vy):.2g} m/s, i.e. a duration of {borne:.3g} s{which}"
+                f"at more than {math.hypot(there.vx, there.vy):.2g} m/s there, with a duration of {borne:g} s{which}"
             )
     quicker = scenario.model_copy(update={"segment_duration": tuple(durations)})
-    reasons = screened(quicker, quicker.plan()).reasons
+    try:
+        reasons = screened(quicker, quicker.plan()).reasons
+    except PlanRefused as refusal:
+        reasons = [str(refusal)]
     return " and ".join(words) + (f" (then, however, {'; '.join(reasons)})" if reasons else "")
 
 
-def _longest_bearing(segment: Scenario) -> float | None:
-    """Return the longest duration (s), at most its own, in which a single segment bears the declared loads."""
+def _longest_bearing(segment: Scenario) -> Borne:
+    """Return the longest duration, at most its own, in which a single segment bears the declared loads."""
 
     def excess(duration: float) -> float:
         plan = segment.model_copy(update={"segment_duration": duration}).plan()

@@ -82,8 +82,8 @@ class Pace(NamedTuple):
 
     Attributes:
         fastest, slowest: s.
-        calm: longest duration with which the declared loads displace the platform no more than aimed at, infinite
-            without loads.
+        calm: longest duration with which the declared loads displace the platform no more than aimed at, or as little
+            as they can; infinite without loads.
     """
 
     fastest: float
@@ -127,21 +127,33 @@ def slowest_pace(task: Task, start: Point, end: Point) -> Plan | NoPace:
         return NoPace(f"the segment stays near the Type 2 locus for {share:.0%} of any duration")
     slowed = retimed(slow, slowest / LONGEST)
     borne = longest_bearing(task, slowed, task.limits.risk.load_share)
-    if borne is None:
+    if not borne.enough:
         moved = displaced(task.robot, slowed, task.rate_hz, task.follower, task.limits)
         return NoPace(f"in {slowest:.3g} s {moved}, and no shorter duration bears the loads")
-    plan = retimed(slow, borne / LONGEST)
+    plan = retimed(slow, borne.duration / LONGEST)
     reasons = task.judge(plan).reasons
     if reasons:
-        bound = "" if borne == slowest else " with the declared loads"
+        bound = "" if borne.duration == slowest else " with the declared loads"
         return NoPace(f"even in {plan.path.duration:.3g} s, the longest possible duration{bound}, {'; '.join(reasons)}")
     return plan
 
 
-def longest_bearing(task: Task, plan: Plan, share: float) -> float | None:
-    """Return the longest duration (s) of a segment, at most that of its plan, with which it bears the declared loads.
+class Borne(NamedTuple):
+    """The longest duration (s) in which the loads are borne, or that of the least excess (m) where there is none."""
 
-    A whole number of samples. None where there is none. Without loads, that of the plan.
+    duration: float
+    excess: float
+
+    @property
+    def enough(self) -> bool:
+        """Whether the loads are borne."""
+        return self.excess <= 0.0
+
+
+def longest_bearing(task: Task, plan: Plan, share: float) -> Borne:
+    """Return the longest duration of a segment, at most that of its plan, with which it bears the declared loads.
+
+    A whole number of samples where it is shorter than that of the plan.
 
     Args:
         task: whose limits have the loads.
@@ -151,7 +163,7 @@ def longest_bearing(task: Task, plan: Plan, share: float) -> float | None:
     limits = task.limits
     longest = plan.path.duration
     if not (limits.loads.declared and plan.crossings):
-        return longest
+        return Borne(longest, -math.inf)
     bound = share * limits.error_tolerance
 
     def excess(duration: float) -> float:
@@ -159,30 +171,38 @@ def longest_bearing(task: Task, plan: Plan, share: float) -> float | None:
         return displaced(task.robot, quicker, task.rate_hz, task.follower, limits).value - bound
 
     found = longest_within(excess, longest)
-    return None if found is None else max(1.0, math.floor(found * task.rate_hz + 1e-6)) / task.rate_hz
+    if found.duration == longest:
+        return found
+    return found._replace(duration=max(1.0, math.floor(found.duration * task.rate_hz + 1e-6)) / task.rate_hz)
 
 
-def longest_within(excess: Callable[[float], float], longest: float) -> float | None:
-    """Return the longest duration (s) up to `longest` whose excess is not positive, None where none is found.
+def longest_within(excess: Callable[[float], float], longest: float) -> Borne:
+    """Return the longest duration (s) up to `longest` whose excess is not positive, else that of the least found.
 
     The quicker a crossing, the less a load moves it, until the motion itself takes all that the drives can give: so the
     search goes from long to short, and ends where that does not help any more.
     """
-    high, before = longest, excess(longest)
-    if before <= 0.0:
-        return longest
+    best = last = Borne(longest, excess(longest))
     worse = 0
-    low = LOAD_STEP * high
-    while low >= SHORTEST and worse < 2:
-        value = excess(low)
-        if value <= 0.0:
-            while high > (1.0 + LOAD_TOLERANCE) * low:
-                middle = math.sqrt(low * high)
-                low, high = (middle, high) if excess(middle) <= 0.0 else (low, middle)
-            return low
-        worse = worse + 1 if value >= before else 0
-        high, before, low = low, value, LOAD_STEP * low
-    return None
+    while not last.enough and LOAD_STEP * last.duration >= SHORTEST and worse < 2:
+        shorter = Borne(LOAD_STEP * last.duration, excess(LOAD_STEP * last.duration))
+        if shorter.enough:
+            return _refined(excess, shorter, last.duration)
+        worse = worse + 1 if shorter.excess >= last.excess else 0
+        best, last = min(best, shorter, key=lambda one: one.excess), shorter
+    return best
+
+
+def _refined(excess: Callable[[float], float], low: Borne, high: float) -> Borne:
+    """Return the longest duration between one that does and one that does not (s), by bisection."""
+    while high > (1.0 + LOAD_TOLERANCE) * low.duration:
+        middle = math.sqrt(low.duration * high)
+        between = Borne(middle, excess(middle))
+        if between.enough:
+            low = between
+        else:
+            high = middle
+    return low
 
 
 def pace_of(task: Task, slowest: Plan) -> Pace:
@@ -200,8 +220,9 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
         else:
             low = middle
     fastest = high / task.rate_hz
-    calm = longest_bearing(task, slowest, task.limits.risk.load_aim) if task.limits.loads.declared else math.inf
-    return Pace(fastest, longest, fastest if calm is None else calm)
+    if not task.limits.loads.declared:
+        return Pace(fastest, longest)
+    return Pace(fastest, longest, longest_bearing(task, slowest, task.limits.risk.load_aim).duration)
 
 
 def retimed(plan: Plan, factor: float) -> Plan:

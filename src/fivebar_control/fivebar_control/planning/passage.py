@@ -38,6 +38,9 @@ ONSETS = (0.5, 1.0)
 FREE_WEIGHT = 1e-3
 """Weight on torque ((m/s^2 / Nm)^2) of a law that inverts the model: hardly any."""
 
+MOST_LEAD = 0.05
+"""Time (s) by which a displaced platform counts as ahead of its reference, or behind it, at most."""
+
 LOST = 0.1
 """Displacement (m) at which a response ends."""
 
@@ -59,25 +62,27 @@ class Instant(NamedTuple):
 
     Attributes:
         time: s.
+        vx, vy, ax, ay: of the platform (m/s, m/s^2).
         map: of the torques beyond friction to the acceleration.
-        needed_x, needed_y: acceleration that the torques have to make (m/s^2).
         t_x, t_y: direction in which least torque acts.
         held: share of the feedback along it, less than 1 where a constraint law acts.
         box: of the torques beyond friction (Nm).
-        u1, u2: torque beyond friction without a displacement (Nm).
+        lost_x, lost_y: acceleration that the law falls short of without any load (m/s^2).
         load: acceleration by passive friction along the crossing's t_s (m/s^2).
     """
 
     time: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
     map: InputMap
-    needed_x: float
-    needed_y: float
     t_x: float
     t_y: float
     held: float
     box: Box
-    u1: float
-    u2: float
+    lost_x: float
+    lost_y: float
     load: float
 
 
@@ -183,10 +188,11 @@ def _instants(
             -torque_limit - reference.f2,
             torque_limit - reference.f2,
         )
-        needed_x, needed_y = reference.ax - mapped.a0_x, reference.ay - mapped.a0_y
-        instant = Instant(time, mapped, needed_x, needed_y, svd.t_x, svd.t_y, held, box, 0.0, 0.0, 0.0)
-        u1, u2 = _torque(instant, feedback.weight, 0.0, 0.0, 0.0, 0.0)
-        found.append(instant._replace(u1=u1, u2=u2, load=_passive_load(robot, reference, here, loads.passive)))
+        load = _passive_load(robot, reference, here, loads.passive)
+        motion = (reference.state.vx, reference.state.vy, reference.ax, reference.ay)
+        instant = Instant(time, *motion, mapped, svd.t_x, svd.t_y, held, box, 0.0, 0.0, load)
+        lost_x, lost_y = _acceleration_error(instant, instant, feedback.weight, (0.0, 0.0), (0.0, 0.0))
+        found.append(instant._replace(lost_x=lost_x, lost_y=lost_y))
     return found
 
 
@@ -203,15 +209,15 @@ def _response(
     share = 1.0 - math.exp(-feedback.observer_rate * period)
     x = y = vx = vy = d1 = d2 = 0.0
     largest = 0.0
-    for instant in instants:
+    for number, instant in enumerate(instants):
         load = lasting + instant.load + (push if pushed[0] <= instant.time < pushed[1] else 0.0)
-        mapped = instant.map
-        u1, u2 = _torque(
-            instant, feedback.weight, -feedback.kd * vx - feedback.kp * x, -feedback.kd * vy - feedback.kp * y, d1, d2
-        )
-        du1, du2 = u1 - instant.u1, u2 - instant.u2
-        ax = mapped.g_x1 * du1 + mapped.g_x2 * du2 + load * here.t_x
-        ay = mapped.g_y1 * du1 + mapped.g_y2 * du2 + load * here.t_y
+        # a platform behind its reference is where that was before: what the motors can do is that of then
+        ahead = round(_lead(instant, x, y) / period)
+        place = instants[min(max(number + ahead, 0), len(instants) - 1)]
+        mapped = place.map
+        answer = (-feedback.kd * vx - feedback.kp * x, -feedback.kd * vy - feedback.kp * y)
+        ax, ay = _acceleration_error(instant, place, feedback.weight, answer, (d1, d2))
+        ax, ay = ax - instant.lost_x + load * here.t_x, ay - instant.lost_y + load * here.t_y
         if share > 0.0:
             # what the motion shows beyond the torques, as torques
             rest_x = load * here.t_x - mapped.g_x1 * d1 - mapped.g_x2 * d2
@@ -226,20 +232,38 @@ def _response(
     return largest
 
 
-def _torque(instant: Instant, weight: float, ax: float, ay: float, d1: float, d2: float) -> tuple[float, float]:
-    """Return the law's torque beyond friction (Nm) for a feedback (m/s^2) and observed disturbances (Nm)."""
-    mapped, box = instant.map, instant.box
-    along = (instant.held - 1.0) * ((ax + instant.needed_x) * instant.t_x + (ay + instant.needed_y) * instant.t_y)
-    target_x = instant.needed_x + ax + along * instant.t_x
-    target_y = instant.needed_y + ay + along * instant.t_y
-    inner = Box(box.low1 + d1, box.high1 + d1, box.low2 + d2, box.high2 + d2)
+def _lead(instant: Instant, x: float, y: float) -> float:
+    """Return by how much time (s) a platform displaced so far (m) is ahead of its reference along the path."""
+    squared = instant.vx * instant.vx + instant.vy * instant.vy
+    lead = (x * instant.vx + y * instant.vy) / squared if squared > 0.0 else 0.0
+    return min(max(lead, -MOST_LEAD), MOST_LEAD)
+
+
+def _acceleration_error(
+    instant: Instant, place: Instant, weight: float, answer: tuple[float, float], observed: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the actual acceleration minus that of the reference (m/s^2), by the law's torque and no load.
+
+    Args:
+        instant: of the reference.
+        place: where the platform is.
+        weight: of the law on torque.
+        answer: feedback (m/s^2).
+        observed: disturbances (Nm) that the law compensates.
+    """
+    mapped, box, (d1, d2) = place.map, instant.box, observed
+    needed_x, needed_y = instant.ax - mapped.a0_x, instant.ay - mapped.a0_y
+    target_x, target_y = needed_x + answer[0], needed_y + answer[1]
+    free = (place.held - 1.0) * (target_x * place.t_x + target_y * place.t_y)
+    target_x, target_y = target_x + free * place.t_x, target_y + free * place.t_y
     u1, u2 = box_least_squares(
         *_normal(mapped, weight),
         mapped.g_x1 * target_x + mapped.g_y1 * target_y,
         mapped.g_x2 * target_x + mapped.g_y2 * target_y,
-        inner,
+        Box(box.low1 + d1, box.high1 + d1, box.low2 + d2, box.high2 + d2),
     )
-    return u1 - d1, u2 - d2
+    net1, net2 = u1 - d1, u2 - d2
+    return mapped.g_x1 * net1 + mapped.g_x2 * net2 - needed_x, mapped.g_y1 * net1 + mapped.g_y2 * net2 - needed_y
 
 
 def _inverse(mapped: InputMap, weight: float, ax: float, ay: float) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from fivebar_bringup.studies.sweep.rigs import (
     RIGS,
     drawn_effects,
     drawn_scales,
+    sections_for,
 )
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
@@ -124,7 +125,7 @@ class Draw(NamedTuple):
         }
         rig["unified"]["weight"] = UNIFIED_WEIGHT
         if self.rig != VARIED:
-            for section, keys in RIGS[self.rig].sections.items():
+            for section, keys in sections_for(RIGS[self.rig], controller).items():
                 rig[section] |= keys
             limit = RIGS[self.rig].tracking_limit
             if limit is not None:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_sim.effects.loads import LOCUS
 
 ENCODER_COUNTS, DELAY_SAMPLES = 20_000, 1
@@ -105,6 +106,7 @@ class Rig(NamedTuple):
         spread: of its robots.
         sensed: whether the controllers have only the motors' encoders, with an estimator; else all joints exactly.
         sections: sections of the scenario that replace others key by key.
+        blended: the same for the blended controllers, in addition.
         tracking_limit: distance (m) of the estimated platform from its reference beyond which a run is stopped with
             `tracking_lost`; None for that of every scenario.
     """
@@ -115,7 +117,17 @@ class Rig(NamedTuple):
     spread: Spread
     sensed: bool = True
     sections: Mapping[str, Mapping[str, Any]] = {}
+    blended: Mapping[str, Mapping[str, Any]] = {}
     tracking_limit: float | None = None
+
+
+def sections_for(rig: Rig, controller: str) -> dict[str, dict[str, Any]]:
+    """Return the sections that a rig's robots have with a controller of this package."""
+    found = {name: dict(keys) for name, keys in rig.sections.items()}
+    if CONTROLLERS[controller].blended:
+        for name, keys in rig.blended.items():
+            found[name] = found.get(name, {}) | dict(keys)
+    return found
 
 
 def with_gyro(
@@ -190,6 +202,10 @@ FOR_ELASTIC = {
 """Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
 by 0.2 rad/s where they swing at 60 Hz."""
 
+FOR_BLENDED = {"ekf": {"disturbance_rate": 1.0}}
+"""The blended controllers have no observer of their own and compensate what the estimator finds. At 0.1 Nm per root s
+that comes too late for a load or a wrong torque constant: they bear less than from encoders alone."""
+
 TRACKING_LIMIT = 4e-3
 """Of the rigs with a gyroscope, whose estimate tells a robot that leaves 5 mm: what makes it leave is mostly a load
 along the direction in which no motor acts on the locus, and not an error of the estimate."""
@@ -220,6 +236,7 @@ RIGS = {
             f"{RIGID}, {NOT_HERE}",
             CALIBRATED,
             sections=with_gyro(CALIBRATED, {"disturbance_rate": 0.1}, 2500.0, 100.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
         Rig(
@@ -228,6 +245,7 @@ RIGS = {
             NOT_HERE,
             GOOD,
             sections=with_gyro(GOOD, FOR_GOOD, 2500.0, 100.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
         Rig(
@@ -235,7 +253,8 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
             MIDDLING,
-            sections=with_gyro(MIDDLING, FOR_ELASTIC, 3600.0, 120.0, 0.03),
+            sections=with_gyro(MIDDLING, FOR_ELASTIC, 3600.0, 120.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
         Rig(
@@ -244,6 +263,7 @@ RIGS = {
             NOT_HERE,
             POOR,
             sections=with_gyro(POOR, FOR_ELASTIC, 400.0, 40.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
     )

@@ -34,7 +34,7 @@ from fivebar_description.strict_yaml import InputError
 
 CONTROLLERS = tuple(registry.CONTROLLERS)
 
-PLANNED_FOR = "unified"
+TIMED_FOR = "unified"
 """For whose law the planner times a crossing; all controllers make the same motion."""
 
 
@@ -78,7 +78,7 @@ def run_case(seed: int, number: int, rig: str = VARIED) -> list[SweepRow]:
 
 
 def quick_enough(case: Draw) -> Draw:
-    """Return a case as the planner times it for `PLANNED_FOR`: quicker than drawn where the rig's loads ask for it.
+    """Return a case as the planner times it for `TIMED_FOR`: quicker than drawn where the rig's loads ask for it.
 
     The drawn duration is what a user asks for; the planner keeps it where the loads displace the platform by no more
     than it aims at. Otherwise it takes the longest duration that does, or the shortest that keeps the other limits, and
@@ -87,17 +87,16 @@ def quick_enough(case: Draw) -> Draw:
     Raises:
         InputError: the planner refuses the motion.
     """
-    scenario = case.scenario(PLANNED_FOR)
+    scenario = case.scenario(TIMED_FOR)
     plan, limits = plan_of(case), _limits(case, scenario)
     if not limits.loads.declared:
         return case
     task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
     calm = longest_bearing(task, plan, limits.risk.load_aim)
-    if calm == case.duration:
+    if calm.duration == case.duration:
         return case
     free = task._replace(limits=limits._replace(loads=NO_LOADS))
-    fastest = pace_of(free, plan).fastest
-    wanted = fastest if calm is None else max(calm, fastest)
+    wanted = max(calm.duration, pace_of(free, plan).fastest)
     for factor in SLOWER:
         duration = factor * wanted
         if duration >= case.duration:
@@ -113,7 +112,7 @@ def _feasible(case: Draw) -> bool:
         plan = planned(case)
     except InputError:
         return False
-    return screened(case, PLANNED_FOR, plan, _sampled(case, plan)).feasible
+    return screened(case, TIMED_FOR, plan, _sampled(case, plan)).feasible
 
 
 def planned(case: Draw) -> Plan:
