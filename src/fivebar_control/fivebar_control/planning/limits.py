@@ -62,7 +62,7 @@ class Risk(NamedTuple):
             above=0.0,
             at_most=100.0,
         ),
-    ] = 0.5
+    ] = 0.25
 
 
 class MotionLimits(NamedTuple):
