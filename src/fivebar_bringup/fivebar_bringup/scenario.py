@@ -37,7 +37,8 @@ from fivebar_control.trajectory.planner import (
     plan_motion,
 )
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar, Positive, load_robot, tolerances_of
+from fivebar_description.loads import NO_LOADS, Loads
+from fivebar_description.parameters import FiveBar, Positive, load_robot, loads_of, tolerances_of
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
@@ -121,6 +122,7 @@ class Scenario(StrictModel):
     ] = "none"
     ekf: Section[EkfSettings] = EkfSettings()
     tolerances: Section[Tolerances] = EXACT
+    loads: Section[Loads] = NO_LOADS
     safety: Annotated[SafetySettings, Keys(without=(TRACKING_ERROR_LIMIT.name,))] = SafetySettings()
     tracking_error_limit: Annotated[float, TRACKING_ERROR_LIMIT.setting] = TRACKING_ERROR_LIMIT.default
     error_tolerance: Annotated[
@@ -239,6 +241,10 @@ class Scenario(StrictModel):
     def known_within(self) -> Tolerances:
         """Return how exactly the robot is known: by the section `tolerances`, by default as its file says."""
         return tolerances_of(self.robot, self.tolerances)
+
+    def to_bear(self) -> Loads:
+        """Return what the robot has to bear: by the section `loads`, by default as its file says."""
+        return loads_of(self.robot, self.loads)
 
     @property
     def compensates_disturbance(self) -> bool:

@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
+from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.settings import Section
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
@@ -83,6 +84,7 @@ class RobotFile(StrictModel):
     mass_kg: Mass
     friction: Friction
     tolerances: Section[Tolerances] = EXACT
+    loads: Section[Loads] = NO_LOADS
 
     def five_bar(self) -> FiveBar:
         """Return the parameters as the plain numbers that the equations take."""
@@ -151,6 +153,15 @@ def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:
         InputError: the file is missing or does not describe a five-bar.
     """
     return given if given != EXACT else read_robot(robot).tolerances
+
+
+def loads_of(robot: str, given: Loads = NO_LOADS) -> Loads:
+    """Return what a robot (name or path) has to bear: as given, or by default as its file says.
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    return given if given != NO_LOADS else read_robot(robot).loads
 
 
 def scaled(robot: FiveBar, mass: float = 1.0, inertia: float = 1.0, friction: float = 1.0) -> FiveBar:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
-from fivebar_control.planning.feasibility import Feasibility, is_predictable, screen_run
+from fivebar_control.planning.feasibility import LOADS, Feasibility, displaced, is_predictable, screen_run
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
+from fivebar_control.planning.pacing import Borne, longest_within
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 
 PREDICTED_SHARE = 0.5
@@ -45,12 +47,14 @@ def refuse_unfit(scenario: Scenario) -> None:
     verdict = screened(scenario, plan)
     if not verdict.feasible:
         help_ = _advice(scenario, plan, verdict)
-        within = f"; within the limits with {help_}" if help_ else ""
+        within = f"; within the limits {help_}" if help_ else ""
         raise PlanRefused(f"{'; '.join(verdict.reasons)}{within} (with force: true the scenario runs all the same)")
 
 
 def _advice(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
-    """Return what would make a motion feasible that the tolerances of the robot forbid."""
+    """Return what would make a motion feasible that the tolerances of the robot or its loads forbid."""
+    if [figure.name for figure in verdict.figures if not figure.kept] == [LOADS]:
+        return _quicker(scenario)
     given = scenario.sensing()
     if given is None or not concerns_tolerances(verdict):
         return ""
@@ -65,7 +69,48 @@ def _advice(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
 
     limits = limits_of_scenario(scenario, plan)
     judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
-    return advice(verdict, plan.path, given, judge, possible)
+    found = advice(verdict, plan.path, given, judge, possible)
+    return f"with {found}" if found else ""
+
+
+def _quicker(scenario: Scenario) -> str:
+    """Return how quick a motion would have to be for the loads: the speeds, and whether that is feasible."""
+    if scenario.working_modes is not None:
+        return ""
+    durations, words = [], []
+    for number, (ends, duration) in enumerate(zip(pairwise(scenario.waypoints), scenario.durations(), strict=True)):
+        segment = scenario.model_copy(update={"waypoints": ends, "segment_duration": duration})
+        found = _longest_bearing(segment)
+        if not found.enough:
+            return ""
+        borne = duration if found.duration == duration else math.floor(1e3 * found.duration) / 1e3
+        durations.append(borne)
+        if borne < duration:
+            plan = segment.model_copy(update={"segment_duration": borne}).plan()
+            there = plan.path.at(plan.crossings[0].time)
+            which = f" for segment {number + 1}" if len(scenario.waypoints) > 2 else ""
+            words.append(
+                f"at more than {math.hypot(there.vx, there.vy):.2g} m/s there, with a duration of {borne:g} s{which}"
+            )
+    quicker = scenario.model_copy(update={"segment_duration": tuple(durations)})
+    try:
+        reasons = screened(quicker, quicker.plan()).reasons
+    except PlanRefused as refusal:
+        reasons = [str(refusal)]
+    return " and ".join(words) + (f" (then, however, {'; '.join(reasons)})" if reasons else "")
+
+
+def _longest_bearing(segment: Scenario) -> Borne:
+    """Return the longest duration, at most its own, in which a single segment bears the declared loads."""
+
+    def excess(duration: float) -> float:
+        plan = segment.model_copy(update={"segment_duration": duration}).plan()
+        if not plan.crossings:
+            return 0.0
+        moved = displaced(segment.five_bar(), plan, segment.rate_hz, segment.tuned(), limits_of_scenario(segment, plan))
+        return moved.value - moved.limit
+
+    return longest_within(excess, segment.durations()[0])
 
 
 def screened(scenario: Scenario, plan: Plan) -> Feasibility:
@@ -89,4 +134,5 @@ def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
         predicted_error=PREDICTED_SHARE * scenario.error_tolerance,
         error_tolerance=scenario.error_tolerance,
         risk=scenario.risk,
+        loads=scenario.to_bear(),
     )

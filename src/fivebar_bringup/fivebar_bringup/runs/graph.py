@@ -22,6 +22,7 @@ from fivebar_control.laws.registry import LAWS
 from fivebar_control.ros.node_settings import (
     BLENDED,
     CONTINUE,
+    GOAL_LOAD_PREFIX,
     GOAL_PREFIX,
     GOAL_RISK_PREFIX,
     GOAL_TOLERANCE_PREFIX,
@@ -336,6 +337,7 @@ def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
         **to_parameters(scenario.ekf, GOAL_PREFIX, without=NOT_OF_THE_FILTER),
         **to_parameters(scenario.known_within(), GOAL_TOLERANCE_PREFIX),
         **to_parameters(scenario.risk, GOAL_RISK_PREFIX),
+        **to_parameters(scenario.to_bear(), GOAL_LOAD_PREFIX),
     }
 
 

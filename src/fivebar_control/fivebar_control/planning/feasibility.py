@@ -12,6 +12,7 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import (
     Sensing,
     predict_estimate,
@@ -83,6 +84,7 @@ class Figure(NamedTuple):
     MODE_CHANGES,
     WRONG_MODE,
     UNCERTAINTY,
+    LOADS,
 ) = (
     "reference torque",
     "motor speed",
@@ -97,6 +99,7 @@ class Figure(NamedTuple):
     "predicted number of unplanned changes of assembly mode",
     "predicted probability of a wrong assembly mode within the tolerances",
     "predicted position error within the tolerances",
+    "displacement by the declared loads where the path crosses the Type 2 locus",
 )
 """Names of the figures."""
 
@@ -152,7 +155,7 @@ def screen(
     follower: TunedController,
     limits: MotionLimits,
 ) -> Feasibility:
-    """Judge a reference: torque, joint speeds, distance to Type 1, dwells near Type 2, rests, directions, near passes.
+    """Judge a reference: torque, speeds, distance to Type 1, dwells near Type 2, rests, directions, near passes, loads.
 
     Torque and speed are those of the reference at the samples of `rate_hz`, the only ones that a controller sees.
     """
@@ -178,7 +181,16 @@ def screen(
     if not follower.controller.needs_no_zones:
         nearest = scan.nearest_unguarded(limits.clearance)
         figures += [nearest] if nearest is not None else []
+    if limits.loads.declared and plan.crossings:
+        figures.append(displaced(robot, plan, rate_hz, follower, limits))
     return Feasibility(tuple(figures))
+
+
+def displaced(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits) -> Figure:
+    """Return how far the declared loads displace the platform at the crossings of a plan, at the worst of them."""
+    moved = displacement(robot, plan, rate_hz, follower, limits.torque, limits.loads)
+    limit = limits.risk.load_share * limits.error_tolerance
+    return Figure(LOADS, moved.value, limit, True, *moved[1:], unit="m")
 
 
 def screen_run(

@@ -9,6 +9,7 @@ from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.safety.stages import SafetySettings
+from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.settings import Setting
 
 COARSE_SPEED_STEP = 0.04
@@ -21,9 +22,10 @@ its reference."""
 
 
 class Risk(NamedTuple):
-    """How likely it may be that the robot fails because it is not exactly as its file says, within `tolerances`.
+    """How likely it may be that the robot fails because it is not exactly as its file says, and how far loads move it.
 
-    Judged before a motion begins, where an estimator works with declared tolerances of lengths, bases or zeros.
+    Judged before a motion begins: probabilities where an estimator works with declared tolerances of lengths, bases or
+    zeros, displacements where `loads` are declared.
     """
 
     wrong_mode: Annotated[
@@ -43,6 +45,24 @@ class Risk(NamedTuple):
             at_most=1.0,
         ),
     ] = 0.3
+    load_share: Annotated[
+        float,
+        Setting(
+            "Largest displacement by the declared loads at a crossing, as a share of `error_tolerance`; slower"
+            " crossings are refused.",
+            above=0.0,
+            at_most=100.0,
+        ),
+    ] = 1.0
+    load_aim: Annotated[
+        float,
+        Setting(
+            "The same for crossings whose duration the planner chooses, as far as the motors allow: the rest is for the"
+            " errors of the estimate.",
+            above=0.0,
+            at_most=100.0,
+        ),
+    ] = 0.25
 
 
 class MotionLimits(NamedTuple):
@@ -67,6 +87,7 @@ class MotionLimits(NamedTuple):
         predicted_error: largest distance from the reference in a predicted run (m).
         error_tolerance: largest distance of a robot within its tolerances (m).
         risk: of a robot within its tolerances.
+        loads: which the robot has to bear at a crossing.
     """
 
     torque: float = 2.0
@@ -82,6 +103,7 @@ class MotionLimits(NamedTuple):
     predicted_error: float = 1e-3
     error_tolerance: float = 2e-3
     risk: Risk = Risk()
+    loads: Loads = NO_LOADS
 
 
 def limits_of(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
-from fivebar_control.planning.feasibility import Feasibility, dwells_near_locus, screen, screen_run
+from fivebar_control.planning.feasibility import Feasibility, displaced, dwells_near_locus, screen, screen_run
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.reference_torque import limited_to
@@ -28,6 +28,12 @@ TOLERANCE = 0.01
 
 COMFORT = 2.0
 """A comfortable motion takes this much longer than the quickest: a quarter of the torque that accelerates."""
+
+LOAD_STEP = 0.7
+"""Factor between the durations that are tried first for the declared loads."""
+
+LOAD_TOLERANCE = 0.04
+"""Relative accuracy of the longest duration for the declared loads."""
 
 SLOWEST_SHARE = 0.5
 """A comfortable motion takes at most this share of the slowest duration: long dwells near the locus let errors grow."""
@@ -57,30 +63,39 @@ class Task(NamedTuple):
 
     def judge_run(self, plan: Plan) -> Feasibility:
         """Return the verdict on a plan's reference and predicted run, which takes longer."""
-        return screen_run(self.robot, plan, self.rate_hz, self._limited(), self.limits, self.sensing)
+        return screen_run(self.robot, plan, self.rate_hz, self.limited(), self.limits, self.sensing)
 
     def advice(self, plan: Plan, verdict: Feasibility) -> str:
         """Return what would make a motion feasible that nothing but the robot's tolerances forbids; "" for nothing."""
         if self.sensing is None or not concerns_tolerances(verdict):
             return ""
-        judge = judge_of(self.robot, plan, self.rate_hz, self._limited(), self.limits)
+        judge = judge_of(self.robot, plan, self.rate_hz, self.limited(), self.limits)
         return advice(verdict, plan.path, self.sensing, judge)
 
-    def _limited(self) -> TunedController:
+    def limited(self) -> TunedController:
+        """Return the controller as the drives' limit bounds it."""
         return limited_to(self.follower, self.limits.torque)
 
 
 class Pace(NamedTuple):
-    """The durations (s) that a segment may take: all between the two, where the limits are kept."""
+    """The durations (s) that a segment may take: all from the fastest to the slowest, where the limits are kept.
+
+    Attributes:
+        fastest, slowest: s.
+        calm: longest duration with which the declared loads displace the platform no more than aimed at, or as little
+            as they can; infinite without loads.
+    """
 
     fastest: float
     slowest: float
+    calm: float = math.inf
 
     @property
     def comfortable(self) -> float:
         """A duration with room to both sides, as far as there is any."""
         room = max(self.fastest, SLOWEST_SHARE * self.slowest)
-        return min(COMFORT * self.fastest, math.sqrt(self.fastest * self.slowest), room)
+        unhurried = min(COMFORT * self.fastest, math.sqrt(self.fastest * self.slowest), room)
+        return max(self.fastest, min(unhurried, self.calm))
 
 
 class NoPace(NamedTuple):
@@ -96,8 +111,9 @@ class NoPace(NamedTuple):
 def slowest_pace(task: Task, start: Point, end: Point) -> Plan | NoPace:
     """Return a segment between rests with its longest feasible duration, a whole number of samples.
 
-    The dwell near the locus grows in proportion to the duration, which bounds it. All other figures only get better
-    the slower the motion is: a limit that the slowest does not keep, none keeps.
+    The dwell near the locus grows in proportion to the duration, which bounds it, and so does the displacement by the
+    declared loads. All other figures only get better the slower the motion is: a limit that the slowest does not keep,
+    none keeps.
     """
     try:
         slow = task.plan((start, end), (LONGEST,))
@@ -109,11 +125,84 @@ def slowest_pace(task: Task, start: Point, end: Point) -> Plan | NoPace:
     slowest = math.floor(slowest * task.rate_hz) / task.rate_hz
     if slowest <= SHORTEST:
         return NoPace(f"the segment stays near the Type 2 locus for {share:.0%} of any duration")
-    plan = retimed(slow, slowest / LONGEST)
+    slowed = retimed(slow, slowest / LONGEST)
+    borne = longest_bearing(task, slowed, task.limits.risk.load_share)
+    if not borne.enough:
+        moved = displaced(task.robot, slowed, task.rate_hz, task.follower, task.limits)
+        return NoPace(f"in {slowest:.3g} s {moved}, and no shorter duration bears the loads")
+    plan = retimed(slow, borne.duration / LONGEST)
     reasons = task.judge(plan).reasons
     if reasons:
-        return NoPace(f"even in {slowest:.3g} s, the longest possible duration, {'; '.join(reasons)}")
+        bound = "" if borne.duration == slowest else " with the declared loads"
+        return NoPace(f"even in {plan.path.duration:.3g} s, the longest possible duration{bound}, {'; '.join(reasons)}")
     return plan
+
+
+class Borne(NamedTuple):
+    """The longest duration (s) in which the loads are borne, or that of the least excess (m) where there is none."""
+
+    duration: float
+    excess: float
+
+    @property
+    def enough(self) -> bool:
+        """Whether the loads are borne."""
+        return self.excess <= 0.0
+
+
+def longest_bearing(task: Task, plan: Plan, share: float) -> Borne:
+    """Return the longest duration of a segment, at most that of its plan, with which it bears the declared loads.
+
+    A whole number of samples where it is shorter than that of the plan.
+
+    Args:
+        task: whose limits have the loads.
+        plan: one segment under a ballistic zone rule.
+        share: of the error tolerance by which they may displace the platform.
+    """
+    limits = task.limits
+    longest = plan.path.duration
+    if not (limits.loads.declared and plan.crossings):
+        return Borne(longest, -math.inf)
+    bound = share * limits.error_tolerance
+
+    def excess(duration: float) -> float:
+        quicker = retimed(plan, duration / longest)
+        return displaced(task.robot, quicker, task.rate_hz, task.follower, limits).value - bound
+
+    found = longest_within(excess, longest)
+    if found.duration == longest:
+        return found
+    return found._replace(duration=max(1.0, math.floor(found.duration * task.rate_hz + 1e-6)) / task.rate_hz)
+
+
+def longest_within(excess: Callable[[float], float], longest: float) -> Borne:
+    """Return the longest duration (s) up to `longest` whose excess is not positive, else that of the least found.
+
+    The quicker a crossing, the less a load moves it, until the motion itself takes all that the drives can give: so the
+    search goes from long to short, and ends where that does not help any more.
+    """
+    best = last = Borne(longest, excess(longest))
+    worse = 0
+    while not last.enough and LOAD_STEP * last.duration >= SHORTEST and worse < 2:
+        shorter = Borne(LOAD_STEP * last.duration, excess(LOAD_STEP * last.duration))
+        if shorter.enough:
+            return _refined(excess, shorter, last.duration)
+        worse = worse + 1 if shorter.excess >= last.excess else 0
+        best, last = min(best, shorter, key=lambda one: one.excess), shorter
+    return best
+
+
+def _refined(excess: Callable[[float], float], low: Borne, high: float) -> Borne:
+    """Return the longest duration between one that does and one that does not (s), by bisection."""
+    while high > (1.0 + LOAD_TOLERANCE) * low.duration:
+        middle = math.sqrt(low.duration * high)
+        between = Borne(middle, excess(middle))
+        if between.enough:
+            low = between
+        else:
+            high = middle
+    return low
 
 
 def pace_of(task: Task, slowest: Plan) -> Pace:
@@ -130,7 +219,10 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
             high = middle
         else:
             low = middle
-    return Pace(high / task.rate_hz, longest)
+    fastest = high / task.rate_hz
+    if not task.limits.loads.declared:
+        return Pace(fastest, longest)
+    return Pace(fastest, longest, longest_bearing(task, slowest, task.limits.risk.load_aim).duration)
 
 
 def retimed(plan: Plan, factor: float) -> Plan:

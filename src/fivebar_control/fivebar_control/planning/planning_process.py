@@ -23,6 +23,7 @@ from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.transfer import Speed, plan_transfer
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -36,6 +37,7 @@ class Conditions(NamedTuple):
         torque_limit, motor_speed: of both motors (Nm, rad/s).
         error_tolerance, risk: of a robot within its tolerances (m).
         sensing: what the estimator has, None without one.
+        loads: what the robot has to bear.
     """
 
     robot: str
@@ -45,6 +47,7 @@ class Conditions(NamedTuple):
     error_tolerance: float = MotionLimits().error_tolerance
     risk: Risk = Risk()
     sensing: Sensing | None = None
+    loads: Loads = NO_LOADS
 
 
 class Planned(NamedTuple):
@@ -145,7 +148,7 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             order.assembly or None,
             conditions.rate_hz,
             follower,
-            limits._replace(error_tolerance=conditions.error_tolerance, risk=conditions.risk),
+            limits._replace(error_tolerance=conditions.error_tolerance, risk=conditions.risk, loads=conditions.loads),
             order.duration or Speed.COMFORTABLE,
             conditions.sensing,
         )

@@ -16,6 +16,7 @@ from fivebar_control.planning.planning_process import Conditions, PlanningProces
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.ros.motion_parameters import Motion
 from fivebar_control.ros.node_settings import (
+    GOAL_LOAD_PREFIX,
     GOAL_PREFIX,
     GOAL_RISK_PREFIX,
     GOAL_TOLERANCE_PREFIX,
@@ -23,7 +24,8 @@ from fivebar_control.ros.node_settings import (
     GoalSettings,
 )
 from fivebar_description.interface import GOAL, GOAL_STATUS
-from fivebar_description.parameters import tolerances_of
+from fivebar_description.loads import Loads
+from fivebar_description.parameters import loads_of, tolerances_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
@@ -55,6 +57,7 @@ class GoalServer:
             settings.goal_error_tolerance,
             node.declare_settings(Risk, GOAL_RISK_PREFIX),
             sensing if settings.goal_estimated else None,
+            loads_of(str(robot), node.declare_settings(Loads, GOAL_LOAD_PREFIX)),
         )
         self._open = settings.takes_goals
         self._rate_hz = motion.rate_hz

@@ -27,6 +27,7 @@ ZONE_PREFIX = "zone_"
 """Prefix of the parameters that hold `ZoneSettings`."""
 
 GOAL_PREFIX, GOAL_TOLERANCE_PREFIX, GOAL_RISK_PREFIX = "goal_estimator_", "goal_tolerance_", "goal_risk_"
+GOAL_LOAD_PREFIX = "goal_load_"
 """Prefixes of the parameters by which requests are judged: `Drives` and `EkfSettings`, `Tolerances`, `Risk`."""
 
 NOT_OF_THE_FILTER = ("feed_forward",)

@@ -12,7 +12,7 @@ from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.transfer import Speed, Transfer, plan_transfer
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import load_robot, loads_of
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.settings import PlantSettings
 
@@ -106,9 +106,12 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
 
 
 def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
-    """Return the limits with what the run before allows a robot within its tolerances."""
+    """Return the limits with what the run before allows, and the loads that the robot has to bear."""
     before = request.start.scenario
-    return limits if before is None else limits._replace(error_tolerance=before.error_tolerance, risk=before.risk)
+    if before is None:
+        return limits._replace(loads=loads_of(request.robot))
+    loads = loads_of(request.robot, before.loads)
+    return limits._replace(error_tolerance=before.error_tolerance, risk=before.risk, loads=loads)
 
 
 def _sensing(request: Request) -> Sensing | None:

@@ -14,7 +14,7 @@ from fivebar_bringup.studies.compare.rigs import on_rig
 from fivebar_bringup.studies.reproduce.cases import PlannedScenario
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, Robot
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, TORQUE_LIMIT, UNIFIED_WEIGHT
-from fivebar_bringup.studies.sweep.rigs import GYRO_BIAS, RIGS
+from fivebar_bringup.studies.sweep.rigs import GYRO_BIAS, RIGS, sections_for
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import InputError, validate
 
@@ -63,9 +63,9 @@ EQUIPMENT = {
         Equipment("unified, gyro", "unified", WITH_GYRO, RIGS["good"].sections),
         Equipment("unified, gyro, elastic", "unified", FOR_ELASTIC, RIGS["middling"].sections),
         Equipment("multi_cartesian, encoders", "multi_cartesian", ENCODERS_ALONE),
-        Equipment("multi_cartesian, gyro", "multi_cartesian", WITH_GYRO, RIGS["good"].sections),
+        Equipment("multi_cartesian, gyro", "multi_cartesian", WITH_GYRO, sections_for(RIGS["good"], "multi_cartesian")),
         Equipment("multi_joint, encoders", "multi_joint", ENCODERS_ALONE),
-        Equipment("multi_joint, gyro", "multi_joint", WITH_GYRO, RIGS["good"].sections),
+        Equipment("multi_joint, gyro", "multi_joint", WITH_GYRO, sections_for(RIGS["good"], "multi_joint")),
     )
 }
 """By name. `good` stands for its settings of estimator and gains; the robots are those of this study."""

@@ -18,6 +18,7 @@ from fivebar_bringup.studies.sweep.rigs import (
     RIGS,
     drawn_effects,
     drawn_scales,
+    sections_for,
 )
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
@@ -80,6 +81,7 @@ class Draw(NamedTuple):
         delay_samples: of the drives.
         rig: whose robots are drawn from, "" for those whose encoders and delay vary.
         seed: of the sweep; with number and rig it determines the robot.
+        drawn_duration: what was drawn, where the planner has made the crossing quicker for the rig's loads (s).
     """
 
     number: int
@@ -97,6 +99,7 @@ class Draw(NamedTuple):
     delay_samples: int
     rig: str = VARIED
     seed: int = 1
+    drawn_duration: float | None = None
 
     def scenario(self, controller: str) -> DrawnScenario:
         """Return the scenario for a controller; with encoders it has estimator and gains of the rig with encoders.
@@ -122,7 +125,7 @@ class Draw(NamedTuple):
         }
         rig["unified"]["weight"] = UNIFIED_WEIGHT
         if self.rig != VARIED:
-            for section, keys in RIGS[self.rig].sections.items():
+            for section, keys in sections_for(RIGS[self.rig], controller).items():
                 rig[section] |= keys
             limit = RIGS[self.rig].tracking_limit
             if limit is not None:

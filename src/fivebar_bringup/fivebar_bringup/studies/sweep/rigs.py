@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_sim.effects.loads import LOCUS
 
 ENCODER_COUNTS, DELAY_SAMPLES = 20_000, 1
@@ -43,6 +44,11 @@ GYRO_BIAS = 0.02
 """Bound of the gyroscope's bias (rad/s)."""
 
 GYRO_WORDS = "gyroscope on the distal link of leg 2 (250 readings/s, 4 ms late, 0.01 rad/s noise, ±0.02 rad/s bias)"
+
+
+MEDIAN_LOAD = 0.26
+"""What half of the robots have of the largest tilt or push, or more, along a given direction: the median of a magnitude
+uniform from 0 to 1, in a random direction. That much the robots of a rig are declared to bear."""
 
 
 class Spread(NamedTuple):
@@ -100,6 +106,7 @@ class Rig(NamedTuple):
         spread: of its robots.
         sensed: whether the controllers have only the motors' encoders, with an estimator; else all joints exactly.
         sections: sections of the scenario that replace others key by key.
+        blended: the same for the blended controllers, in addition.
         tracking_limit: distance (m) of the estimated platform from its reference beyond which a run is stopped with
             `tracking_lost`; None for that of every scenario.
     """
@@ -110,19 +117,38 @@ class Rig(NamedTuple):
     spread: Spread
     sensed: bool = True
     sections: Mapping[str, Mapping[str, Any]] = {}
+    blended: Mapping[str, Mapping[str, Any]] = {}
     tracking_limit: float | None = None
 
 
-def with_gyro(spread: Spread, ekf: Mapping[str, float], kp: float, kd: float) -> dict[str, Mapping[str, Any]]:
+def sections_for(rig: Rig, controller: str) -> dict[str, dict[str, Any]]:
+    """Return the sections that a rig's robots have with a controller of this package."""
+    found = {name: dict(keys) for name, keys in rig.sections.items()}
+    if CONTROLLERS[controller].blended:
+        for name, keys in rig.blended.items():
+            found[name] = found.get(name, {}) | dict(keys)
+    return found
+
+
+def with_gyro(
+    spread: Spread, ekf: Mapping[str, float], kp: float, kd: float, weight: float = 0.3
+) -> dict[str, Mapping[str, Any]]:
     """Return the sections of robots of a spread with a gyroscope.
 
     Args:
         spread: its bounds of lengths, bases and zeros are the estimator's tolerances.
         ekf: settings of the estimator.
-        kp, kd: gains of `unified` (1/s^2, 1/s).
+        kp, kd, weight: of `unified` (1/s^2, 1/s, (m/s^2 / Nm)^2).
     """
     tolerances = {"length": spread.length, "base": spread.length, "zero": spread.zero}
-    return {"imu": GYRO, "ekf": {"gyro": True, **ekf}, "tolerances": tolerances, "unified": {"kp": kp, "kd": kd}}
+    loads = {
+        "tilt": MEDIAN_LOAD * spread.tilt,
+        "push": MEDIAN_LOAD * spread.force,
+        "push_length": PUSH_LENGTH,
+        "passive": spread.passive,
+    }
+    unified = {"kp": kp, "kd": kd, "weight": weight}
+    return {"imu": GYRO, "ekf": {"gyro": True, **ekf}, "tolerances": tolerances, "loads": loads, "unified": unified}
 
 
 ENCODERS_WORDS = (
@@ -176,6 +202,10 @@ FOR_ELASTIC = {
 """Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
 by 0.2 rad/s where they swing at 60 Hz."""
 
+FOR_BLENDED = {"ekf": {"disturbance_rate": 1.0}}
+"""The blended controllers have no observer of their own and compensate what the estimator finds. At 0.1 Nm per root s
+that comes too late for a load or a wrong torque constant: they bear less than from encoders alone."""
+
 TRACKING_LIMIT = 4e-3
 """Of the rigs with a gyroscope, whose estimate tells a robot that leaves 5 mm: what makes it leave is mostly a load
 along the direction in which no motor acts on the locus, and not an error of the estimate."""
@@ -206,6 +236,7 @@ RIGS = {
             f"{RIGID}, {NOT_HERE}",
             CALIBRATED,
             sections=with_gyro(CALIBRATED, {"disturbance_rate": 0.1}, 2500.0, 100.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
         Rig(
@@ -214,6 +245,7 @@ RIGS = {
             NOT_HERE,
             GOOD,
             sections=with_gyro(GOOD, FOR_GOOD, 2500.0, 100.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
         Rig(
@@ -221,7 +253,8 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
             MIDDLING,
-            sections=with_gyro(MIDDLING, FOR_ELASTIC, 1600.0, 80.0),
+            sections=with_gyro(MIDDLING, FOR_ELASTIC, 3600.0, 120.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
         Rig(
@@ -230,6 +263,7 @@ RIGS = {
             NOT_HERE,
             POOR,
             sections=with_gyro(POOR, FOR_ELASTIC, 400.0, 40.0),
+            blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
     )

@@ -27,7 +27,7 @@ class SweepRow(NamedTuple):
         reason: why it was refused or screened out.
         success: of the run, by the rule of `success`.
         why_not: how it falls short of a success.
-        mode1 ... seed: as in `Draw`, lengths in m.
+        mode1 ... drawn_duration: as in `Draw`, lengths in m.
         crossings: planned changes of assembly mode.
         authority: least |n.v1| at the planned crossings.
         crossing_x, crossing_y: of the first one (m).
@@ -66,6 +66,7 @@ class SweepRow(NamedTuple):
     delay_samples: int
     rig: str = ""
     seed: int = 1
+    drawn_duration: float | None = None
     crossings: int | None = None
     authority: float | None = None
     crossing_x: float | None = None

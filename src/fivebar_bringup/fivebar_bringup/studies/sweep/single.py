@@ -16,7 +16,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
-from fivebar_bringup.studies.sweep.drawing import VARIED, draw
+from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
 from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
 from fivebar_control.model.kinematics import state_from_joints
@@ -50,7 +50,7 @@ def save_case(seed: int, number: int, controllers: Sequence[str], out: Path, rig
     directory = new_directory(out, "case")
     files: dict[str, str | bytes] = {}
     for row in rows:
-        scenario = draw(seed, number, rig).scenario(row.controller)
+        scenario = row.draw.scenario(row.controller)
         files[f"{row.controller}.yaml"] = scenario.to_yaml()
         files[f"{row.controller}.png"] = trace_png(scenario, row)
     write_results(directory, files)

@@ -1,0 +1,125 @@
+"""The passage condition: the closed form, the response against the other plant, and what screen and planner do."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+
+from fivebar_bringup.runs.admission import refuse_unfit, screened
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import crossing
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.planning.feasibility import LOADS
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
+from fivebar_control.planning.passage import displacement, exposure
+from fivebar_control.planning.transfer import TransferRefused, plan_transfer
+from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_description.loads import NO_LOADS, Loads
+from fivebar_description.parameters import load_robot
+
+ROBOT = load_robot()
+UNIFIED = default_tuning(CONTROLLERS["unified"])
+BORNE = Loads(tilt=0.02, push=0.6, push_length=0.05, passive=0.005)
+
+
+def slow(**changes: object) -> Scenario:
+    content = {
+        "name": "loaded",
+        "controller": "unified",
+        "waypoints": ((0.0, 0.15), (0.0, 0.02)),
+        "segment_duration": 2.0,
+        "plant": {"torque_limit": 2.0},
+        "loads": BORNE._asdict(),
+    }
+    return Scenario.model_validate(content | changes)
+
+
+def worst_error(scenario: Scenario, loads: Loads) -> float:
+    """Return the largest error (m) on the compiled engine with the loads along t_s, both ways."""
+    plan, robot = scenario.plan(), scenario.five_bar()
+    crossed = plan.crossings[0]
+    svd = parallel_svd(desired_at(robot, plan, crossed.time, plan.path.at(crossed.time)).state)
+    samples = sampled(robot, plan, scenario.rate_hz)
+    errors = []
+    for sign in (1.0, -1.0):
+        heading = math.atan2(sign * svd.t_y, sign * svd.t_x)
+        for onset in (0.5, 1.0):
+            plant = scenario.plant._replace(
+                tilt=scenario.plant.tilt._replace(angle=loads.tilt, heading=heading),
+                push=scenario.plant.push._replace(
+                    force=loads.push, heading=heading, start=crossed.time - onset * 0.05, length=loads.push_length
+                ),
+                friction=scenario.plant.friction._replace(passive=loads.passive),
+            )
+            errors.append(crossing(case_of(scenario.model_copy(update={"plant": plant})), samples).error_peak)
+    return max(errors)
+
+
+def test_the_closed_form_is_the_solution_of_its_equation() -> None:
+    """e'' = a_F - gain |kappa'| |t| torque from where the motors no longer hold the load until e' = 0 again."""
+    rate, gain, torque, load, step = 1.5, 31.0, 1.2, 2.0, 1e-6
+    free = load / (gain * rate * torque)
+    t, x, v = -free, 0.0, 0.0
+    while t < free or v > 0.0:
+        v += step * (load - gain * rate * abs(t) * torque)
+        x += step * v
+        t += step
+    assert exposure(rate, gain, torque, load) == pytest.approx(x, rel=1e-3)
+    assert exposure(2.0 * rate, gain, torque, load) == pytest.approx(x / 4.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("duration", [0.5, 1.0, 2.0])
+def test_the_displacement_is_that_of_the_other_plant(duration: float) -> None:
+    scenario = slow(segment_duration=duration)
+    predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, BORNE)
+    assert predicted.value == pytest.approx(worst_error(scenario, BORNE), rel=0.15)
+    assert predicted.time == scenario.plan().crossings[0].time
+
+
+def test_a_crossing_too_slow_for_the_loads_is_refused_with_the_speed_that_would_do() -> None:
+    with pytest.raises(PlanRefused) as refusal:
+        refuse_unfit(slow())
+    found = re.search(
+        rf"{LOADS} is 0\.003\d+ m at .* m after 1\.00\d s, expected at most 0\.002 m; within the limits at more than"
+        r" 0\.\d+ m/s there, with a duration of (1\.\d+) s \(with force: true",
+        str(refusal.value),
+    )
+    assert found is not None
+    quicker = slow(segment_duration=float(found[1]))
+    refuse_unfit(quicker)
+    assert worst_error(quicker, BORNE) < 2.2e-3 < worst_error(slow(), BORNE)
+
+
+def test_without_loads_there_is_no_such_figure() -> None:
+    scenario = slow(loads=NO_LOADS._asdict())
+    assert screened(scenario, scenario.plan()).figure(LOADS) is None
+
+
+def test_the_planner_makes_a_crossing_quick_enough_and_refuses_what_cannot_be() -> None:
+    limits = MotionLimits(loads=BORNE._replace(push=1.0))
+    start, goal = (0.0, 0.15), (0.0, 0.02)
+    free = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, MotionLimits())
+    loaded = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits)
+    figure = loaded.feasibility.figure(LOADS)
+    assert figure is not None
+    assert figure.value <= 1e-3 < figure.limit == 2e-3
+    assert loaded.durations < free.durations
+    with pytest.raises(TransferRefused, match=LOADS):
+        plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits, duration=2.5)
+    task = Task(ROBOT, (1, -1), 500, UNIFIED, MotionLimits(loads=Loads(push=30.0)))
+    assert "no shorter duration bears the loads" in str(slowest_pace(task, start, goal))
+
+
+def test_the_longest_duration_is_found_beside_a_shorter_one_that_does_not_do() -> None:
+    assert longest_within(lambda duration: duration - 0.5, 2.0).duration == pytest.approx(0.5, rel=0.05)
+    assert longest_within(lambda duration: -1.0, 2.0).duration == 2.0
+    assert longest_within(lambda duration: abs(duration - 0.3) - 0.1, 2.0).duration == pytest.approx(0.4, rel=0.05)
+    least = longest_within(lambda duration: 1.0 + abs(duration - 1.4), 2.0)
+    assert not least.enough
+    assert least.duration == pytest.approx(1.4)
