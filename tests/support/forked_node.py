@@ -18,7 +18,7 @@ import pytest
 
 PR_SET_PDEATHSIG = 1
 
-DEADLINE = 60.0
+DEADLINE = 120.0
 """Longest wait (s) for a condition that takes a second or two on an idle machine, the start of a process included."""
 
 

@@ -30,7 +30,7 @@ TIMEOUT_MS = 2000
 SILENCE = 3.0
 """How long (s) a master is silent."""
 
-DEADLINE = 30.0
+DEADLINE = 120.0
 RATE_HZ = 100
 """Rate of the robot: it moves on by one period with every SYNC, whenever that comes."""
 

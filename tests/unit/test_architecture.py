@@ -145,7 +145,7 @@ def test_laws_plant_and_offline_runner_need_no_ros() -> None:
         "fivebar_bringup.simulation.offline",
         "fivebar_bringup.scenario",
     ]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
 
 

@@ -23,7 +23,7 @@ from fivebar_bringup.runs.run_directory import RunDirectory
 
 DOMAIN = 42
 PACKAGE = "processes_of_this_test"
-DEADLINE = 60.0
+DEADLINE = 120.0
 
 PROGRAMS = {
     "tells_what_it_is": """

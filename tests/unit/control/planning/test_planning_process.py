@@ -24,7 +24,7 @@ from fivebar_description.tolerances import Tolerances
 CONDITIONS = Conditions("dextar", 100, 2.0, 50.0)
 NEAR = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.14), 0, 0.0)
 FAR = PlanningRequest((0.0, 0.15), (1, -1), (0.3, 0.15), 0, 0.0)
-DEADLINE = 60.0
+DEADLINE = 120.0
 DIED = "the planning process has died"
 
 
