@@ -3,15 +3,38 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import declared, sections
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.motion import ImuMotion
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.settings import MUJOCO, PlantSettings
+
+MUJOCO_HAS: Mapping[str, tuple[str, ...]] = {
+    "links": ("l_11", "l_12", "l_21", "l_22", "base_1", "base_2", "distal_inertia"),
+    "friction": ("stribeck", "stribeck_speed", "viscous", "passive"),
+    "motors": (
+        "constant_1",
+        "constant_2",
+        "ripple",
+        "ripple_periods",
+        "cogging",
+        "cogging_periods",
+        "current_loop_hz",
+    ),
+    "transmission": ("frequency", "damping", "rotor_share", "backlash"),
+    "platform_joint": ("stiffness", "damping"),
+    "encoders": ("zero_1", "zero_2", "eccentricity"),
+    "tilt": ("angle", "heading", "leg_moment"),
+    "push": ("force", "heading", "along", "start", "length"),
+    "bus": ("lost_commands", "lost_from", "lost_within"),
+    "timing": ("command_delay", "command_jitter", "reading_age", "reading_jitter"),
+}
+"""The effects that MuJoCo's robot has, by section; any other one is refused, so that none is ignored."""
 
 
 class Motion(Protocol):
@@ -62,11 +85,13 @@ def check_engine(settings: PlantSettings) -> None:
     """
     if settings.engine != MUJOCO:
         return
-    for name, value, what in (
-        ("friction.presliding", settings.friction.presliding, "friction with bristles"),
-        ("platform_joint.clearance", settings.platform_joint.clearance, "pin with play in its bore"),
-    ):
-        if value != 0.0:
-            raise InputError(f"plant.{name}: {value:g}: MuJoCo has no {what}: expected 0, or plant.engine pinocchio")
+    for section, kind in sections(PlantSettings).items():
+        for one in declared(kind):
+            value = getattr(getattr(settings, section), one.name)
+            if value != one.default and one.name not in MUJOCO_HAS.get(section, ()):
+                raise InputError(
+                    f"plant.{section}.{one.name}: {value}: MuJoCo's robot does not have this: expected {one.default},"
+                    " or plant.engine pinocchio"
+                )
     if importlib.util.find_spec("mujoco") is None:
         raise InputError("plant.engine: mujoco is not installed: expected pinocchio, or pip install mujoco-core")

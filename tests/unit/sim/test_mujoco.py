@@ -12,6 +12,7 @@ import pytest
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import sections
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim import mujoco_motion
 from fivebar_sim.effects.friction import FrictionEffects
@@ -20,7 +21,7 @@ from fivebar_sim.effects.loads import Tilt
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.transmission import Transmission
-from fivebar_sim.engines import Motion, motion_of
+from fivebar_sim.engines import MUJOCO_HAS, Motion, motion_of
 from fivebar_sim.mujoco_model import links_of
 from fivebar_sim.mujoco_motion import MujocoMotion
 from fivebar_sim.plant import Plant, PlantDiverged
@@ -110,17 +111,21 @@ def test_a_slender_link_has_the_mass_matrix_that_the_parameters_say(dextar: Five
         links_of(leg, leg.inertia, tip_mass, -2e-3, moment)
 
 
-@pytest.mark.parametrize(
-    ("effects", "words"),
-    [
-        ({"friction": FrictionEffects(presliding=1e-3)}, "plant.friction.presliding: 0.001: MuJoCo has no friction w"),
-        ({"platform_joint": PlatformJoint(1e6, clearance=1e-5)}, "plant.platform_joint.clearance: 1e-05: MuJoCo has n"),
-    ],
-)
-def test_what_it_lacks_is_refused(effects: Any, words: str, dextar: FiveBar) -> None:
-    with pytest.raises(InputError, match=words):
-        Plant(dextar, home(dextar), RATE, PlantSettings(engine=MUJOCO, **effects))
-    Plant(dextar, home(dextar), RATE, PlantSettings(**effects))
+def test_what_it_lacks_is_refused(dextar: FiveBar) -> None:
+    lacking = {
+        (section, name)
+        for section, kind in sections(PlantSettings).items()
+        for name in set(kind._fields) - set(MUJOCO_HAS.get(section, ()))  # type: ignore[attr-defined]
+    }
+    assert lacking >= {("friction", "presliding"), ("platform_joint", "clearance")}
+    stiff: Any = {"platform_joint": PlatformJoint(1e6)}
+    for section, name in lacking:
+        plant = PlantSettings(**stiff)
+        effect = getattr(plant, section)._replace(**{name: 1e-5})
+        plant = plant._replace(**{section: effect})
+        with pytest.raises(InputError, match=f"plant.{section}.{name}: 1e-05: MuJoCo's robot does not have this: exp"):
+            Plant(dextar, home(dextar), RATE, plant._replace(engine=MUJOCO))
+        Plant(dextar, home(dextar), RATE, plant)
 
 
 def test_without_its_module_it_is_refused(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -30,7 +30,7 @@ def scenario(effects: dict[str, Any]) -> Scenario:
 
 
 def test_the_emulation_has_the_effects_of_the_scenario(tmp_path: Path) -> None:
-    given = scenario(EFFECTS)
+    given = scenario({**EFFECTS, "engine": "mujoco"})
     plant = load_emulation(str(write_drive_files(given, tmp_path).emulation)).plant()
     assert has_effects(plant)
     assert plant == given.plant._replace(

@@ -17,9 +17,9 @@ from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.studies.compare.rigs import RIG_NAMES, on_rig
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_description.settings import sections
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.settings import MUJOCO, PINOCCHIO, PlantSettings
+from fivebar_sim.engines import MUJOCO_HAS
+from fivebar_sim.settings import MUJOCO, PINOCCHIO
 
 EFFECTS: dict[str, dict[str, Any]] = {
     "links": {"l_11": 2e-5, "l_12": -1e-5, "l_21": -1e-5, "l_22": 2e-5, "base_2": 1e-5, "distal_inertia": -7e-5},
@@ -78,7 +78,7 @@ def test_the_middle_crossing_is_that_of_pinocchio() -> None:
 
 
 def test_every_effect_is_here() -> None:
-    assert EFFECTS.keys() == sections(PlantSettings).keys()
+    assert EFFECTS.keys() == MUJOCO_HAS.keys()
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
@@ -105,5 +105,5 @@ def test_a_scenario_with_what_it_lacks_is_refused_in_one_line(tmp_path: Path) ->
     file.write_text(short(MUJOCO, {"friction": {"presliding": 1e-3}}).to_yaml(), encoding="utf-8")
     done = CliRunner().invoke(app, ["simulate", str(file), "--out", str(tmp_path / "out")])
     assert done.exit_code == 2
-    assert "plant.friction.presliding: 0.001: MuJoCo has no friction with bristles" in done.stderr
+    assert "plant.friction.presliding: 0.001: MuJoCo's robot does not have this: expected 0.0" in done.stderr
     assert not (tmp_path / "out").exists()

@@ -21,6 +21,7 @@ from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.timing import Timing
 from fivebar_sim.effects.transmission import Transmission
 from fivebar_sim.settings import PlantSettings
 
@@ -211,6 +212,16 @@ def _lost(robot: Robot, size: float, at: Condition) -> Robot:
     return robot._replace(plant=robot.plant._replace(bus=BusEffects(round(size), at.begin(LOSSES), LOSSES)))
 
 
+def _late(robot: Robot, size: float, at: Condition) -> Robot:
+    timing = Timing(command_delay=0.5 * size, command_jitter=0.5 * size)
+    return robot._replace(plant=robot.plant._replace(timing=timing))
+
+
+def _old(robot: Robot, size: float, at: Condition) -> Robot:
+    timing = Timing(reading_age=0.5 * size, reading_jitter=0.5 * size)
+    return robot._replace(plant=robot.plant._replace(timing=timing))
+
+
 def _gyro_noise(robot: Robot, size: float, at: Condition) -> Robot:
     return robot._replace(imu=robot.imu._replace(gyro_noise=size))
 
@@ -324,6 +335,8 @@ EFFECTS = {
             3.0,
             _lost,
         ),
+        Effect("late", "commands late, by half of it to all of it", "ms", MILLI, grid(0.05, 2.0), 0.1, 0.5, _late),
+        Effect("old", "encoders read early, by half of it to all of it", "ms", MILLI, grid(0.05, 2.0), 0.1, 0.5, _old),
         Effect("gyro_noise", "noise of the gyroscope", "rad/s", 1.0, grid(0.003, 3.0), 0.01, 0.01, _gyro_noise, True),
         Effect("gyro_bias", "offset of the gyroscope, ±", "rad/s", 1.0, grid(0.01, 10.0), 0.02, 0.02, _gyro_bias, True),
         Effect(
