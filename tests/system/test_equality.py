@@ -39,7 +39,7 @@ STAMPED = [
 ]
 IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
 
-TIMING = ("wall_s", "cycle_time_ms", "overruns", "runner", "mode")
+TIMING = ("wall_s", "cycle_time_ms", "latency_ms", "overruns", "runner", "mode")
 """Figures of a summary that are no property of the motion."""
 
 

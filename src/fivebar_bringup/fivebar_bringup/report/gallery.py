@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style, png
-from fivebar_bringup.report import criterion_figure, figures, plane
+from fivebar_bringup.report import criterion_figure, cycle_figure, figures, plane
 from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.summary import REALTIME
 from fivebar_bringup.report.thesis import counterpart
 
 DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
@@ -19,6 +20,7 @@ DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
     "acceleration": figures.acceleration,
     "supervisor": figures.supervisor,
     "criterion": criterion_figure.criterion,
+    "cycles": cycle_figure.cycles,
     "path": lambda run: plane.path(run, plane.survey_run(run)),
     "hero": lambda run: plane.hero(run, plane.survey_run(run)),
 }
@@ -103,6 +105,12 @@ def draw_pictures(run: RunAnalysis) -> list[Picture]:
                 f" Corresponds to {thesis.acceleration}.",
             ),
         }
+        if run.summary.mode == REALTIME and run.summary.cycle_time_ms is not None:
+            drawn["cycles"] = (
+                cycle_figure.cycles(run),
+                "How evenly the run kept its time, as the recorder saw it, which has no priority itself. Late and"
+                " missing samples are bridged: the last torque is held.",
+            )
         if np.all(np.isnan(run.series.vhc_error)):
             # without a straight segment there is no line to measure h from
             del drawn["vhc_error"]

@@ -89,6 +89,10 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
     times = "–" if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
     yield Metric("time between samples: median, 99 %, longest", times)
+    if summary.latency_ms is not None:
+        latency = summary.latency_ms
+        times = f"{latency.p50:.2f}, {latency.p99:.2f}, {latency.max:.2f} ms"
+        yield Metric("from a sample to its torque: median, 99 %, longest", times)
     yield Metric("samples late, samples missing", f"{_count(summary.overruns)}, {summary.missing_samples}")
     yield Metric("messages that the recorder missed", _count(summary.dropped_messages))
     yield Metric("simulated time", plain(summary.simulated_s, "s"))

@@ -30,7 +30,7 @@ MotorPair = tuple[float | None, float | None]
 
 @dataclass(frozen=True)
 class CycleTime:
-    """Median, 99th percentile and maximum of the time between two samples' recording (ms)."""
+    """Median, 99th percentile and maximum of a time (ms), as between two samples' recording."""
 
     p50: float
     p99: float
@@ -60,6 +60,7 @@ class Summary:
             estimate is for, prediction over the drives' delay included (m); None without estimator.
         imu_acceleration_error_rms: of the IMU's minus the desired magnitude (m/s^2).
         cycle_time_ms: None where time did not pass, as in an offline run.
+        latency_ms: from a sample to its torque at the plant; None where time did not pass.
         overruns: clock periods that passed without a torque: samples whose torque was late.
         missing_samples: planned samples up to the last one recorded that were not recorded: not measured, or lost by
             the recorder.
@@ -90,6 +91,7 @@ class Summary:
     estimate_error_max_m: float | None
     imu_acceleration_error_rms: float | None
     cycle_time_ms: CycleTime | None
+    latency_ms: CycleTime | None
     overruns: int | None
     missing_samples: int
     simulated_s: float | None
@@ -157,6 +159,7 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
         estimate_error_max_m=peak(series.estimate_error),
         imu_acceleration_error_rms=rms(series.acceleration_error),
         cycle_time_ms=cycle_time(series),
+        latency_ms=CycleTime(**timing.latency_ms) if clocked and timing.latency_ms else None,
         overruns=timing.overruns,
         missing_samples=_missing(series),
         simulated_s=float(series.time[-1]) if series.time.size else None,
@@ -202,12 +205,18 @@ def sign_changes(values: FloatArray) -> int:
 
 def cycle_time(series: RunSeries) -> CycleTime | None:
     """Return the times between the recording of consecutive samples; None where the log times equal the stamps."""
-    neighbours = np.diff(series.sample) == 1
-    periods = np.diff(series.log_time_ns)[neighbours] / 1e6
+    periods = sample_periods(series)
     if not periods.size or np.array_equal(series.log_time_ns, series.stamp_ns):
         return None
     p50, p99 = np.percentile(periods, (50, 99)).tolist()
     return CycleTime(p50, p99, float(np.max(periods)))
+
+
+def sample_periods(series: RunSeries) -> FloatArray:
+    """Return the times (ms) between the recording of consecutive samples; missing samples are left out."""
+    neighbours = np.diff(series.sample) == 1
+    periods: FloatArray = np.diff(series.log_time_ns)[neighbours] / 1e6
+    return periods
 
 
 def _finite(value: float) -> float | None:

@@ -1,8 +1,10 @@
-"""Real-time priority and processors of this process, as far as the system grants them."""
+"""Real-time priority, processors and locked memory of this process, as far as the system grants them."""
 
 from __future__ import annotations
 
+import ctypes
 import os
+import resource
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -35,7 +37,8 @@ class Scheduling(NamedTuple):
         int,
         Setting(
             "Priority under SCHED_FIFO of all threads of the process, 0 for ordinary scheduling. Needs the right to it"
-            " (CAP_SYS_NICE, or rtprio in limits.conf); without it the node warns and continues.",
+            " (CAP_SYS_NICE, or rtprio in limits.conf); without it the node warns and continues. With it, memory is"
+            " locked too where that is unlimited (CAP_IPC_LOCK, or memlock).",
             at_least=0,
             at_most=HIGHEST_PRIORITY,
         ),
@@ -65,3 +68,25 @@ def apply_scheduling(scheduling: Scheduling, warn: Callable[[str], None]) -> Non
                 os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(priority))
         except OSError as error:
             warn(f"scheduling_priority {priority} not granted ({error.strerror}): continuing with ordinary scheduling")
+            return
+        lock_memory()
+
+
+MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
+"""Flags of mlockall, from <sys/mman.h>: what is mapped, what will be, and both only once it is used."""
+
+CAP_IPC_LOCK = 1 << 14
+"""In CapEff of /proc/self/status."""
+
+
+def lock_memory() -> bool:
+    """Keep the memory that this process uses from being swapped out; return whether the system grants it.
+
+    Where the amount is limited, nothing is locked: what a process maps beyond the limit would be refused.
+    """
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    capabilities = next(int(line.split()[1], 16) for line in status.splitlines() if line.startswith("CapEff:"))
+    soft, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+    if soft != resource.RLIM_INFINITY and not capabilities & CAP_IPC_LOCK:
+        return False
+    return bool(ctypes.CDLL(None).mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0)

@@ -394,6 +394,7 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "estimate_error_max_m",
         "imu_acceleration_error_rms",
         "cycle_time_ms",
+        "latency_ms",
         "overruns",
         "missing_samples",
         "simulated_s",

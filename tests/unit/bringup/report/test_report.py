@@ -7,6 +7,7 @@ import re
 import shutil
 import struct
 from collections.abc import Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,11 @@ from fivebar_bringup.pages.style import house_style
 from fivebar_bringup.pages.units import engineering, plain, suitable_unit
 from fivebar_bringup.report import figures
 from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.gallery import draw
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.series import read_series
-from fivebar_bringup.report.summary import Summary, summarize
+from fivebar_bringup.report.summary import CycleTime, Summary, summarize
 from fivebar_bringup.report.thesis import counterpart, thesis_figures
 from fivebar_bringup.report.timing import Timing
 from fivebar_bringup.runs.bag import serialize
@@ -362,3 +364,12 @@ def test_axes_get_a_unit_that_suits() -> None:
     assert suitable_unit(2e-5, "m") == (pytest.approx(1e6), "µm")
     assert suitable_unit(0.0, "rad") == (1.0, "rad")
     assert suitable_unit(None, "rad") == (1.0, "rad")
+
+
+def test_a_run_in_real_time_shows_its_cycle_times(reported: tuple[RunDirectory, Summary]) -> None:
+    run, _ = reported
+    analysis = findings(run)
+    series = analysis.series
+    clocked = replace(analysis.summary, mode="realtime", overruns=3, cycle_time_ms=CycleTime(2.0, 2.1, 9.0))
+    uneven = replace(series, log_time_ns=series.log_time_ns + 300_000 * (series.sample % 7))
+    assert_picture(draw(analysis._replace(series=uneven, summary=clocked), "cycles"), 1500, 660)

@@ -9,6 +9,7 @@ from fivebar_bringup.runs.graph import Mode
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
+from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.laws import plain_speed
 from fivebar_bringup.studies.bench.processes import HOPS, GraphSpeed, bare_chain_p50_ms, graph_speed, stamp
 from fivebar_bringup.studies.bench.stalls import Stalls, bare_loop
@@ -42,6 +43,8 @@ def main() -> None:
     _add_stalls(table, stalls, samples)
     _add_engine(table, engine)
     console.print(table)
+    periods = {"control chain": clocked.periods_ms, stalls.name: stalls.periods_ms}
+    console.print(histogram("From one sample to the next, as recorded", 1e3 / longer.rate_hz, periods))
 
 
 def _add_engine(table: Table, speed: EngineSpeed) -> None:
@@ -55,9 +58,8 @@ def _add_engine(table: Table, speed: EngineSpeed) -> None:
 
 
 def _add_stalls(table: Table, stalls: Stalls, beats: int) -> None:
-    name = f"bare loop at priority {DEFAULT_PRIORITY}" if stalls.prioritized else "bare loop without priority"
     lateness = f"{stalls.longest_ms:.2f} ms late at most, {stalls.late} of {beats} beats missed"
-    table.add_row(name, lateness, "what no program here can do better")
+    table.add_row(stalls.name, lateness, "what no program here can do better")
 
 
 def _add_realtime(table: Table, clocked: GraphSpeed, rate_hz: int, samples: int) -> None:

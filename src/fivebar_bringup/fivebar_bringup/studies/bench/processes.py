@@ -40,6 +40,7 @@ class GraphSpeed(NamedTuple):
         latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
         cpu_ms: processor time of each process per cycle (ms), DDS included.
         faults: what went wrong.
+        periods_ms: times from one recorded sample to the next (ms).
     """
 
     cycle_p50_ms: float
@@ -49,6 +50,7 @@ class GraphSpeed(NamedTuple):
     latency_ms: dict[str, float] | None
     cpu_ms: dict[str, float]
     faults: list[str]
+    periods_ms: list[float]
 
 
 def graph_speed(scenario: Scenario, mode: Mode) -> GraphSpeed:
@@ -81,6 +83,7 @@ def graph_speed(scenario: Scenario, mode: Mode) -> GraphSpeed:
         outcome.latency_ms,
         {name: (after[name] - before[name]) / (last - first) * 1e3 for name in pids},
         faults,
+        times.tolist(),
     )
 
 

@@ -6,6 +6,8 @@ import os
 import time
 from typing import NamedTuple
 
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
+
 
 class Stalls(NamedTuple):
     """How a bare loop kept its time.
@@ -14,11 +16,18 @@ class Stalls(NamedTuple):
         late: how often it woke after the next beat was due.
         longest_ms: largest lateness (ms).
         prioritized: whether the system granted the priority.
+        periods_ms: times from one beat to the next (ms).
     """
 
     late: int
     longest_ms: float
     prioritized: bool
+    periods_ms: list[float]
+
+    @property
+    def name(self) -> str:
+        """What was measured."""
+        return f"bare loop at priority {DEFAULT_PRIORITY}" if self.prioritized else "bare loop without priority"
 
 
 def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
@@ -31,16 +40,19 @@ def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
         prioritized = False
     period = 1.0 / rate_hz
     late, longest = 0, 0.0
+    periods: list[float] = []
     try:
-        due = time.monotonic()
+        due = woke = time.monotonic()
         for _ in range(beats):
             due += period
             time.sleep(max(0.0, due - time.monotonic()))
-            lateness = time.monotonic() - due
+            last, woke = woke, time.monotonic()
+            periods.append((woke - last) * 1e3)
+            lateness = woke - due
             longest = max(longest, lateness)
             if lateness > period:
                 late += 1
                 due = time.monotonic()
     finally:
         os.sched_setscheduler(0, *before)
-    return Stalls(late, longest * 1e3, prioritized)
+    return Stalls(late, longest * 1e3, prioritized, periods)
