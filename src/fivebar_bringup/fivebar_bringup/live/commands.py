@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import NamedTuple
 
 STOP, RESET, PLAN, MOVE = "emergency_stop", "reset", "plan", "move"
 
 FIELDS = {STOP: set[str](), RESET: set[str](), PLAN: {"x", "y", "assembly"}, MOVE: {"x", "y", "assembly"}}
 """Commands with the names of their numbers: m, m, and the sign of det A at the goal, 0 for as it comes."""
+
+LARGEST = 1e3
+"""Largest coordinate (m) that is looked at."""
 
 
 class CommandRefused(ValueError):
@@ -33,7 +35,7 @@ def read_command(text: str | bytes) -> Command:
     """
     try:
         content = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         raise CommandRefused("expected JSON") from None
     name = content.get("command") if isinstance(content, dict) else None
     if not isinstance(name, str) or name not in FIELDS:
@@ -44,8 +46,8 @@ def read_command(text: str | bytes) -> Command:
     if not given:
         return Command(name)
     x, y, assembly = (given[key] for key in ("x", "y", "assembly"))
-    if not all(isinstance(value, int | float) and math.isfinite(value) for value in (x, y)):
-        raise CommandRefused(f"{name}: expected finite coordinates in m")
+    if not all(isinstance(value, int | float) and -LARGEST <= value <= LARGEST for value in (x, y)):
+        raise CommandRefused(f"{name}: expected coordinates of at most {LARGEST:g} m")
     if assembly not in (-1, 0, 1):
         raise CommandRefused(f"{name}: assembly: expected -1, 0 or 1")
     return Command(name, float(x), float(y), int(assembly))

@@ -20,7 +20,7 @@ COLUMNS = ("time", "x", "y", "q11", "q21", "mode", "torque1", "torque2", "sigma"
 """Columns of the rows: s, mm, mm, rad, rad, sign of det A, Nm, Nm, -, -, mm."""
 
 
-class JointSample(NamedTuple):
+class Posture(NamedTuple):
     """A message of `joint_states`: positions (rad) in the order of the joints, and the torques (Nm) of both motors."""
 
     position: tuple[float, float, float, float]
@@ -61,7 +61,7 @@ def thinned(stamps: list[int]) -> list[int]:
 def row(
     robot: FiveBar,
     stamp: int,
-    joints: JointSample,
+    joints: Posture,
     reference: tuple[float, float] | None,
     supervisor: tuple[float, float] | None,
 ) -> Mapping[str, float | None]:

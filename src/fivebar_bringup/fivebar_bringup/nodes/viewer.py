@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 from fivebar_bringup.live.commands import PLAN, STOP, Command
 from fivebar_bringup.live.page import live_page, live_scene
 from fivebar_bringup.live.recovery import advice
-from fivebar_bringup.live.samples import COLUMNS, JointSample, Messages, row, thinned
+from fivebar_bringup.live.samples import COLUMNS, Messages, Posture, row, thinned
 from fivebar_bringup.live.server import LiveServer
 from fivebar_bringup.nodes.diagnostics_listener import LEVELS
 from fivebar_control.estimation.ekf import EkfSettings
@@ -331,7 +331,7 @@ class Viewer(GraphNode):
             if joints is None:
                 continue
             torque = (joints[4 + JOINTS.index(ACTIVE_JOINTS[0])], joints[4 + JOINTS.index(ACTIVE_JOINTS[1])])
-            sample = JointSample((joints[0], joints[1], joints[2], joints[3]), torque)
+            sample = Posture((joints[0], joints[1], joints[2], joints[3]), torque)
             reference = self._read(self._messages[REFERENCE.name].get(stamp), REFERENCE_NAMES, "position")
             supervisor = self._read(self._messages[SUPERVISOR_STATE.name].get(stamp), SUPERVISOR_NAMES, "position")
             place = None if reference is None else (reference[0], reference[1])

@@ -17,7 +17,7 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 from fivebar_bringup.live.commands import Command, CommandRefused, read_command
 from fivebar_bringup.live.page import live_page, live_scene
 from fivebar_bringup.live.recovery import ADVICE, UNKNOWN, advice
-from fivebar_bringup.live.samples import COLUMNS, JointSample, Messages, row, thinned
+from fivebar_bringup.live.samples import COLUMNS, Messages, Posture, row, thinned
 from fivebar_bringup.live.server import LiveServer
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import sample_stamp_ns
@@ -144,6 +144,8 @@ def test_the_server_ends_with_its_pages(server: LiveServer) -> None:
         '{"command": "move", "x": 0.0, "y": 0.1, "assembly": 2}',
         '{"command": "move", "x": 0.0, "y": 0.1}',
         '{"command": ["move"]}',
+        '{"command": "plan", "x": 1' + "0" * 400 + ', "y": 0.1, "assembly": 0}',
+        "[" * 4000,
     ],
 )
 def test_a_goal_has_finite_coordinates_and_no_other_field(text: str) -> None:
@@ -165,7 +167,7 @@ def test_a_row_is_where_the_robot_is() -> None:
     robot = load_robot("dextar")
     position = inverse_geometry(robot, 1, -1, 0.01, 0.12)
     stamp = sample_stamp_ns(250, 500)
-    values = row(robot, stamp, JointSample(tuple(position), (0.1, -0.2)), (0.01, 0.119), None)
+    values = row(robot, stamp, Posture(tuple(position), (0.1, -0.2)), (0.01, 0.119), None)
     assert tuple(values) == COLUMNS
     assert values["time"] == 0.5
     assert (values["x"], values["y"], values["error"]) == pytest.approx((10.0, 120.0, 1.0))
