@@ -4,13 +4,18 @@ A parameter file has two inertias zz_i1R and one mass m, since these are all tha
 bodies: a distal link whose inertia is that of two points, m_e at the elbow and m_t at the platform, adds m_e l_i1^2 to
 zz_i1R and m_t to m, and nothing else. Any positive m_e and m_t that leave the other bodies a positive rest therefore
 move like the reduced model; the shares below are a plausible choice, not a measurement.
+
+A parameter file may have the distal links as they were weighed. Then the other bodies have the rest, so that the
+grouped parameters stay what they are; the model neglects by how much the links' inertia differs from that of two
+points.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import DistalLink, DistalLinks, FiveBar, LegParameters
+from fivebar_description.strict_yaml import InputError
 
 TIP_SHARE = 0.25
 """Share of the platform mass m that belongs to the end of each distal link."""
@@ -44,37 +49,65 @@ class MassSplit(NamedTuple):
     platform: Body
 
 
-def split_masses(robot: FiveBar, platform_radius: float) -> MassSplit:
+def split_masses(robot: FiveBar, platform_radius: float, weighed: DistalLinks | None = None) -> MassSplit:
     """Return positive masses and inertias that move like the reduced model.
 
     Args:
         robot: its parameters.
         platform_radius: of the end effector, a cylinder (m).
+        weighed: the distal links, where they are known.
+
+    Raises:
+        InputError: the weighed links are more than the grouped parameters have.
     """
+    if weighed is not None:
+        return _split_around(robot, platform_radius, (weighed.leg_1, weighed.leg_2))
     tip = TIP_SHARE * robot.mass
-    platform_mass = robot.mass - 2.0 * tip
-    one, two = (_distal(leg, tip) for leg in (robot.leg1, robot.leg2))
-    spin = min(0.5 * platform_mass * platform_radius**2, PLATFORM_SHARE * two.inertia)
+    elbows = (_elbow_mass(robot.leg1, tip), _elbow_mass(robot.leg2, tip))
+    one, two = (_two_points(leg, elbow, tip) for leg, elbow in zip(robot[:2], elbows, strict=True))
+    platform = _platform(robot.mass - 2.0 * tip, platform_radius, two)
     return MassSplit(
-        (_proximal(robot.leg1, tip), _proximal(robot.leg2, tip)),
+        (_proximal(robot.leg1, elbows[0], tip), _proximal(robot.leg2, elbows[1], tip)),
         # the end effector turns with the link, so its inertia is part of the link's
-        (one, two._replace(inertia=two.inertia - spin)),
-        Body(platform_mass, 0.0, spin),
+        (one, two._replace(inertia=two.inertia - platform.inertia)),
+        platform,
     )
+
+
+def _split_around(robot: FiveBar, platform_radius: float, weighed: tuple[DistalLink, DistalLink]) -> MassSplit:
+    links = [Body(link.mass_kg, link.centre_m, link.inertia_kg_m2) for link in weighed]
+    rest, proximal = robot.mass, []
+    for number, (leg, link) in enumerate(zip(robot[:2], links, strict=True), start=1):
+        key = f"distal_links.leg_{number}"
+        if link.centre > leg.distal:
+            raise InputError(f"{key}.centre_m: {link.centre}: expected at most the length of the link, {leg.distal} m")
+        tip = link.mass * link.centre / leg.distal
+        elbow = link.mass - tip
+        if elbow * leg.proximal**2 >= leg.inertia:
+            raise InputError(f"{key}: at the elbow it weighs more than all of zz_{number}1R, {leg.inertia} kg m^2")
+        rest -= tip
+        proximal.append(_proximal(leg, elbow, TIP_SHARE * robot.mass))
+    if rest <= 0.0:
+        raise InputError(f"distal_links: at the platform they weigh more than all of m, {robot.mass} kg")
+    return MassSplit((proximal[0], proximal[1]), (links[0], links[1]), _platform(rest, platform_radius, links[1]))
 
 
 def _elbow_mass(leg: LegParameters, tip: float) -> float:
     return min(tip, ELBOW_SHARE * leg.inertia / leg.proximal**2)
 
 
-def _distal(leg: LegParameters, tip: float) -> Body:
-    elbow = _elbow_mass(leg, tip)
+def _two_points(leg: LegParameters, elbow: float, tip: float) -> Body:
     mass = elbow + tip
     return Body(mass, tip / mass * leg.distal, elbow * tip / mass * leg.distal**2)
 
 
-def _proximal(leg: LegParameters, tip: float) -> Body:
-    rest = leg.inertia - _elbow_mass(leg, tip) * leg.proximal**2
+def _platform(mass: float, radius: float, link: Body) -> Body:
+    return Body(mass, 0.0, min(0.5 * mass * radius**2, PLATFORM_SHARE * link.inertia))
+
+
+def _proximal(leg: LegParameters, elbow: float, largest: float) -> Body:
+    """Return the proximal link with the rotor, which have what the mass at the elbow leaves of zz_i1R."""
+    rest = leg.inertia - elbow * leg.proximal**2
     centre = 0.5 * leg.proximal
-    mass = min(tip, PROXIMAL_SHARE * rest / centre**2)
+    mass = min(largest, PROXIMAL_SHARE * rest / centre**2)
     return Body(mass, centre, rest - mass * centre**2)

@@ -75,6 +75,21 @@ class Friction(StrictModel):
     width_rad_s: Positive
 
 
+class DistalLink(StrictModel):
+    """A distal link as it was weighed: its mass, its centre of mass from the elbow, its inertia about that centre."""
+
+    mass_kg: Positive
+    centre_m: NotNegative
+    inertia_kg_m2: Positive
+
+
+class DistalLinks(StrictModel):
+    """Section `distal_links`: for the URDF. The model has what the links add to the grouped parameters in those."""
+
+    leg_1: DistalLink
+    leg_2: DistalLink
+
+
 class RobotFile(StrictModel):
     """One parameter file."""
 
@@ -85,6 +100,7 @@ class RobotFile(StrictModel):
     friction: Friction
     tolerances: Section[Tolerances] = EXACT
     loads: Section[Loads] = NO_LOADS
+    distal_links: DistalLinks | None = None
 
     def five_bar(self) -> FiveBar:
         """Return the parameters as the plain numbers that the equations take."""

@@ -23,7 +23,7 @@ from xml.etree import ElementTree
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME, IMU_FRAME
 from fivebar_description.mass_split import Body, MassSplit, split_masses
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import DistalLinks, FiveBar, LegParameters
 from fivebar_description.urdf import JOINT_RANGE
 
 Element = ElementTree.Element
@@ -97,13 +97,25 @@ def frame_prefix(namespace: str) -> str:
     return f"{name}/" if name else ""
 
 
-def robot_description(robot: FiveBar, name: str, imu: ImuSettings | None = None) -> str:
-    """Return the URDF of a robot, with an IMU mounted as in its settings (by default at the platform point)."""
+def robot_description(
+    robot: FiveBar, name: str, imu: ImuSettings | None = None, weighed: DistalLinks | None = None
+) -> str:
+    """Return the URDF of a robot.
+
+    Args:
+        robot: its parameters.
+        name: its name.
+        imu: how the IMU is mounted, by default at the platform point.
+        weighed: its distal links, where they are known.
+
+    Raises:
+        InputError: the weighed links do not fit the parameters.
+    """
     root = Element("robot", name=name)
     for material, colour in COLOURS.items():
         _material(root, material, colour)
     width = link_width(robot)
-    split = split_masses(robot, width)
+    split = split_masses(robot, width, weighed)
     _base(root, robot)
     for index, leg in enumerate((robot.leg1, robot.leg2)):
         _leg(root, index, leg, split, width)

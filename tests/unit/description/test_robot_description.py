@@ -6,6 +6,7 @@ Pinocchio and MuJoCo read it, each with its own parser.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from itertools import combinations
 from xml.etree import ElementTree
@@ -21,9 +22,11 @@ from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME, IMU_FRAME, JOINTS
-from fivebar_description.parameters import FiveBar, load_robot
-from fivebar_description.robot_description import LOOP_FRAME, PLATFORM_FRAME, robot_description
+from fivebar_description.mass_split import split_masses
+from fivebar_description.parameters import DistalLink, DistalLinks, FiveBar, load_robot
+from fivebar_description.robot_description import LOOP_FRAME, PLATFORM_FRAME, link_width, robot_description
 from fivebar_description.share import share_file
+from fivebar_description.strict_yaml import InputError
 
 Vector = NDArray[np.float64]
 Vectors = Callable[[State], tuple[Vector, Vector]]
@@ -116,6 +119,55 @@ def test_the_closed_tree_moves_like_the_model(
         torques = rates.T @ pin.rnea(opened.model, opened.data, q, v, acceleration)
         wanted = inverse_dynamics(robot, state, acceleration[0], acceleration[2], 0.0, 0.0)
         np.testing.assert_allclose(torques, wanted, rtol=1e-9, atol=1e-9)
+
+
+def weighed_links(robot: FiveBar) -> DistalLinks:
+    mass = 0.1 * robot.mass
+    one, two = (
+        DistalLink(mass_kg=mass, centre_m=0.4 * leg.distal, inertia_kg_m2=mass * leg.distal**2 / 12.0)
+        for leg in (robot.leg1, robot.leg2)
+    )
+    return DistalLinks(leg_1=one, leg_2=two)
+
+
+def test_weighed_links_keep_the_grouped_parameters(
+    robot: FiveBar, loop: ClosedLoop, regular_states: States, joint_vectors: Vectors
+) -> None:
+    """What is left of the mass matrix is the inertia beyond that of two points, which the model neglects."""
+    weighed = weighed_links(robot)
+    split = split_masses(robot, 0.01, weighed)
+    assert [(body.mass, body.inertia) for body in split.distal] == [
+        (link.mass_kg, link.inertia_kg_m2) for link in (weighed.leg_1, weighed.leg_2)
+    ]
+    opened = OpenTree(robot_description(robot, "weighed", weighed=weighed))
+    spin = split_masses(robot, link_width(robot), weighed).platform.inertia
+    beyond = [
+        link.inertia_kg_m2 - link.mass_kg * link.centre_m * (leg.distal - link.centre_m)
+        for leg, link in ((robot.leg1, weighed.leg_1), (robot.leg2, weighed.leg_2))
+    ]
+    for state in regular_states(20, 7):
+        q, _ = joint_vectors(state)
+        rates = opened.motion(q)
+        turning = rates[[0, 2]] + rates[[1, 3]]
+        neglected = turning.T @ np.diag([beyond[0], beyond[1] + spin]) @ turning
+        mass = rates.T @ pin.crba(opened.model, opened.data, q) @ rates
+        reduced = rates.T @ pin.crba(loop.model, loop.data, q) @ rates
+        np.testing.assert_allclose(mass - neglected, reduced, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"centre_m": 0.2}, "distal_links.leg_2.centre_m: 0.2: expected at most the length of the link, 0.09 m"),
+        ({"mass_kg": 9.0}, "distal_links.leg_2: at the elbow it weighs more than all of zz_21R"),
+        ({"mass_kg": 0.6, "centre_m": 0.09}, "distal_links: at the platform they weigh more than all of m, 0.537 kg"),
+    ],
+)
+def test_links_heavier_than_the_robot_are_refused(dextar: FiveBar, change: dict[str, float], words: str) -> None:
+    links = weighed_links(dextar)
+    heavy = links.model_copy(update={"leg_2": links.leg_2.model_copy(update=change)})
+    with pytest.raises(InputError, match=re.escape(words)):
+        robot_description(dextar, "heavy", weighed=heavy)
 
 
 def test_the_imu_is_where_its_settings_mount_it(text: str) -> None:

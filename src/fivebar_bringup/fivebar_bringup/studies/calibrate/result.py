@@ -175,7 +175,7 @@ class CalibrationResult(NamedTuple):
         lines.append(f"Encoder zeros: add {-one:+.6f} to home_offset_rad of q11 and {-two:+.6f} to that of q21.")
         # neither a path nor a name may end the comment
         lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
-        return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump(mode="json"))
+        return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump(mode="json", exclude_none=True))
 
     def mounting_rows(self) -> list[tuple[str, str]]:
         """Return the IMU's mounting in words."""

@@ -71,6 +71,7 @@ class IdentificationResult(NamedTuple):
             inertias_kg_m2=Inertias(zz_11R=value["zz_11R"], zz_21R=value["zz_21R"]),
             mass_kg=Mass(m=value["m"]),
             friction=Friction(**friction, width_rad_s=self.start.friction.width_rad_s),
+            distal_links=self.start.distal_links,
         )
 
     def encoder(self) -> str:
@@ -88,7 +89,7 @@ class IdentificationResult(NamedTuple):
         lines.append(f"Lengths and width_rad_s are those of {self.start.name}, not identified.")
         # neither a path nor a name may end the comment
         lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
-        return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump())
+        return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump(exclude_none=True))
 
     def as_json(self) -> dict[str, Any]:
         """Return all results for a file."""
