@@ -7,33 +7,16 @@ from typing import Any
 
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import page_scripts
+from fivebar_bringup.report.charts import Chart, Line
 from fivebar_bringup.report.scene import links, scene
 from fivebar_description.parameters import FiveBar
 
 SCRIPTS = ("stage.js", "charts.js", "live.js")
 
 CHARTS = (
-    {
-        "title": "Torque in Nm",
-        "unit": "Nm",
-        "lines": [
-            {"column": "torque1", "label": "motor 1", "colour": "first"},
-            {"column": "torque2", "label": "motor 2", "colour": "second"},
-        ],
-    },
-    {
-        "title": "Weight σ and 1/cond(A)",
-        "unit": "",
-        "lines": [
-            {"column": "sigma", "label": "σ", "colour": "third"},
-            {"column": "kappa", "label": "1/cond(A)", "colour": "first"},
-        ],
-    },
-    {
-        "title": "Distance from the reference in mm",
-        "unit": "mm",
-        "lines": [{"column": "error", "label": "distance", "colour": "first"}],
-    },
+    Chart("Torque in Nm", "Nm", 0.02, (Line("torque1", "motor 1", "first"), Line("torque2", "motor 2", "second"))),
+    Chart("Weight σ and 1/cond(A)", "", 0.02, (Line("sigma", "σ", "third"), Line("kappa", "1/cond(A)", "first"))),
+    Chart("Distance from the reference in mm", "mm", 0.002, (Line("error", "distance", "first"),)),
 )
 
 
@@ -43,7 +26,7 @@ def live_page() -> str:
         "live.html",
         title="fivebar live",
         setting="a running graph, as it publishes itself",
-        scripts=page_scripts(SCRIPTS, {"charts": CHARTS}, "live-data"),
+        scripts=page_scripts(SCRIPTS, {"charts": [chart.as_json() for chart in CHARTS]}, "live-data"),
     )
 
 

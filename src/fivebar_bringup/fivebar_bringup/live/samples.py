@@ -32,10 +32,13 @@ class Messages:
 
     def __init__(self) -> None:
         self._by_stamp: dict[int, bytes] = {}
+        self.newest = -1
+        """The largest stamp, -1 before the first message."""
 
     def put(self, stamp: int, data: bytes) -> None:
         """Keep a message, and forget the oldest one of many."""
         self._by_stamp[stamp] = data
+        self.newest = max(self.newest, stamp)
         if len(self._by_stamp) > KEPT:
             del self._by_stamp[next(iter(self._by_stamp))]
 
@@ -50,6 +53,7 @@ class Messages:
     def clear(self) -> None:
         """Forget all messages."""
         self._by_stamp.clear()
+        self.newest = -1
 
 
 def thinned(stamps: list[int]) -> list[int]:

@@ -84,6 +84,9 @@ QUEUE_DEPTH = 50
 
 NICENESS = 5
 
+PATIENCE = NANOSECONDS // 4
+"""How long (ns) a sample may wait for what answers it before it is shown without."""
+
 BEST_EFFORT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=QUEUE_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Of topics of the control cycle: their publishers neither wait for this node nor keep anything for it."""
 
@@ -317,25 +320,27 @@ class Viewer(GraphNode):
             self._send_states()
 
     def _rows(self) -> list[Any]:
-        """Return rows of the samples since the last frame; the newest one waits for what answers it."""
+        """Return rows of the samples since the last frame that the supervisor has answered, if it answers at all."""
         if self._robot is None:
             return []
-        stamps = self._messages[JOINT_STATES.name].after(self._shown)
+        joints, supervisor = self._messages[JOINT_STATES.name], self._messages[SUPERVISOR_STATE.name]
+        stamps = joints.after(self._shown)
         if not stamps:
             return []
-        if stamps[-1] != self._newest:
-            self._newest = stamps.pop()
+        self._newest = stamps[-1]
+        if supervisor.newest > self._newest - PATIENCE:
+            stamps = [stamp for stamp in stamps if stamp <= supervisor.newest]
         rows = []
         for stamp in thinned(stamps):
-            joints = self._read(self._messages[JOINT_STATES.name].get(stamp), JOINTS, "position", "effort")
-            if joints is None:
+            values = self._read(joints.get(stamp), JOINTS, "position", "effort")
+            if values is None:
                 continue
-            torque = (joints[4 + JOINTS.index(ACTIVE_JOINTS[0])], joints[4 + JOINTS.index(ACTIVE_JOINTS[1])])
-            sample = Posture((joints[0], joints[1], joints[2], joints[3]), torque)
+            torque = (values[4 + JOINTS.index(ACTIVE_JOINTS[0])], values[4 + JOINTS.index(ACTIVE_JOINTS[1])])
+            sample = Posture((values[0], values[1], values[2], values[3]), torque)
             reference = self._read(self._messages[REFERENCE.name].get(stamp), REFERENCE_NAMES, "position")
-            supervisor = self._read(self._messages[SUPERVISOR_STATE.name].get(stamp), SUPERVISOR_NAMES, "position")
+            answer = self._read(supervisor.get(stamp), SUPERVISOR_NAMES, "position")
             place = None if reference is None else (reference[0], reference[1])
-            weights = None if supervisor is None else (supervisor[0], supervisor[1])
+            weights = None if answer is None else (answer[0], answer[1])
             rows.append(row(self._robot, stamp, sample, place, weights))
         if stamps:
             self._shown = stamps[-1]

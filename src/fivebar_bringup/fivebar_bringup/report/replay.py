@@ -5,12 +5,13 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from fivebar_bringup.pages.scripts import Scripts, page_scripts
 from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.charts import Chart, Line
 from fivebar_bringup.report.fault_marks import FaultMark
 from fivebar_bringup.report.scene import corners_of, links, scene
 from fivebar_bringup.report.series import RunSeries
@@ -22,26 +23,11 @@ LONGEST = 20_000
 SCRIPTS = ("stage.js", "charts.js", "replay.js")
 
 
-class Line(NamedTuple):
-    """A line of a chart: a column, its name, and which of the page's colours it has."""
-
-    column: str
-    label: str
-    colour: str
-
-
-class Chart(NamedTuple):
-    """A chart over time."""
-
-    title: str
-    unit: str
-    lines: tuple[Line, ...]
-
-
 CHARTS = (
     Chart(
         "Torque in Nm",
         "Nm",
+        0.02,
         (
             Line("requested1", "motor 1, requested", "soft"),
             Line("requested2", "motor 2, requested", "soft"),
@@ -49,10 +35,11 @@ CHARTS = (
             Line("torque2", "motor 2", "second"),
         ),
     ),
-    Chart("Weight σ and 1/cond(A)", "", (Line("sigma", "σ", "third"), Line("kappa", "1/cond(A)", "first"))),
+    Chart("Weight σ and 1/cond(A)", "", 0.02, (Line("sigma", "σ", "third"), Line("kappa", "1/cond(A)", "first"))),
     Chart(
         "Distance from the reference, and h from the path, in mm",
         "mm",
+        0.002,
         (
             Line("error", "distance", "first"),
             Line("constraint", "h", "fourth"),
@@ -62,6 +49,7 @@ CHARTS = (
     Chart(
         "Acceleration by the IMU minus the desired one, in m/s²",
         "m/s²",
+        0.02,
         (Line("acceleration", "acceleration", "first"),),
     ),
 )
@@ -87,11 +75,7 @@ def replay_data(runs: Sequence[tuple[str, RunAnalysis, Sequence[FaultMark]]]) ->
     there = first.scenario.actual_robot() if first.scenario.has_ground_truth else first.robot
     return {
         "scene": scene(there, first.modes, first.scenario.waypoints, corners_of(first.plan)),
-        "charts": [
-            {"title": chart.title, "unit": chart.unit, "lines": [line._asdict() for line in chart.lines]}
-            for chart in charts
-            if chart.lines
-        ],
+        "charts": [chart.as_json() for chart in charts if chart.lines],
         "runs": [
             {
                 "name": name,

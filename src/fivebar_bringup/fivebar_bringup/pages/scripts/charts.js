@@ -18,7 +18,8 @@ class Charts {
 
   build(chart, zones, faults, seek) {
     const plot = Bokeh.Plotting.figure({
-      height: 170, sizing_mode: "stretch_width", x_range: this.range, title: chart.title, toolbar_location: "right",
+      height: 170, sizing_mode: "stretch_width", x_range: this.range,
+      y_range: new Bokeh.DataRange1d({ min_interval: chart.least }), title: chart.title, toolbar_location: "right",
       tools: "xbox_zoom,box_zoom,xpan,xwheel_zoom,ywheel_zoom,reset", lod_threshold: null, min_border_left: 58,
     });
     plot.toolbar.setv({ logo: null });

@@ -195,7 +195,7 @@ class Live {
       const row = body.insertRow(), level = node.age !== null && node.age > 3 ? "stale" : node.level;
       row.insertCell().textContent = node.name;
       const cell = row.insertCell();
-      cell.className = `level-${level} long`;
+      cell.className = node.message.length > 24 ? `level-${level} long` : `level-${level}`;
       cell.textContent = node.message === level || node.message === "ok" ? level : `${level}: ${node.message}`;
       row.insertCell().textContent = node.age === null ? "" : `${node.age.toFixed(1)} s`;
     }

@@ -1,0 +1,33 @@
+"""Charts over time as a page's scripts draw them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+
+class Line(NamedTuple):
+    """A line of a chart: a column, its name, and which of the page's colours it has."""
+
+    column: str
+    label: str
+    colour: str
+
+
+class Chart(NamedTuple):
+    """A chart over time.
+
+    Attributes:
+        title: what it shows.
+        unit: of all its lines.
+        least: the smallest range that the vertical axis shows, so that rounding errors do not fill it.
+        lines: from back to front.
+    """
+
+    title: str
+    unit: str
+    least: float
+    lines: tuple[Line, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the chart as plain values."""
+        return {**self._asdict(), "lines": [line._asdict() for line in self.lines]}

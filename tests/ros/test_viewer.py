@@ -1,0 +1,122 @@
+"""The node behind the live page, over DDS and over its connection: what it shows, and the little that it can do."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import queue
+import re
+import threading
+from typing import Any
+
+import pytest
+from graph_probe import DEADLINE, Bench, Probe
+from middle_motion import MiddleMotion
+from std_msgs.msg import String
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
+
+from fivebar_description.interface import GOAL, JOINT_STATES, SAFETY_STATE, SUPERVISOR_STATE
+
+
+class Page:
+    """What a browser would be: sends commands, and keeps what comes."""
+
+    def __init__(self, address: str) -> None:
+        self.messages: queue.Queue[dict[str, Any]] = queue.Queue()
+        self._address = address
+        self._commands: queue.Queue[str | None] = queue.Queue()
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._talk()))
+        self._thread.start()
+
+    def send(self, **command: Any) -> None:
+        self._commands.put(json.dumps(command))
+
+    def close(self) -> None:
+        self._commands.put(None)
+        self._thread.join(DEADLINE)
+
+    def next_of(self, kind: str, probe: Probe) -> Any:
+        """Return the next message of a kind; all others before it are forgotten."""
+
+        def find() -> list[Any]:
+            while not self.messages.empty():
+                message = self.messages.get()
+                if kind in message:
+                    return [message[kind]]
+            return []
+
+        return probe.wait_for(find, kind)[0]
+
+    async def _talk(self) -> None:
+        origin, _, rest = self._address.partition("/?")
+        request = HTTPRequest(f"{origin.replace('http', 'ws')}/live?{rest}", headers={"Origin": origin})
+        connection = await websocket_connect(request, on_message_callback=self._keep)
+        while (command := await asyncio.to_thread(self._commands.get)) is not None:
+            await connection.write_message(command)
+        connection.close()
+
+    def _keep(self, text: str | bytes | None) -> None:
+        if text is not None:
+            self.messages.put(json.loads(text))
+
+
+def test_it_shows_one_robot_and_commands_no_torque(bench: Bench, motion: MiddleMotion) -> None:
+    """In a namespace, beside the nodes of the same names in another."""
+    viewer = bench.start("viewer", "/left")
+    bench.start("trajectory_generator", "/left")
+    left, right = bench.probe("/left"), bench.probe("/right")
+    left.advertise(SAFETY_STATE)
+    right.advertise(SAFETY_STATE)
+    address = left.wait_for(lambda: re.search(r"view: (http\S+)", viewer.stdout), "the address")[1]
+    page = Page(address)
+    try:
+        scene = page.next_of("scene", left)
+        assert scene["waypoints"][0] == ["A", 0.0, 150.0]
+
+        left.join("viewer", [SAFETY_STATE], [])
+        right.publish(SAFETY_STATE, String(data="over_speed: of the other robot"))
+        left.publish(SAFETY_STATE, String(data="tracking_lost: 51 mm"))
+
+        def faults() -> list[Any]:
+            found: list[Any] = page.next_of("states", left)["faults"]
+            return found
+
+        (fault,) = left.wait_for(faults, "the fault")
+        assert (fault["text"], fault["meaning"][:12]) == ("tracking_lost: 51 mm", "The platform")
+
+        page.send(command="torque_command", effort=[1.0, 1.0])
+        assert page.next_of("notice", left)["text"].startswith("refused: expected one of the commands")
+        page.send(command="emergency_stop")
+        assert page.next_of("notice", left) == {"good": False, "text": "no node of the graph offers this"}
+        page.send(command="plan", x=0.0, y=0.1, assembly=0)
+        assert page.next_of("plan", left)["refused"] == "the run has not begun"
+
+        topics = dict(left.node.get_publisher_names_and_types_by_node("viewer", "/left"))
+        said = {name for name in topics if name.startswith("/left/")}
+        assert said == {f"/left/{GOAL.name}", "/left/run/ready"}
+    finally:
+        page.close()
+
+
+def test_its_rows_are_the_samples(bench: Bench, motion: MiddleMotion) -> None:
+    viewer = bench.start("viewer")
+    bench.start("trajectory_generator")
+    probe = bench.probe()
+    probe.advertise(JOINT_STATES, SUPERVISOR_STATE)
+    page = Page(probe.wait_for(lambda: re.search(r"view: (http\S+)", viewer.stdout), "the address")[1])
+    try:
+        page.next_of("scene", probe)
+        probe.join("viewer", [JOINT_STATES], [])
+
+        rows: dict[str, list[float]] = {"time": []}
+        while not rows["time"]:
+            # again and again, because the viewer does not ask for what is lost
+            probe.publish(JOINT_STATES, motion.joint_states_message(100))
+            rows = page.next_of("rows", probe)
+        assert rows["time"] == [0.2]
+        state = motion.state(100)
+        assert (rows["x"][0], rows["y"][0]) == pytest.approx((1e3 * state.x, 1e3 * state.y), abs=1e-6)
+        assert rows["sigma"] == [None]
+    finally:
+        page.close()
