@@ -23,7 +23,7 @@ from fivebar_description.strict_yaml import InputError
 
 VIEWER = "fivebar_bringup.nodes.viewer"
 
-START_TIMEOUT = 30.0
+START_TIMEOUT = 120.0
 """Longest time (s) until the page is served."""
 
 PAGE_TIMEOUT = 30.0

@@ -16,7 +16,7 @@ SCRIPTS = ("stage.js", "charts.js", "live.js")
 CHARTS = (
     Chart("Torque in Nm", "Nm", 0.02, (Line("torque1", "motor 1", "first"), Line("torque2", "motor 2", "second"))),
     Chart("Weight σ and 1/cond(A)", "", 0.02, (Line("sigma", "σ", "third"), Line("kappa", "1/cond(A)", "first"))),
-    Chart("Distance from the reference in mm", "mm", 0.002, (Line("error", "distance", "first"),)),
+    Chart("Distance from reference in mm", "mm", 0.002, (Line("error", "distance", "first"),)),
 )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from fivebar_control.model.kinematics import det_a, state_from_joints
@@ -13,8 +13,8 @@ from fivebar_description.parameters import FiveBar
 KEPT = 2000
 """Messages of a topic that are kept: those of some seconds, until a page is shown them."""
 
-PER_FRAME = 4
-"""Rows of one frame at most; with 30 frames a second, 120 a second."""
+APART = 8_000_000
+"""Least time (ns) between two rows: a page draws no more than 125 a second."""
 
 COLUMNS = ("time", "x", "y", "q11", "q21", "mode", "torque1", "torque2", "sigma", "kappa", "error")
 """Columns of the rows: s, mm, mm, rad, rad, sign of det A, Nm, Nm, -, -, mm."""
@@ -56,10 +56,13 @@ class Messages:
         self.newest = -1
 
 
-def thinned(stamps: list[int]) -> list[int]:
-    """Return at most `PER_FRAME` of these stamps, evenly spread, the last one among them."""
-    step = max(1, math.ceil(len(stamps) / PER_FRAME))
-    return stamps[::-1][::step][::-1]
+def thinned(stamps: Sequence[int]) -> list[int]:
+    """Return stamps (ns) that are at least `APART` from each other, the last one among them."""
+    kept: list[int] = []
+    for stamp in reversed(stamps):
+        if not kept or kept[-1] - stamp >= APART:
+            kept.append(stamp)
+    return kept[::-1]
 
 
 def row(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import struct
 import time
 from collections import deque
@@ -71,7 +70,7 @@ STOPS = ("blender/emergency_stop", "dextar_bridge/emergency_stop")
 RESETS = ("dextar_bridge/reset", "plant/reset", "blender/reset")
 """Services for the two buttons, in the order in which they are called; those that a graph lacks are left out."""
 
-ASK_PERIOD = 0.5
+ASK_PERIOD = 0.1
 """Period (s) of asking for the generator's parameters, until it has answered."""
 
 COMMAND_PERIOD = 0.02
@@ -81,8 +80,6 @@ STATES_EVERY = 6
 """Frames from one list of the nodes' states to the next."""
 
 QUEUE_DEPTH = 50
-
-NICENESS = 5
 
 PATIENCE = NANOSECONDS // 4
 """How long (ns) a sample may wait for what answers it before it is shown without."""
@@ -384,8 +381,7 @@ def _object(text: str) -> Any:
 
 
 def main() -> None:
-    """Run the node, behind the control cycle where processor time is short."""
-    os.nice(NICENESS)
+    """Run the node."""
     run_node(Viewer)
 
 

@@ -37,7 +37,7 @@ CHARTS = (
     ),
     Chart("Weight σ and 1/cond(A)", "", 0.02, (Line("sigma", "σ", "third"), Line("kappa", "1/cond(A)", "first"))),
     Chart(
-        "Distance from the reference, and h from the path, in mm",
+        "Distance from reference, h, in mm",
         "mm",
         0.002,
         (
@@ -47,7 +47,7 @@ CHARTS = (
         ),
     ),
     Chart(
-        "Acceleration by the IMU minus the desired one, in m/s²",
+        "Acceleration error by IMU, in m/s²",
         "m/s²",
         0.02,
         (Line("acceleration", "acceleration", "first"),),

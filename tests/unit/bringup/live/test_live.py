@@ -174,9 +174,11 @@ def test_a_row_is_where_the_robot_is() -> None:
     assert (values["mode"], values["torque2"], values["sigma"]) == (1.0, -0.2, None)
 
 
-def test_frames_are_thinned_to_the_newest_samples() -> None:
-    assert thinned(list(range(17))) == [1, 6, 11, 16]
-    assert thinned([5, 6]) == [5, 6]
+def test_samples_are_thinned_and_the_newest_one_stays() -> None:
+    stamps = [sample_stamp_ns(sample, 500) for sample in range(18)]
+    assert thinned(stamps) == stamps[1::4]
+    slow = [sample_stamp_ns(sample, 100) for sample in range(5)]
+    assert thinned(slow) == slow
     assert thinned([]) == []
 
 

@@ -70,7 +70,8 @@ class Charts {
       for (const grid of plot.center.filter((each) => each instanceof Bokeh.Grid))
         grid.setv({ grid_line_color: tint.line, grid_line_alpha: 0.6 });
       for (const legend of plot.center.filter((each) => each instanceof Bokeh.Legend))
-        legend.setv({ orientation: "horizontal", location: "top_right", background_fill_alpha: 0,
+        legend.setv({ orientation: "horizontal", location: "top_right", background_fill_color: tint.card,
+          background_fill_alpha: 0.6,
           border_line_color: null, label_text_color: tint.ink, label_text_font_size: "11px", padding: 0, margin: 0,
           spacing: 8, glyph_width: 14, click_policy: "hide" });
     }
