@@ -70,11 +70,18 @@ class LiveServer:
         return bool(self._clients)
 
     def send(self, text: str, greeting: str = "") -> None:
-        """Send a message to all pages, from any thread; with `greeting`, also to those that open later."""
+        """Send a message to all pages, from any thread; with `greeting`, its kind, also to those that open later."""
         if greeting:
             self.greetings[greeting] = text
+        self._pass_on(text, True)
+
+    def send_frame(self, text: str) -> None:
+        """Send a message that a page may miss: one that has not taken the last message does not get it."""
+        self._pass_on(text, False)
+
+    def _pass_on(self, text: str, needed: bool) -> None:
         if self._loop is not None and self._clients:
-            self._loop.call_soon_threadsafe(self._broadcast, text, bool(greeting))
+            self._loop.call_soon_threadsafe(self._broadcast, text, needed)
 
     def stop(self) -> None:
         """Close all pages' connections and end the thread."""

@@ -299,7 +299,7 @@ class Viewer(GraphNode):
             call.add_done_callback(lambda done, name=name: note(name, done.result()))
 
     def _notice(self, good: bool, text: str) -> None:
-        self._server.send(json.dumps({"notice": {"good": good, "text": text}}), "notice")
+        self._server.send(json.dumps({"notice": {"good": good, "text": text}}))
 
     def _send_frame(self) -> None:
         """Send the new samples to the open pages, and now and then the states of the nodes."""
@@ -312,7 +312,7 @@ class Viewer(GraphNode):
         self.note_answer()
         rows = self._rows()
         content: dict[str, Any] = {"rows": {name: [one[name] for one in rows] for name in COLUMNS}}
-        self._server.send(json.dumps(content))
+        self._server.send_frame(json.dumps(content))
         if self._frames % STATES_EVERY == 0:
             self._send_states()
 

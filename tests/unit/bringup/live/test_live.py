@@ -113,17 +113,17 @@ def test_commands_arrive_and_others_are_refused(server: LiveServer, received: Re
 
 
 def test_a_page_that_opens_late_gets_what_it_needs(server: LiveServer) -> None:
-    server.send('{"frame": 1}')
+    server.send('{"plan": 1}')
     server.send('{"scene": 1}', "scene")
     server.send('{"scene": 2}', "scene")
 
     async def look() -> Any:
         page = await connect(server, server.token, own(server))
         first = await page.read_message()
-        server.send('{"frame": 2}')
+        server.send('{"plan": 2}')
         return first, await page.read_message()
 
-    assert done(look()) == ('{"scene": 2}', '{"frame": 2}')
+    assert done(look()) == ('{"scene": 2}', '{"plan": 2}')
 
 
 def test_the_server_ends_with_its_pages(server: LiveServer) -> None:
