@@ -69,7 +69,7 @@ def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: Ope
     until(page, "!!live.plan")
     assert "Nothing has moved yet." in page.text_content("#live-answer")
     assert platform(page) == pytest.approx([0.0, 140.0], abs=0.5)
-    assert_looks_like(page, ".player", "live")
+    assert_looks_like(page, ".player", "live", "#live-stage")
     page.click("#live-move")
     until(page, "document.getElementById('live-answer').textContent === 'Arrived.'")
     until(page, "Math.abs(live.posture.y - 30) < 2 && live.posture.mode === -1")

@@ -20,8 +20,8 @@ COARSE = 8
 """Pictures are compared at an eighth of their size, so that fonts and edges of another machine do not matter."""
 
 
-PATIENCE = 300.0
-"""Longest time (s) for what takes seconds on an idle machine."""
+PATIENCE = 60.0
+"""Longest time (s) for what takes a second on an idle machine."""
 
 LOOK_PERIOD_MS = 40.0
 
@@ -34,8 +34,8 @@ def until(page: Any, expression: str) -> None:
         page.wait_for_timeout(LOOK_PERIOD_MS)
 
 
-def assert_looks_like(page: Any, selector: str, name: str) -> None:
-    """Compare an element with a picture of the documentation, or write that picture."""
+def assert_looks_like(page: Any, selector: str, name: str, part: str = "") -> None:
+    """Compare an element, or a part of it that stays the same, with a picture of the documentation; or write that."""
     data = page.locator(selector).screenshot()
     picture = IMAGES / f"{name}.png"
     if RENEW:
@@ -45,6 +45,11 @@ def assert_looks_like(page: Any, selector: str, name: str) -> None:
     seen = Image.open(BytesIO(data)).convert("RGB")
     wanted = Image.open(picture).convert("RGB")
     assert abs(seen.width - wanted.width) <= 2
+    if part:
+        whole, inner = page.locator(selector).bounding_box(), page.locator(part).bounding_box()
+        left, top = inner["x"] - whole["x"], inner["y"] - whole["y"]
+        frame = (round(left), round(top), round(left + inner["width"]), round(top + inner["height"]))
+        seen, wanted = seen.crop(frame), wanted.crop(frame)
     assert abs(seen.height - wanted.height) <= 0.1 * wanted.height
     size = (wanted.width // COARSE, wanted.height // COARSE)
     shrunk = [np.asarray(image.resize(size, Image.Resampling.BOX), dtype=np.float64) for image in (seen, wanted)]
