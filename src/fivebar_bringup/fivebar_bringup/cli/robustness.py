@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.runs.results import FIGURES
 from fivebar_description.strict_yaml import InputError
 
 
@@ -31,11 +32,18 @@ def robustness(
     ] = None,
     as_json: JsonOption = False,
     quick: Annotated[bool, typer.Option("--quick", help="Only 1 s and two draws of each size.")] = False,
+    losses: Annotated[
+        bool, typer.Option("--losses", help="Instead: commands lost in bursts, at every moment of a crossing.")
+    ] = False,
 ) -> None:
     """Raise each fault of a robot alone until a controller fails: what must my robot be like?
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
+    processes = jobs if jobs is not None else os.cpu_count() or 1
+    if losses:
+        _losses(out, processes, as_json)
+        return
     # here, because they load matplotlib
     from fivebar_bringup.studies.robustness.robustness import QUICK, Extent
     from fivebar_bringup.studies.robustness.robustness import robustness as make
@@ -46,7 +54,6 @@ def robustness(
         if effects is not None:
             extent = extent._replace(effects=_effects(effects))
             command += ["--effects", ",".join(extent.effects)]
-        processes = jobs if jobs is not None else os.cpu_count() or 1
         with progress_bar("robustness", as_json) as progress:
             made = make(extent, out, processes, shlex.join(command), progress)
     if as_json:
@@ -61,6 +68,23 @@ def robustness(
         table.add_row(*(row[place].text for place in places))
     printer.print(table)
     printer.print(f"look at {made.page}", soft_wrap=True)
+
+
+def _losses(out: Path | None, processes: int, as_json: bool) -> None:
+    from fivebar_bringup.studies.robustness.bursts import BURSTS, write_losses
+
+    with input_errors(), ending_on_sigterm(), progress_bar("losses", as_json) as progress:
+        directory, made = write_losses(out, processes, progress)
+    if as_json:
+        print(json.dumps([one.as_json() for one in made], indent=2, allow_nan=False))
+        return
+    table = Table("largest error in mm", "none lost", *(f"{burst} lost" for burst in BURSTS), box=None)
+    for one in made:
+        content = one.as_json()
+        table.add_row(one.equipment, *(f"{error * 1e3:.2f}" for error in (content["without_m"], *content["worst_m"])))
+    printer = Console()
+    printer.print(table)
+    printer.print(f"look at {directory / FIGURES / 'losses.png'}", soft_wrap=True)
 
 
 def _effects(text: str) -> tuple[str, ...]:

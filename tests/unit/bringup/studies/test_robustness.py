@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.studies.robustness.bursts import BURSTS, losses_of
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, Robot
 from fivebar_bringup.studies.robustness.figures import place_of
 from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAR, WRONG_MODE, Climb, cause_of, failure_of
@@ -93,3 +94,12 @@ def test_the_page_has_every_effect_with_what_robots_have() -> None:
     for effect in EFFECTS.values():
         good, middling = (effect.shown(size) for size in (effect.good, effect.middling))
         assert f"| {effect.words} | {good} | {middling} |" in page
+
+
+def test_bursts_of_lost_commands_are_borne() -> None:
+    """As many as the drives hold their torque for by default, before, on and after the locus."""
+    losses = losses_of("unified, gyro", every=125)
+    assert losses.failures == (0,) * len(BURSTS)
+    assert losses.without < losses.errors[BURSTS.index(10)].max() < 1e-3
+    assert losses.errors.shape == (len(BURSTS), len(losses.moments))
+    assert losses.as_json()["worst_m"][-1] == losses.errors[-1].max()

@@ -145,7 +145,7 @@ def failure_of(equipment: str, effect: Effect | None, size: float, duration: flo
         duration: of the crossing (s).
         draw: number, from 0.
     """
-    given, samples = _prepared(equipment, duration)
+    given, samples = prepared(equipment, duration)
     plan = given.plan()
     at = Condition(draw, plan.crossings[0].time)
     # the offset of a gyroscope is never zero
@@ -172,7 +172,7 @@ def cause_of(outcome: Outcome, crossings: int) -> str | None:
 
 
 @cache
-def _prepared(name: str, duration: float) -> tuple[PlannedScenario, Sampled]:
+def prepared(name: str, duration: float) -> tuple[PlannedScenario, Sampled]:
     """Return the scenario of an equipment on an exact robot, and its sampled plan."""
     equipment = EQUIPMENT[name]
     start, end, *_ = MIDDLE
