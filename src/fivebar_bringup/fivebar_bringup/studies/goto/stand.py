@@ -17,7 +17,13 @@ from fivebar_description.strict_yaml import InputError
 
 
 def stand(
-    scenario: Scenario, seconds: float, mode: Mode, out: Path | None, domain: int | None, progress: Progress
+    scenario: Scenario,
+    seconds: float,
+    mode: Mode,
+    out: Path | None,
+    domain: int | None,
+    progress: Progress,
+    namespace: str = "",
 ) -> tuple[RunDirectory, list[str]]:
     """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return the faults too.
 
@@ -31,7 +37,7 @@ def stand(
     nodes = [_longer(node, round(seconds * scenario.rate_hz)) for node in crossing_graph(scenario, mode, run.bag)]
     specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
-        outcome = run_graph(specs, run, chosen, progress, mode=mode)
+        outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
     return run, outcome.faults
 
 
