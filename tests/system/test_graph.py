@@ -56,7 +56,10 @@ def test_the_live_graph_is_the_described_one(live: GraphRun, fivebar: Callable[.
 
     def described_one(name: str) -> bool:
         publishes, subscribes = seen(name)
-        wanted = described[name]
+        wanted = {
+            way: {topic.removeprefix("/"): kind for topic, kind in described[name][way].items()}
+            for way in ("publishes", "subscribes")
+        }
         own = {topic: kind for topic, kind in publishes.items() if topic not in OF_EVERY_NODE}
         return set(publishes) >= OF_EVERY_NODE and (own, subscribes) == (wanted["publishes"], wanted["subscribes"])
 

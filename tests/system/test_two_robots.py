@@ -9,10 +9,11 @@ import numpy as np
 from fivebar_command import FivebarCommand
 
 from fivebar_bringup.report.report import write_report
+from fivebar_bringup.runs.bag.definitions import absolute_name
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_description.interface import JOINT_STATES, RUN_READY
+from fivebar_description.interface import DIAGNOSTICS, GOAL, GOAL_STATUS, JOINT_STATES, RUN_READY
 
 SCENARIO = "name: short\nwaypoints: [[0.0, 0.15], [0.0, {y}]]\nsegment_duration: 0.2\nforce: true\n"
 SAMPLES = 101
@@ -40,7 +41,9 @@ def test_two_robots_run_in_one_domain(tmp_path: Path) -> None:
     heights = []
     for name in calls:
         bag = read_bag(tmp_path / name / "out" / "bag")
-        assert {topic.split("/")[1] for topic in bag.topics} == {name}
+        assert {topic.split("/")[1] for topic in bag.topics} == {name, "diagnostics"}
+        assert bag.count(DIAGNOSTICS) > 0
+        assert {absolute_name(GOAL, name), absolute_name(GOAL_STATUS, name)} <= set(bag.topics)
         assert len(set(bag.texts(RUN_READY))) == len(bag.texts(RUN_READY))
         assert write_report(RunDirectory(tmp_path / name / "out"), with_page=False).completed
         heights.append(bag.field(JOINT_STATES, "position")[-1])

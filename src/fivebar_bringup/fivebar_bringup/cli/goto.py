@@ -165,8 +165,9 @@ def goto(
 def stand(
     scenario: ScenarioArgument = "unified_middle",
     seconds: Annotated[
-        float, typer.Option(min=0.0, help="How long the robot rests afterwards, in simulated time.")
-    ] = 60.0,
+        float | None,
+        typer.Option(min=0.0, help="How long the robot rests afterwards, in simulated time [default: until Ctrl-C]"),
+    ] = None,
     realtime: Annotated[bool, typer.Option("--realtime", help="Follow the clock instead of lockstep.")] = False,
     domain: Annotated[
         int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one]")
@@ -183,6 +184,8 @@ def stand(
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
+        how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
+        Console(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, False) as progress:
             directory, faults = rest(loaded, seconds, mode, out, chosen, progress, within)
     Console(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")

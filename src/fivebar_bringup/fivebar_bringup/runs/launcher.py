@@ -23,6 +23,8 @@ FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
 plant waits for a torque."""
 
+INTERRUPTED = "interrupted: stopped by a signal to the launcher"
+
 Progress = Callable[[int, int], None]
 """Called with the current sample and the last sample of the run."""
 
@@ -87,7 +89,7 @@ def run_graph(
     except NodesNotStarted as error:
         faults.append(str(error))
     except KeyboardInterrupt:
-        faults.append("interrupted: stopped by a signal to the launcher")
+        faults.append(INTERRUPTED)
     finally:
         wall_s = time.monotonic() - began
         faults += stop_all(processes)

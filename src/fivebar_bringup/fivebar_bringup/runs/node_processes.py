@@ -23,6 +23,9 @@ STARTER = "fivebar_bringup.runs.node_starter"
 
 PR_SET_CHILD_SUBREAPER = 36
 
+REGULAR = "[INFO]"
+"""How a log line begins that reports nothing wrong."""
+
 PIPE_SIZE = 65536
 
 
@@ -50,8 +53,9 @@ class NodeProcess:
         return self._status
 
     def last_line(self) -> str:
-        """Return the last line that the node printed."""
+        """Return the last line that the node printed, but for those that tell of its regular course."""
         lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        lines = [line for line in lines if not line.startswith(REGULAR)]
         return lines[-1] if lines else ""
 
     def send(self, number: signal.Signals) -> None:
