@@ -25,5 +25,5 @@ def test_a_signal_ends_every_node(bench: Bench, number: signal.Signals) -> None:
         process.send(number)
     for node, process in processes.items():
         assert process.wait() == 0, node
-        assert process.stderr == "", node
+        assert process.complaints == [], node
     assert read_bag(bench.folder / "processes" / "bag").topics

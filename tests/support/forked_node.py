@@ -72,6 +72,11 @@ class ForkedNode:
     def stderr(self) -> str:
         return self._err.read_text(encoding="utf-8")
 
+    @property
+    def complaints(self) -> list[str]:
+        """The lines on standard error that do not tell of the node's regular course."""
+        return [line for line in self.stderr.splitlines() if not line.startswith("[INFO]")]
+
     def send(self, number: signal.Signals) -> None:
         if self.status is None:
             os.kill(self.pid, number)

@@ -56,7 +56,10 @@ def test_the_live_graph_is_the_described_one(live: GraphRun, fivebar: Callable[.
 
     def described_one(name: str) -> bool:
         publishes, subscribes = seen(name)
-        wanted = described[name]
+        wanted = {
+            way: {topic.removeprefix("/"): kind for topic, kind in described[name][way].items()}
+            for way in ("publishes", "subscribes")
+        }
         own = {topic: kind for topic, kind in publishes.items() if topic not in OF_EVERY_NODE}
         return set(publishes) >= OF_EVERY_NODE and (own, subscribes) == (wanted["publishes"], wanted["subscribes"])
 
@@ -115,7 +118,8 @@ def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, w
     command = run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": "7"})
     assert list(command[:3]) == [sys.executable, "-m", "fivebar_bringup.cli.main"]
     assert list(command[3:]) == words
-    assert "--scene" in run_command("middle", mode, "there", hardware, {}, scene=True)
+    more = run_command("middle", mode, "there", hardware, {}, scene=True, namespace="robot1")
+    assert {"--scene", "--namespace", "robot1"} <= set(more)
 
 
 def test_on_real_drives_a_launch_starts_the_processes_of_a_run_in_real_time(tmp_path: Path) -> None:
@@ -131,4 +135,6 @@ def test_on_real_drives_a_launch_starts_the_processes_of_a_run_in_real_time(tmp_
         parameters = directory / "parameters" / f"{process.name}.yaml"
         assert parameters.read_text(encoding="utf-8") == process.parameter_file()
         assert list(one.command) == [sys.executable, *process.command, "--ros-args", "--params-file", str(parameters)]
+    _, within = drive_processes("middle_robot", "dextar_socketcan", str(tmp_path / "within"), namespace="robot1")
+    assert all(one.command[-2:] == ("-r", "__ns:=/robot1") for one in within)
     assert f"scheduling_priority: {DEFAULT_PRIORITY}" in (directory / "parameters" / f"{CONTROLLERS}.yaml").read_text()

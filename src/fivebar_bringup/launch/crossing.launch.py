@@ -21,8 +21,9 @@ STOP_TIMEOUT = "30"
 def start_run(context):
     """Return the process of the run, and the handler that shuts the launch down with it."""
     scenario, mode, out = (LaunchConfiguration(name).perform(context) for name in ("scenario", "mode", "out"))
+    namespace = LaunchConfiguration("namespace").perform(context)
     scene = LaunchConfiguration("scene").perform(context) == "true"
-    command = run_command(scenario, Mode(mode), out, Hardware.SIMULATED, scene=scene)
+    command = run_command(scenario, Mode(mode), out, Hardware.SIMULATED, scene=scene, namespace=namespace)
     run = ExecuteProcess(
         cmd=list(command), name="fivebar_run", output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
     )
@@ -46,6 +47,7 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 "scene", default_value="false", choices=["true", "false"], description="Pictures for RViz and Foxglove."
             ),
+            DeclareLaunchArgument("namespace", default_value="", description="Of all nodes, such as robot1."),
             OpaqueFunction(function=start_run),
         ]
     )

@@ -31,11 +31,12 @@ def start_experiment(context):
     """Return the processes of the experiment, with the handlers that shut the launch down."""
     names = ("scenario", "hardware", "drives", "out")
     scenario, hardware, drives, out = (LaunchConfiguration(name).perform(context) for name in names)
+    namespace = LaunchConfiguration("namespace").perform(context)
     scene = LaunchConfiguration("scene").perform(context) == "true"
     if hardware == "emulated":
-        command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED, scene=scene)
+        command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED, scene=scene, namespace=namespace)
         return [*process("fivebar_run", command)]
-    directory, started = drive_processes(scenario, drives, out, scene)
+    directory, started = drive_processes(scenario, drives, out, scene, namespace)
     message = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
     return [message, *(action for one in started for action in process(one.name, one.command))]
 
@@ -69,6 +70,7 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 "scene", default_value="false", choices=["true", "false"], description="Pictures for RViz and Foxglove."
             ),
+            DeclareLaunchArgument("namespace", default_value="", description="Of all nodes, such as robot1."),
             OpaqueFunction(function=start_experiment),
         ]
     )

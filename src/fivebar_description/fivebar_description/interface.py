@@ -137,8 +137,13 @@ latched; otherwise it is the text of the fault."""
 
 GOAL = Topic("goal", "sensor_msgs/msg/JointState")
 GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
-"""Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them, and
-a run's bag does not contain them."""
+"""Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them."""
+
+DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(depth=10))
+"""Rates, counts and health of every node; one topic for all robots of a domain, as its tools expect."""
+
+RECORDED_BESIDES = (GOAL, GOAL_STATUS, DIAGNOSTICS)
+"""What a bag holds besides, without the recorder waiting for it."""
 
 SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", Qos(depth=8, transient_local=True))
 SCENE_TRAIL = Topic("scene/trail", "visualization_msgs/msg/MarkerArray", STATE_QOS)
@@ -156,7 +161,7 @@ ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE)
 
 def topic_named(name: str) -> Topic | None:
     """Return a topic of the graph by its name, also that of a law from elsewhere; None where there is none."""
-    known = next((topic for topic in (*TOPICS, *PICTURES) if topic.name == name), None)
+    known = next((topic for topic in (*TOPICS, *PICTURES, *RECORDED_BESIDES) if topic.name == name), None)
     if known is None and name.endswith("/torque"):
         return torque_topic(name.removesuffix("/torque"))
     return known

@@ -39,6 +39,10 @@ OutOption = Annotated[
     Path | None,
     typer.Option("--out", help="New or empty directory for the results [default: runs/SCENARIO-DATE-TIME]"),
 ]
+NamespaceOption = Annotated[
+    str, typer.Option(metavar="NAME", help="Namespace of all nodes, for several robots in one domain [default: none]")
+]
+
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output, nothing else.")]
 
 

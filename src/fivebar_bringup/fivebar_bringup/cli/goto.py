@@ -15,6 +15,7 @@ from fivebar_bringup.cli.app import (
     COMPLETED,
     FAILED,
     JsonOption,
+    NamespaceOption,
     OutOption,
     ScenarioArgument,
     app,
@@ -27,6 +28,7 @@ from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.run import run_offline, run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.studies.goto.live import goal_fields, request_live
@@ -90,6 +92,7 @@ def goto(
     domain: Annotated[
         int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID of that graph [default: 0]")
     ] = None,
+    namespace: NamespaceOption = "",
     timeout: Annotated[float, typer.Option(help="With --live: longest wait for the motion's end, s.")] = 120.0,
     out: Annotated[
         Path | None,
@@ -113,7 +116,13 @@ def goto(
                     "--live: the graph knows where the robot rests: of the others only --mode,"
                     " --working-mode and --duration go with it"
                 )
-            _live(goal_fields(x, y, mode, working_mode, duration), domain or 0, timeout, as_json)
+            _live(
+                goal_fields(x, y, mode, working_mode, duration),
+                domain or 0,
+                read_namespace(namespace),
+                timeout,
+                as_json,
+            )
         begin = _start(start, start_mode, after)
         known = "dextar" if begin.scenario is None else begin.scenario.robot
         request = Request(
@@ -156,13 +165,15 @@ def goto(
 def stand(
     scenario: ScenarioArgument = "unified_middle",
     seconds: Annotated[
-        float, typer.Option(min=0.0, help="How long the robot rests afterwards, in simulated time.")
-    ] = 60.0,
+        float | None,
+        typer.Option(min=0.0, help="How long the robot rests afterwards, in simulated time [default: until Ctrl-C]"),
+    ] = None,
     realtime: Annotated[bool, typer.Option("--realtime", help="Follow the clock instead of lockstep.")] = False,
     domain: Annotated[
         int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one]")
     ] = None,
     view: ViewOption = False,
+    namespace: NamespaceOption = "",
     out: OutOption = None,
 ) -> None:
     """Run SCENARIO, then let the robot rest and accept goals: from `fivebar goto --live`, or on the topic goal.
@@ -170,15 +181,18 @@ def stand(
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """
     with input_errors(), ending_on_sigterm():
+        within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
-        with live_page(view, domain) as chosen, progress_bar(loaded.name, False) as progress:
-            directory, faults = rest(loaded, seconds, mode, out, chosen, progress)
+        how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
+        Console(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
+        with live_page(view, domain, within) as chosen, progress_bar(loaded.name, False) as progress:
+            directory, faults = rest(loaded, seconds, mode, out, chosen, progress, within)
     Console(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")
     raise typer.Exit(FAILED if faults else COMPLETED)
 
 
-def _live(fields: dict[str, float], domain: int, timeout: float, as_json: bool) -> NoReturn:
+def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float, as_json: bool) -> NoReturn:
     """Follow a goal on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
 
     def report(status: dict[str, Any]) -> None:
@@ -186,7 +200,7 @@ def _live(fields: dict[str, float], domain: int, timeout: float, as_json: bool) 
             detail = status.get("reason") or (f"{sum(status['durations_s']):.3f} s" if "durations_s" in status else "")
             print(f"{status['state']}{': ' if detail else ''}{detail}", flush=True)
 
-    last = request_live(fields, domain, timeout, report)
+    last = request_live(fields, domain, timeout, report, namespace)
     if as_json:
         print(json.dumps(last, indent=2, allow_nan=False))
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))

@@ -14,6 +14,7 @@ from fivebar_bringup.cli.app import (
     COMPLETED,
     FAILED,
     JsonOption,
+    NamespaceOption,
     OutOption,
     ScenarioArgument,
     app,
@@ -28,6 +29,7 @@ from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.injection import read_injection
+from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
 from fivebar_bringup.runs.run import run_offline, run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
@@ -82,6 +84,7 @@ def run(
         bool, typer.Option("--scene", help="Publish and record pictures of the run for RViz and Foxglove.")
     ] = False,
     view: ViewOption = False,
+    namespace: NamespaceOption = "",
     out: OutOption = None,
     page: PageOption = True,
     as_json: JsonOption = False,
@@ -93,13 +96,14 @@ def run(
     Example: `fivebar run middle_robot --hardware emulated --inject "1.2 fault 1"`
     """
     with input_errors(), ending_on_sigterm():
+        within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         emulated = hardware is Hardware.EMULATED
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
         mode = Mode.REALTIME if realtime or emulated else Mode.LOCKSTEP
         injections = [read_injection(text) for text in inject or ()] if emulated else None
-        with live_page(view, domain) as chosen, progress_bar(loaded.name, as_json) as progress:
+        with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,
                 mode,
@@ -111,6 +115,7 @@ def run(
                 injections,
                 page,
                 scene,
+                within,
             )
     _finish(directory, summary, as_json)
 

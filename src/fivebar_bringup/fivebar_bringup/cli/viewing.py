@@ -15,9 +15,10 @@ from typing import Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import app, input_errors
+from fivebar_bringup.cli.app import NamespaceOption, app, input_errors
 from fivebar_bringup.cli.status import graph_domain
 from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.node_starter import PR_SET_PDEATHSIG
 from fivebar_description.strict_yaml import InputError
 
@@ -54,7 +55,7 @@ def view(
             help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
         ),
     ] = None,
-    namespace: Annotated[str, typer.Option(help="Namespace of the graph, such as /left.")] = "/",
+    namespace: NamespaceOption = "",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1, 0 for a free one.")] = 0,
 ) -> None:
     """Show a running graph on a live page, whose address it prints, until Ctrl-C.
@@ -62,8 +63,9 @@ def view(
     Example: `fivebar view --domain 7`
     """
     with input_errors():
+        remapped = remapping(read_namespace(namespace))
         os.environ["ROS_DOMAIN_ID"] = str(graph_domain(domain))
-    sys.argv = ["viewer", "--ros-args", "-r", f"__ns:={namespace}", "-p", f"port:={port}"]
+    sys.argv = ["viewer", "--ros-args", *remapped, "-p", f"port:={port}"]
     # here, because it loads ROS
     from fivebar_bringup.nodes.viewer import main
 
@@ -71,7 +73,7 @@ def view(
 
 
 @contextmanager
-def live_page(wanted: bool, domain: int | None) -> Iterator[int | None]:
+def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator[int | None]:
     """Serve the live page of a graph that is started meanwhile; yield the domain to start it in.
 
     Without `wanted` there is no page, and the domain is the given one.
@@ -84,7 +86,7 @@ def live_page(wanted: bool, domain: int | None) -> Iterator[int | None]:
         return
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         viewer = subprocess.Popen(
-            [sys.executable, "-m", VIEWER],
+            [sys.executable, "-m", VIEWER, "--ros-args", *remapping(namespace)],
             env={**os.environ, "ROS_DOMAIN_ID": str(chosen)},
             stdout=subprocess.PIPE,
             # Ctrl-C is for the run, at whose end the page ends

@@ -12,7 +12,7 @@ from std_msgs.msg import String
 
 from fivebar_bringup.runs.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_description.interface import FAULTS, PICTURES, TOPICS, Topic, topic_named
+from fivebar_description.interface import FAULTS, PICTURES, RECORDED_BESIDES, TOPICS, Topic, topic_named
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
@@ -32,7 +32,7 @@ class BagRecorder(GraphNode):
         super().__init__("bag_recorder")
         settings = self.declare_settings(RecorderSettings)
         topics = [_topic(name) for name in settings.topics]
-        directory = Path(settings.directory)
+        directory = _free(Path(settings.directory))
         try:
             self._bag = BagWriter(directory, topics, self.get_namespace())
         except FileExistsError as error:
@@ -66,6 +66,7 @@ class BagRecorder(GraphNode):
             topic,
             self._receiver(topic),
             QUEUE_DEPTH,
+            awaited=topic not in RECORDED_BESIDES,
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(message_lost=count_lost),
         )
@@ -93,10 +94,18 @@ class BagRecorder(GraphNode):
         self.exit_status = 1
 
 
+def _free(directory: Path) -> Path:
+    """Return a directory, or the next one with a number where it is a bag: parameters of a run can be used again."""
+    numbered, number = directory, 2
+    while (numbered / "metadata.yaml").is_file():
+        numbered, number = directory.with_name(f"{directory.name}-{number}"), number + 1
+    return numbered
+
+
 def _topic(name: str) -> Topic:
     topic = topic_named(name)
     if topic is None:
-        known = ", ".join(topic.name for topic in TOPICS)
+        known = ", ".join(topic.name for topic in (*TOPICS, *RECORDED_BESIDES))
         raise InputError(f"bag_recorder: topics: {name!r}: expected some of {known}, or the LAW/torque of another law")
     return topic
 

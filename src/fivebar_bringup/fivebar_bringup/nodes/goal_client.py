@@ -22,9 +22,9 @@ SETTLING_TIME = 0.5
 class GoalClient(DomainMember):
     """Publishes on `goal` and subscribes to `goal/status`."""
 
-    def __init__(self, domain: int) -> None:
-        """Join a DDS domain."""
-        super().__init__("goal_client", domain)
+    def __init__(self, domain: int, namespace: str = "") -> None:
+        """Join a DDS domain, in the namespace of a robot."""
+        super().__init__("goal_client", domain, namespace)
         self._statuses: list[dict[str, Any]] = []
         self.listen(GOAL_STATUS, self._on_status)
         self._goal = self.advertise(GOAL)

@@ -14,9 +14,9 @@ from fivebar_description.ros.domain_member import DomainMember
 class RunMonitor(DomainMember):
     """Subscribes to run/status and publishes faults."""
 
-    def __init__(self, domain: int) -> None:
-        """Join a DDS domain."""
-        super().__init__("run_monitor", domain)
+    def __init__(self, domain: int, namespace: str = "") -> None:
+        """Join a DDS domain, in the namespace of a robot."""
+        super().__init__("run_monitor", domain, namespace)
         self.status: dict[str, Any] = {}
         self.faults: list[str] = []
         """All that have been published, by this node too."""

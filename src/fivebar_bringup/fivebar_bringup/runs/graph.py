@@ -57,6 +57,7 @@ from fivebar_description.interface import (
     JOINT_STATES,
     MOTOR_STATES,
     PICTURES,
+    RECORDED_BESIDES,
     REFERENCE,
     RUN_EPOCH,
     RUN_PLAN,
@@ -194,8 +195,7 @@ def crossing_graph(
     else:
         nodes += _emulated_hardware(scenario, rehearsal, awaited)
     recorded = tuple(topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent)
-    if scene:
-        recorded = (*recorded, *PICTURES)
+    recorded = (*recorded, *RECORDED_BESIDES, *(PICTURES if scene else ()))
     recorder = NodeSpec(
         "fivebar_bringup",
         RECORDER,

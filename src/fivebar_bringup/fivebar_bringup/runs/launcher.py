@@ -23,6 +23,8 @@ FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
 plant waits for a torque."""
 
+INTERRUPTED = "interrupted: stopped by a signal to the launcher"
+
 Progress = Callable[[int, int], None]
 """Called with the current sample and the last sample of the run."""
 
@@ -58,21 +60,22 @@ def run_graph(
     started: Callable[[Mapping[str, int]], None] = lambda processes: None,
     mode: Mode = Mode.LOCKSTEP,
     kills: Sequence[Kill] = (),
+    namespace: str = "",
 ) -> GraphOutcome:
     """Run the graph until its plant has ended, or until KeyboardInterrupt, and stop every node.
 
     `started` is called once with the id of each process. In real time the end of a process is published as a fault
     immediately; in lockstep time does not advance until the waiting nodes time out. `kills` are processes to kill
-    during the run, in order of time.
+    during the run, in order of time. All nodes are in the namespace.
     """
     began = time.monotonic()
     faults: list[str] = []
     processes: dict[str, NodeProcess] = {}
     status: dict[str, Any] = {}
     try:
-        start_processes(specs, run, domain, processes)
+        start_processes(specs, run, domain, processes, namespace)
         started({name: process.pid for name, process in processes.items()})
-        with RunMonitor(domain) as monitor:
+        with RunMonitor(domain, namespace) as monitor:
             # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out. A run
             # goes on without its pictures
             watched = {
@@ -86,7 +89,7 @@ def run_graph(
     except NodesNotStarted as error:
         faults.append(str(error))
     except KeyboardInterrupt:
-        faults.append("interrupted: stopped by a signal to the launcher")
+        faults.append(INTERRUPTED)
     finally:
         wall_s = time.monotonic() - began
         faults += stop_all(processes)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.machine_code import compile_for
+from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.rehearsal import check_drivable
 from fivebar_bringup.runs.run_directory import new_run_directory
@@ -33,6 +34,7 @@ def run_command(
     hardware: Hardware,
     environment: Mapping[str, str] = os.environ,
     scene: bool = False,
+    namespace: str = "",
 ) -> tuple[str, ...]:
     """Return the command of a run in the DDS domain of the shell, so that ROS tools in that shell see the nodes.
 
@@ -46,13 +48,15 @@ def run_command(
         words += ["--hardware", hardware.value]
     if scene:
         words.append("--scene")
+    if namespace:
+        words += ["--namespace", namespace]
     if out:
         words += ["--out", out]
     return tuple(words)
 
 
 def drive_processes(
-    scenario: str, drives: str, out: str, scene: bool = False
+    scenario: str, drives: str, out: str, scene: bool = False, namespace: str = ""
 ) -> tuple[Path, tuple[LaunchedProcess, ...]]:
     """Make the directory of a run on real drives; return it and the processes to start.
 
@@ -60,8 +64,9 @@ def drive_processes(
     priority. The bridge waits to be activated.
 
     Raises:
-        InputError: the scenario cannot be run on drives, or the directory cannot be used.
+        InputError: the scenario cannot be run on drives, or the directory or the namespace cannot be used.
     """
+    remapped = remapping(read_namespace(namespace))
     loaded = load_admitted(scenario)
     check_drivable(loaded)
     run = new_run_directory(Path(out) if out else None, loaded)
@@ -72,6 +77,6 @@ def drive_processes(
     for process in processes(nodes, Mode.REALTIME, loaded.rate_hz, Scheduling(scheduling_priority=DEFAULT_PRIORITY)):
         parameters = run.parameters / f"{process.name}.yaml"
         parameters.write_text(process.parameter_file(), encoding="utf-8")
-        command = (sys.executable, *process.command, "--ros-args", "--params-file", str(parameters))
+        command = (sys.executable, *process.command, "--ros-args", "--params-file", str(parameters), *remapped)
         started.append(LaunchedProcess(process.name, command))
     return run.path, tuple(started)

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from fivebar_bringup.runs.namespace import remapping
 from fivebar_bringup.runs.node_starter import NodeCommand, StartRequest
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
@@ -21,6 +22,9 @@ from fivebar_bringup.runs.run_directory import RunDirectory
 STARTER = "fivebar_bringup.runs.node_starter"
 
 PR_SET_CHILD_SUBREAPER = 36
+
+REGULAR = "[INFO]"
+"""How a log line begins that reports nothing wrong."""
 
 PIPE_SIZE = 65536
 
@@ -49,8 +53,9 @@ class NodeProcess:
         return self._status
 
     def last_line(self) -> str:
-        """Return the last line that the node printed."""
+        """Return the last line that the node printed, but for those that tell of its regular course."""
         lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        lines = [line for line in lines if not line.startswith(REGULAR)]
         return lines[-1] if lines else ""
 
     def send(self, number: signal.Signals) -> None:
@@ -73,7 +78,11 @@ class NodeProcess:
 
 
 def start_processes(
-    specs: Sequence[ProcessSpec], run: RunDirectory, domain: int, processes: dict[str, NodeProcess]
+    specs: Sequence[ProcessSpec],
+    run: RunDirectory,
+    domain: int,
+    processes: dict[str, NodeProcess],
+    namespace: str = "",
 ) -> None:
     """Write the parameter file of every process, start them all, and add them to `processes`.
 
@@ -88,7 +97,7 @@ def start_processes(
     for spec in specs:
         parameters = run.parameters / f"{spec.name}.yaml"
         parameters.write_text(spec.parameter_file(), encoding="utf-8")
-        arguments = (*spec.arguments, "--ros-args", "--params-file", str(parameters))
+        arguments = (*spec.arguments, "--ros-args", "--params-file", str(parameters), *remapping(namespace))
         commands.append(NodeCommand(spec.name, spec.module, arguments, str(run.logs / f"{spec.name}.log")))
     report, reported = os.pipe()
     gate, release = os.pipe()

@@ -40,11 +40,12 @@ def run_with_ros(
     rehearse: Sequence[Injection] | None = None,
     with_page: bool = True,
     scene: bool = False,
+    namespace: str = "",
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
-    With `scene`, pictures of the run are published and recorded too.
+    With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
 
     Raises:
         InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
@@ -60,7 +61,7 @@ def run_with_ros(
     specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
-        outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill)
+        outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
     _write_timing(
         run,
         {

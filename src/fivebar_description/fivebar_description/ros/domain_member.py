@@ -26,12 +26,12 @@ LOOK_PERIOD = 0.05
 class DomainMember:
     """A member of a DDS domain; use it as a context manager."""
 
-    def __init__(self, name: str, domain: int) -> None:
-        """Join a domain under the name of a node."""
+    def __init__(self, name: str, domain: int, namespace: str = "") -> None:
+        """Join a domain under the name of a node, in a namespace."""
         use_local_network_only()
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name, context=self._context)
+        self.node = Node(name, namespace=namespace, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
 

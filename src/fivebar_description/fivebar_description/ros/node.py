@@ -17,7 +17,7 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from std_msgs.msg import String
 
-from fivebar_description.interface import RUN_READY, Topic
+from fivebar_description.interface import DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
 from fivebar_description.ros.messages import JointMessage, JointSample, message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
@@ -70,9 +70,11 @@ class GraphNode(Node):
         super().__init__(name)
         self._specs: list[Spec] = []
         self._inputs: list[Subscription[Any]] = []
+        self._besides: list[Subscription[Any]] = []
         self._outputs: list[Publisher[Any]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._complete_checks = 0
+        self._announced_wait = False
         self._drops = 0
         self._last_drop = ""
         self.answered = 0
@@ -89,7 +91,7 @@ class GraphNode(Node):
         self._announcements: Subscription[Any] | None = None
         self._ready = self.advertise(RUN_READY)
         self._ready_timer = self.every(READY_PERIOD, self._check_ready)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS.name, DIAGNOSTICS.qos.depth)
         self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
         self.add_on_set_parameters_callback(lambda changes: check_changes(self._specs, changes))
 
@@ -158,7 +160,7 @@ class GraphNode(Node):
 
     def drain(self) -> None:
         """Process queued messages before shutdown; for nodes that only listen."""
-        for subscription in self._inputs:
+        for subscription in (*self._inputs, *self._besides):
             handle = subscription.handle
             with handle:
                 while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is not None:
@@ -176,15 +178,24 @@ class GraphNode(Node):
             return sender
         return self.process_topics.advertise(self.resolve_topic_name(topic.name), sender)
 
-    def listen(self, topic: Topic, callback: Callable[[Any], None], depth: int | None = None, **options: Any) -> None:
-        """Subscribe to a topic of the graph."""
+    def listen(
+        self,
+        topic: Topic,
+        callback: Callable[[Any], None],
+        depth: int | None = None,
+        awaited: bool = True,
+        **options: Any,
+    ) -> None:
+        """Subscribe to a topic of the graph; where it is not awaited, the node is ready without a publisher of it."""
 
         def subscribe(callback: Callable[[Any], None]) -> Subscription[Any]:
             return self.create_subscription(
                 message_class(topic), topic.name, callback, qos_profile(topic.qos, depth), **options
             )
 
-        if self.process_topics is not None and not topic.qos.transient_local:
+        if not awaited:
+            self._besides.append(subscribe(callback))
+        elif self.process_topics is not None and not topic.qos.transient_local:
             self.process_topics.listen(self.resolve_topic_name(topic.name), callback, subscribe, self._inputs)
         else:
             self._inputs.append(subscribe(callback))
@@ -209,6 +220,9 @@ class GraphNode(Node):
         and reach a subscription created now, after all others: a node discovers another's subscriptions in the order of
         their creation, so one that serves the last knows all of them.
         """
+        if not self._announced_wait:
+            self._announced_wait = True
+            self.get_logger().info(f"waits for {', '.join(self._waited_for()) or 'nothing'}")
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
         complete = complete and (self.agreement is None or self.agreement.agrees)
         if complete and self._awaited_nodes:
@@ -221,6 +235,15 @@ class GraphNode(Node):
         if self._complete_checks == 2:
             self._ready.publish(String(data=self.get_name()))
             self._ready_timer.cancel()
+            plan = f", plan {self.agreement.digest}" if self.agreement is not None and self.agreement.digest else ""
+            self.get_logger().info(f"ready: all inputs are there{plan}")
+
+    def _waited_for(self) -> list[str]:
+        """Return what the node waits for before it is ready: publishers of its inputs, the plan, and other nodes."""
+        inputs = dict.fromkeys(subscription.topic_name for subscription in self._inputs)
+        if self.agreement is not None:
+            inputs[self.resolve_topic_name(RUN_PLAN.name)] = None
+        return [*inputs, *sorted(self._awaited_nodes)]
 
     def _on_announcement(self, message: String) -> None:
         self._awaited_nodes.discard(message.data)

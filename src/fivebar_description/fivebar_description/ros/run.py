@@ -40,8 +40,13 @@ FAST_DDS = "rmw_fastrtps"
 
 
 def use_local_network_only(environment: dict[str, str] | os._Environ[str] = os.environ) -> None:
-    """Keep DDS on this machine unless the environment says otherwise: discovery, data and sockets on loopback."""
-    profile = str(share_file("fivebar_description", "config", "fastdds_loopback.xml"))
+    """Keep DDS on this machine unless the environment says otherwise: discovery, data and sockets on loopback.
+
+    ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET opens it to the network, as it does for any other node.
+    """
+    opened = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "SUBNET"
+    name = "fastdds_subnet.xml" if opened else "fastdds_loopback.xml"
+    profile = str(share_file("fivebar_description", "config", name))
     profiles = [environment.setdefault(variable, profile) for variable in PROFILE_VARIABLES]
     fast_dds = environment.get("RMW_IMPLEMENTATION", FAST_DDS).startswith(FAST_DDS)
     # the profile is enough by itself, and with LOCALHOST, ROS adds shared memory to the transports that it names

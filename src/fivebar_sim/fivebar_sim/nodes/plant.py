@@ -85,6 +85,7 @@ class PlantNode(GraphNode):
         self._command_timeout = settings.command_timeout_s
         self._freshness = settings.freshness_samples
         self._missing_nodes = set(settings.wait_for_nodes)
+        self._alone = not settings.wait_for_nodes
         self._ready_timeout = settings.ready_timeout_s
         # in real time, drives that delay have the torque for the time ahead when the time begins
         self._known_ahead = not self._lockstep and plant.delay_samples > 0
@@ -141,7 +142,7 @@ class PlantNode(GraphNode):
                 missing = ", ".join(sorted(self._missing_nodes))
                 self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {missing}")
             return
-        if not self._run.agrees:
+        if not self._run.agrees or (self._alone and not self.count_publishers(TORQUE_COMMAND.name)):
             return
         if not self._run.begun:
             # when the clock of real time begins, if sample 0 is answered at once; it is sent with the next call
@@ -161,7 +162,8 @@ class PlantNode(GraphNode):
             self._publish_sample()
         if self._known_ahead:
             self._move()
-        if waited > self._command_timeout:
+        # started by hand, it waits for whoever is to answer it
+        if waited > self._command_timeout and not (self._alone and self._sample == 0):
             self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
 
     def _measure(self, sample: int) -> Messages:

@@ -282,7 +282,16 @@ def test_names_are_absolute_in_the_namespace(tmp_path: Path) -> None:
         writer.write(JOINT_STATES, 5, serialize.joint_state(5, JOINTS))
     assert read_bag(tmp_path / "run", namespace="/left/arm").topics == ("/left/arm/joint_states",)
     assert read_bag(tmp_path / "run", namespace="/left/arm/").count(JOINT_STATES) == 1
-    assert read_bag(tmp_path / "run").count(JOINT_STATES) == 0
+    assert read_bag(tmp_path / "run").count(JOINT_STATES) == 1
+    assert read_bag(tmp_path / "run", namespace="").count(JOINT_STATES) == 0
+
+
+def test_a_bag_of_several_robots_is_refused(tmp_path: Path) -> None:
+    topics = [JOINT_STATES, JOINT_STATES._replace(name="left/joint_states")]
+    with BagWriter(tmp_path / "run", topics):
+        pass
+    with pytest.raises(BagError, match="several namespaces, /, /left: expected one"):
+        read_bag(tmp_path / "run")
 
 
 def test_other_stamped_messages_can_be_recorded_too(tmp_path: Path) -> None:

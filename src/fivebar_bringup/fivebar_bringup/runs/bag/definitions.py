@@ -13,7 +13,12 @@ TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 def absolute_name(topic: Topic, namespace: str = "") -> str:
-    """Return the topic's name as the graph sees it, e.g. "/joint_states", or "/left/joint_states" in "left"."""
+    """Return the topic's name as the graph sees it, e.g. "/joint_states", or "/left/joint_states" in "left".
+
+    A name that begins with "/" is absolute already.
+    """
+    if topic.name.startswith("/"):
+        return topic.name
     parts = [part for part in namespace.split("/") if part]
     return "/" + "/".join([*parts, topic.name])
 

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from rosbags.rosbag2 import Reader
 
 from fivebar_bringup.runs.bag.recording import BagError, RawTopic, Recording
+from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, RUN_READY
 
 __all__ = ["BagError", "RawTopic", "Recording", "read_bag"]
 
 
-def read_bag(directory: Path, namespace: str = "") -> Recording:
-    """Read all messages of a bag into memory; `namespace` is that of the recorded topics.
+ALWAYS_RECORDED = (JOINT_STATES, MOTOR_STATES, RUN_READY)
+"""Topics by which the namespace of a run is found, the first that a bag has."""
+
+
+def read_bag(directory: Path, namespace: str | None = None) -> Recording:
+    """Read all messages of a bag into memory; `namespace` is that of the recorded topics, None for the one it has.
 
     Raises :class:`BagError`, one line that begins with the path, if the directory or its metadata.yaml is missing, or
     if a file of the bag is missing, truncated or damaged.
@@ -30,7 +36,20 @@ def read_bag(directory: Path, namespace: str = "") -> Recording:
     found = sum(len(topic.messages) for topic in topics.values())
     if found < promised:
         raise BagError(directory, f"the bag holds {found} of the {promised} messages that its metadata.yaml names")
-    return Recording(directory, topics, custom_data, namespace)
+    return Recording(directory, topics, custom_data, _found(directory, topics) if namespace is None else namespace)
+
+
+def _found(directory: Path, topics: Iterable[str]) -> str:
+    """Return the namespace of a bag with these topics (absolute names), "" for none; BagError for several."""
+    for known in ALWAYS_RECORDED:
+        end = f"/{known.name}"
+        namespaces = sorted(name.removesuffix(end) for name in topics if name.endswith(end))
+        if len(namespaces) > 1:
+            shown = ", ".join(namespace or "/" for namespace in namespaces)
+            raise BagError(directory, f"holds the runs of several namespaces, {shown}: expected one")
+        if namespaces:
+            return namespaces[0]
+    return ""
 
 
 def _read(directory: Path) -> tuple[dict[str, RawTopic], dict[str, str], int]:

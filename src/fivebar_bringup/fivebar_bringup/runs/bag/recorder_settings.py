@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from fivebar_description.interface import TOPICS
+from fivebar_description.interface import RECORDED_BESIDES, TOPICS
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import AwaitedNodes
 
-ALL_TOPICS = tuple(topic.name for topic in TOPICS)
+ALL_TOPICS = tuple(topic.name for topic in (*TOPICS, *RECORDED_BESIDES))
 
 
 class RecorderSettings(NamedTuple):
     """The bag recorder."""
 
-    directory: Annotated[str, Setting("Directory of the bag; it must not exist yet.")] = "bag"
+    directory: Annotated[
+        str, Setting("Directory of the bag; where it is a bag already, the next one with a number: bag-2.")
+    ] = "bag"
     topics: Annotated[tuple[str, ...], Setting("Topics of the graph to record.")] = ALL_TOPICS
     wait_for_nodes: AwaitedNodes = ()

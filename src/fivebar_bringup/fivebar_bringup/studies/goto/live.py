@@ -36,15 +36,17 @@ def goal_fields(
     return fields
 
 
-def request_live(fields: dict[str, float], domain: int, timeout: float, report: Report) -> dict[str, Any]:
-    """Send a goal to the graph in a DDS domain and follow it to its end; return the last status.
+def request_live(
+    fields: dict[str, float], domain: int, timeout: float, report: Report, namespace: str = ""
+) -> dict[str, Any]:
+    """Send a goal to the graph in a DDS domain and a namespace and follow it to its end; return the last status.
 
     `report` is called with every status on the way.
 
     Raises:
         InputError: no graph there accepts goals, or the goal does not end within the timeout (s).
     """
-    with GoalClient(domain) as client:
+    with GoalClient(domain, namespace) as client:
         if not client.find():
             raise InputError(f"--domain: {domain}: no graph there accepts goals")
         client.request(fields)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import PLANT, Mode, NodeSpec, crossing_graph
-from fivebar_bringup.runs.launcher import Progress, run_graph
+from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
@@ -15,11 +15,22 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 
+LONGEST = 100_000_000
+"""Number of the last sample of a plant that goes on until it is stopped: 55 hours at 500 Hz."""
+
 
 def stand(
-    scenario: Scenario, seconds: float, mode: Mode, out: Path | None, domain: int | None, progress: Progress
+    scenario: Scenario,
+    seconds: float | None,
+    mode: Mode,
+    out: Path | None,
+    domain: int | None,
+    progress: Progress,
+    namespace: str = "",
 ) -> tuple[RunDirectory, list[str]]:
     """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return the faults too.
+
+    Without a time it rests until it is interrupted, which then is no fault.
 
     Raises:
         InputError: the controller accepts no goals, or the output directory cannot be used.
@@ -28,14 +39,15 @@ def stand(
         raise InputError(f"controller: {scenario.controller}: accepts no goals: expected unified")
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
-    nodes = [_longer(node, round(seconds * scenario.rate_hz)) for node in crossing_graph(scenario, mode, run.bag)]
+    resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
+    nodes = [_longer(node, resting) for node in crossing_graph(scenario, mode, run.bag)]
     specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
-        outcome = run_graph(specs, run, chosen, progress, mode=mode)
-    return run, outcome.faults
+        outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
+    return run, [fault for fault in outcome.faults if seconds is not None or fault != INTERRUPTED]
 
 
 def _longer(node: NodeSpec, samples: int) -> NodeSpec:
     if node.executable != PLANT:
         return node
-    return node._replace(parameters={**node.parameters, "samples": node.parameters["samples"] + samples})
+    return node._replace(parameters={**node.parameters, "samples": min(node.parameters["samples"] + samples, LONGEST)})
