@@ -37,8 +37,17 @@ from fivebar_control.trajectory.planner import (
     plan_motion,
 )
 from fivebar_description.imu import ImuSettings
+from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import FiveBar, Positive, load_robot, loads_of, tolerances_of
+from fivebar_description.parameters import (
+    FiveBar,
+    Positive,
+    known_sensors_of,
+    load_robot,
+    loads_of,
+    tolerances_of,
+)
+from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
@@ -112,6 +121,7 @@ class Scenario(StrictModel):
     )
     plant: Section[PlantSettings] = PlantSettings()
     imu: Section[ImuSettings] = ImuSettings()
+    sensors: Section[Sensors] = Sensors()
     estimator: Annotated[
         str,
         Setting(
@@ -238,6 +248,15 @@ class Scenario(StrictModel):
         """Whether the estimator uses the gyroscope."""
         return self.estimated and self.ekf.gyro
 
+    @property
+    def passive(self) -> PassiveEncoder:
+        """The encoder on a passive joint; its leg is 0 where there is none."""
+        return self.sensors.passive_encoder
+
+    def known_sensors(self) -> KnownSensors:
+        """Return what the robot's file says of its sensors."""
+        return known_sensors_of(self.robot)
+
     def known_within(self) -> Tolerances:
         """Return how exactly the robot is known: by the section `tolerances`, by default as its file says."""
         return tolerances_of(self.robot, self.tolerances)
@@ -265,7 +284,7 @@ class Scenario(StrictModel):
         if not self.estimated:
             return None
         every = self.imu.schedule(self.rate_hz).every
-        return Sensing(self.drives(), self.ekf, self.known_within(), every)
+        return Sensing(self.drives(), self.ekf, self.known_within(), every, self.passive)
 
     def homing(self) -> Homing:
         """Return the posture in which the robot starts, as the estimator is told."""
@@ -379,6 +398,8 @@ def load_scenario(name_or_path: str) -> Scenario:
         scenario.plan()
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())
+        elif scenario.passive.leg:
+            raise InputError("sensors.passive_encoder: only the estimator reads it: expected estimator ekf")
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return scenario

@@ -5,6 +5,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from fivebar_description.readings import (
+    LONGEST_LATENCY,
+    Latency,
+    LostReadings,
+    ReadingRate,
+    ReadingSchedule,
+    schedule_of,
+)
 from fivebar_description.settings import Setting
 
 STANDARD_GRAVITY = 9.80665
@@ -12,10 +20,7 @@ STANDARD_GRAVITY = 9.80665
 IMU_PREFIX = "imu_"
 """Of the parameters of nodes that hold `ImuSettings`."""
 
-LONGEST_LATENCY = 0.02
-"""Age (s) beyond which the estimator discards a reading."""
-
-IMU_OF_SIMULATION = ("noise", "gyro_noise", "gyro_bias", "lost")
+IMU_OF_SIMULATION = ("noise", "gyro_noise", "gyro_bias", "lost", "clock_offset")
 """Settings that concern the simulation only."""
 
 Vector3 = tuple[float, float, float]
@@ -25,25 +30,13 @@ def _turned(axis: str) -> Setting:
     return Setting(f"Rotation of the IMU {axis} of the link's frame.", "rad", at_least=-math.pi, at_most=math.pi)
 
 
-class ReadingSchedule(NamedTuple):
-    """A reading is made at every n-th sample, and arrives with the motor readings of a later one.
-
-    Attributes:
-        every: samples from one reading to the next.
-        latency: samples from a reading to its arrival.
-    """
-
-    every: int
-    latency: int
-
-
 class ImuSettings(NamedTuple):
     """An IMU fixed to the distal link of leg 2, which carries the end effector.
 
     The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards. The robot
     lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. Noise, the gyroscope's
-    offset and losses concern the simulation only; all else is known from the data sheet and a calibration at rest.
-    Rate and latency also tell the nodes when readings are missing.
+    offset, losses and the offset of its clock concern the simulation only; all else is known from the data sheet and a
+    calibration at rest. Rate and latency also tell the nodes when readings are missing.
     """
 
     noise: Annotated[
@@ -78,22 +71,19 @@ class ImuSettings(NamedTuple):
         float,
         Setting("Offset of the gyroscope; 0.01 to 0.05 for MEMS parts.", "rad/s", at_least=-10.0, at_most=10.0),
     ] = 0.0
-    rate_hz: Annotated[
-        int,
-        Setting(
-            "Readings per second, rounded to every n-th sample; 0 for every sample.", "Hz", at_least=0, at_most=10_000
-        ),
-    ] = 0
-    latency: Annotated[
+    rate_hz: ReadingRate = 0
+    latency: Latency = 0.0
+    lost: LostReadings = 0.0
+    clock_offset: Annotated[
         float,
         Setting(
-            "Time from a reading to its arrival, rounded to whole samples; 0.001 to 0.01 for I2C and USB.",
+            "Time by which the stamps of the IMU's clock are late; 0.001 to 0.01 where its driver has a clock of its"
+            " own.",
             "s",
-            at_least=0.0,
+            at_least=-LONGEST_LATENCY,
             at_most=LONGEST_LATENCY,
         ),
     ] = 0.0
-    lost: Annotated[float, Setting("Fraction of the readings that never arrive.", at_least=0.0, at_most=1.0)] = 0.0
     mount_x: Annotated[
         float, Setting("Mounting point along the distal link, from the platform.", "m", at_least=-1.0, at_most=1.0)
     ] = 0.0
@@ -121,8 +111,7 @@ class ImuSettings(NamedTuple):
 
     def schedule(self, rate_hz: int) -> ReadingSchedule:
         """Return when readings are made and arrive, at a sampling rate (Hz)."""
-        every = max(1, round(rate_hz / self.rate_hz)) if self.rate_hz else 1
-        return ReadingSchedule(every, round(self.latency * rate_hz))
+        return schedule_of(self.rate_hz, self.latency, rate_hz)
 
     def smoothing(self, period: float) -> float:
         """Return the low-pass's weight of a new sample every `period` (s), 1 for no low-pass."""

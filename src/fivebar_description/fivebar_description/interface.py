@@ -83,13 +83,17 @@ SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_REQUESTED = Topic("torque_requested", "sensor_msgs/msg/JointState")
 TORQUE_COMMAND = Topic("torque_command", "sensor_msgs/msg/JointState")
 MOTOR_STATES = Topic("motor_states", "sensor_msgs/msg/JointState")
+PASSIVE_STATES = Topic("passive_states", "sensor_msgs/msg/JointState")
+"""Angle of the passive joint that has an encoder, stamped with the time of the reading. A topic of its own: it comes
+from a driver of its own, at its own rate, and late, while `motor_states` is what the drives answer in one cycle."""
 ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
 ESTIMATE_DISTURBANCE = Topic("estimate/disturbance", "sensor_msgs/msg/JointState")
 GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
 IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu")
-IMU_RELEASED = Topic("imu/released", "sensor_msgs/msg/JointState")
-"""In lockstep, which late readings of `imu/data` come with a sample: a name and, as its position, the number of its
-sample for each. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it out."""
+READINGS_RELEASED = Topic("readings_released", "sensor_msgs/msg/JointState")
+"""In lockstep, which late readings come with a sample: for each the name of its sensor and, as its position, the moment
+of its stamp in samples. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it
+out."""
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
 SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", STATE_QOS)
@@ -116,6 +120,7 @@ TOPICS = (
     TORQUE_REQUESTED,
     TORQUE_COMMAND,
     MOTOR_STATES,
+    PASSIVE_STATES,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
     GROUND_TRUTH,
@@ -170,6 +175,16 @@ def topic_named(name: str) -> Topic | None:
 def sample_stamp_ns(sample: int, rate_hz: int, epoch_ns: int = START_STAMP_NS) -> int:
     """Return the stamp of sample k in integer nanoseconds, the epoch for sample 0; `rate_hz` must divide 1e9."""
     return epoch_ns + sample * (NANOSECONDS // rate_hz)
+
+
+def moment_of_stamp(stamp_ns: int, rate_hz: int, epoch_ns: int = START_STAMP_NS) -> float:
+    """Return the moment that a stamp names, in samples since the epoch: a whole number on the grid of `rate_hz`."""
+    return (stamp_ns - epoch_ns) / (NANOSECONDS // rate_hz)
+
+
+def late_stamp_ns(sample: int, rate_hz: int, offset: float, epoch_ns: int = START_STAMP_NS) -> int:
+    """Return the stamp (ns) of sample k by a clock whose stamps are late by an offset (s)."""
+    return sample_stamp_ns(sample, rate_hz, epoch_ns) + round(offset * NANOSECONDS)
 
 
 def sample_of_stamp(stamp_ns: int, rate_hz: int, epoch_ns: int = START_STAMP_NS) -> int | None:

@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
+from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.settings import Section
 from fivebar_description.share import share_file
@@ -101,6 +102,7 @@ class RobotFile(StrictModel):
     tolerances: Section[Tolerances] = EXACT
     loads: Section[Loads] = NO_LOADS
     distal_links: DistalLinks | None = None
+    sensors: Section[KnownSensors] = NOTHING_KNOWN
 
     def five_bar(self) -> FiveBar:
         """Return the parameters as the plain numbers that the equations take."""
@@ -169,6 +171,15 @@ def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:
         InputError: the file is missing or does not describe a five-bar.
     """
     return given if given != EXACT else read_robot(robot).tolerances
+
+
+def known_sensors_of(robot: str) -> KnownSensors:
+    """Return what is known of the sensors of a robot (name or path).
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    return read_robot(robot).sensors
 
 
 def loads_of(robot: str, given: Loads = NO_LOADS) -> Loads:

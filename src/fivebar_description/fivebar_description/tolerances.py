@@ -31,6 +31,15 @@ class Tolerances(NamedTuple):
         float,
         Setting("Relative tolerance of the gyroscope's sensitivity, plus or minus.", at_least=0.0, at_most=1.0),
     ] = 0.01
+    passive_zero: Annotated[
+        float,
+        Setting(
+            "Tolerance of the zero of a passive joint's encoder, plus or minus; it is estimated.",
+            "rad",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = 0.005
 
 
 EXACT = Tolerances()

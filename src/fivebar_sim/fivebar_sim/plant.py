@@ -91,7 +91,7 @@ class Plant:
         self._steps = math.ceil(period / MAX_STEP - 1e-9)
         self._step = period / self._steps
         self._drives = TorqueOutput(settings, lost_commands(settings.bus, settings.seed, rate_hz))
-        self._imu = Imu(imu if imu is not None else ImuSettings(), rate_hz, settings.seed)
+        self._imu = Imu(imu if imu is not None else ImuSettings(), rate_hz, settings.seed, settings.tilt.angle)
         self._encoders = (
             None if settings.encoder_counts is None else [Encoder(settings.encoder_counts, period) for _ in JOINTS]
         )

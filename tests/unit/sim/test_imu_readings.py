@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fivebar_description.imu import ImuSettings, ReadingSchedule
-from fivebar_sim.imu import Imu, ReadingQueue, gyro_errors, gyro_stream, lost_readings
+from fivebar_description.imu import ImuSettings
+from fivebar_description.readings import ReadingSchedule
+from fivebar_sim.imu import Imu, gyro_errors, gyro_stream
+from fivebar_sim.readings import ReadingQueue, lost_readings
 
 RATE_HZ, SAMPLES = 500, 400
 

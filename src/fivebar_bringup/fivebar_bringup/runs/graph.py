@@ -23,6 +23,7 @@ from fivebar_control.ros.node_settings import (
     BLENDED,
     CONTINUE,
     GOAL_LOAD_PREFIX,
+    GOAL_PASSIVE_PREFIX,
     GOAL_PREFIX,
     GOAL_RISK_PREFIX,
     GOAL_TOLERANCE_PREFIX,
@@ -53,10 +54,11 @@ from fivebar_description.interface import (
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
-    IMU_RELEASED,
     JOINT_STATES,
     MOTOR_STATES,
+    PASSIVE_STATES,
     PICTURES,
+    READINGS_RELEASED,
     RECORDED_BESIDES,
     REFERENCE,
     RUN_EPOCH,
@@ -72,6 +74,7 @@ from fivebar_description.interface import (
     VHC_TORQUE,
     Topic,
 )
+from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX
 from fivebar_description.settings import to_parameters
 from fivebar_description.tolerances import TOLERANCE_PREFIX
 from fivebar_sim.ros.node_settings import ALL_JOINTS, MOTORS, EmulatedRobotSettings, PlantNodeSettings
@@ -182,6 +185,7 @@ def crossing_graph(
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
+    absent = (*absent, *(() if scenario.passive.leg else (PASSIVE_STATES,)))
     if bridged:
         # the emulated robot has a gyroscope, but no accelerometer
         absent = (*absent, IMU_ERROR)
@@ -282,9 +286,10 @@ def _emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[s
                 )
             ),
             **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
+            **to_parameters(scenario.passive, PASSIVE_PREFIX),
         },
         (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN, RUN_EPOCH),
-        (GROUND_TRUTH, IMU_DATA, FAULTS, RUN_STATUS),
+        (GROUND_TRUTH, IMU_DATA, *_passive_states(scenario), FAULTS, RUN_STATUS),
     )
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
 
@@ -336,14 +341,19 @@ def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
         **to_parameters(scenario.drives(), GOAL_PREFIX),
         **to_parameters(scenario.ekf, GOAL_PREFIX, without=NOT_OF_THE_FILTER),
         **to_parameters(scenario.known_within(), GOAL_TOLERANCE_PREFIX),
+        **to_parameters(scenario.passive, GOAL_PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION),
         **to_parameters(scenario.risk, GOAL_RISK_PREFIX),
         **to_parameters(scenario.to_bear(), GOAL_LOAD_PREFIX),
     }
 
 
 def _announced(scenario: Scenario, mode: Mode) -> bool:
-    """Return whether each sample announces which of the gyroscope's readings come with it."""
-    return scenario.gyro and mode is Mode.LOCKSTEP
+    """Return whether each sample announces which late readings come with it."""
+    return bool(scenario.gyro or scenario.passive.leg) and mode is Mode.LOCKSTEP
+
+
+def _passive_states(scenario: Scenario) -> tuple[Topic, ...]:
+    return (PASSIVE_STATES,) if scenario.passive.leg else ()
 
 
 def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
@@ -373,13 +383,15 @@ def _estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
             **to_parameters(scenario.ekf, without=NOT_OF_THE_FILTER),
             **to_parameters(scenario.known_within(), TOLERANCE_PREFIX),
             **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
+            **to_parameters(scenario.passive, PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION),
         },
         (
             MOTOR_STATES,
             # commands in transit to the drives matter only if the drives have a delay
             *((TORQUE_COMMAND,) if drives.delay_samples else ()),
             *((IMU_DATA,) if scenario.gyro else ()),
-            *((IMU_RELEASED,) if awaits_readings else ()),
+            *_passive_states(scenario),
+            *((READINGS_RELEASED,) if awaits_readings else ()),
             RUN_PLAN,
             RUN_EPOCH,
         ),
@@ -446,13 +458,15 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             ),
             **to_parameters(scenario.plant),
             **to_parameters(scenario.imu, IMU_PREFIX),
+            **to_parameters(scenario.passive, PASSIVE_PREFIX),
         },
         (TORQUE_COMMAND, RUN_READY, RUN_PLAN),
         (
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
             *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),
             IMU_DATA,
-            *((IMU_RELEASED,) if _announced(scenario, mode) else ()),
+            *_passive_states(scenario),
+            *((READINGS_RELEASED,) if _announced(scenario, mode) else ()),
             FAULTS,
             DRIVES_STATE,
             RUN_STATUS,

@@ -14,5 +14,5 @@ def compile_for(scenario: Scenario, mode: Mode) -> None:
     # numba takes most of a second to import
     from fivebar_control.estimation.compiled import compiled_steps
 
-    settings = (scenario.rate_hz, scenario.drives(), scenario.ekf, scenario.known_within())
-    StateEstimator(scenario.five_bar(), scenario.homing(), *settings, compiled_steps()).warm_up()
+    settings = (scenario.rate_hz, scenario.drives(), scenario.ekf, scenario.known_within(), scenario.passive)
+    StateEstimator(scenario.five_bar(), scenario.homing(), *settings, steps=compiled_steps()).warm_up()

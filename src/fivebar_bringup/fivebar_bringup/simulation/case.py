@@ -19,14 +19,17 @@ from fivebar_control.loop.setup import with_floats
 from fivebar_control.model.state import Leg
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
+from fivebar_description.interface import late_stamp_ns, moment_of_stamp
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
-from fivebar_sim.imu import gyro_errors, gyro_stream, lost_readings
+from fivebar_sim.imu import gyro_errors, gyro_stream
+from fivebar_sim.passive_encoder import PassiveNumbers, passive_numbers
 from fivebar_sim.plant import MAX_STEP
+from fivebar_sim.readings import PASSIVE_LOSSES, made_readings
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects, without_effects
 
 FloatArray = NDArray[np.float64]
@@ -61,15 +64,24 @@ class Estimation(NamedTuple):
         feed_forward: whether the laws compensate its disturbances.
         model: its constants.
         latency: samples from a gyroscope reading to its arrival.
+        stamps: float64[N + 1], moment of the stamp of the reading that is made at each sample, in samples; [0] without
+            a gyroscope.
         gyro_errors: float64[N + 1], error of the reading that is made at each sample (rad/s), NaN for none or a lost
             one; [0] without a gyroscope.
+        passive: the encoder on a passive joint, whose leg is that of the model.
+        passive_latency: samples from a reading of it to its arrival.
+        passive_made: bool[N + 1], at which samples a reading of it is made that arrives; [0] without one.
     """
 
     on: bool
     feed_forward: bool
     model: EstimatorModel
     latency: int
+    stamps: FloatArray
     gyro_errors: FloatArray
+    passive: PassiveNumbers
+    passive_latency: int
+    passive_made: BoolArray
 
 
 class Numbers(NamedTuple):
@@ -115,12 +127,28 @@ def readings_of_gyro(scenario: Scenario) -> FloatArray:
     """Return the errors of a scenario's gyroscope readings, sample by sample, as `Estimation` has them."""
     if not scenario.gyro:
         return np.zeros(0)
-    samples = scenario.plan().path.samples(scenario.rate_hz) + 1
-    seed = scenario.plant.seed
+    samples, seed = _samples(scenario), scenario.plant.seed
     errors = gyro_errors(scenario.imu, gyro_stream(seed), samples)
-    errors[lost_readings(scenario.imu, seed, samples)] = math.nan
-    errors[np.arange(samples) % scenario.imu.schedule(scenario.rate_hz).every != 0] = math.nan
+    errors[~made_readings(scenario.imu, scenario.rate_hz, seed, samples)] = math.nan
     return errors
+
+
+def _samples(scenario: Scenario) -> int:
+    return scenario.plan().path.samples(scenario.rate_hz) + 1
+
+
+def _stamps(scenario: Scenario) -> FloatArray:
+    """Return the moments of the stamps of the gyroscope's readings, as `Estimation` has them."""
+    rate_hz, offset = scenario.rate_hz, scenario.imu.clock_offset
+    samples = range(_samples(scenario) if scenario.gyro else 0)
+    return np.array([moment_of_stamp(late_stamp_ns(one, rate_hz, offset), rate_hz) for one in samples], np.float64)
+
+
+def _passive_made(scenario: Scenario) -> BoolArray:
+    """Return at which samples the encoder on a passive joint reads, as `Estimation` has it."""
+    if not scenario.passive.leg:
+        return np.zeros(0, dtype=np.bool_)
+    return made_readings(scenario.passive, scenario.rate_hz, scenario.plant.seed, _samples(scenario), PASSIVE_LOSSES)
 
 
 def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bool = False) -> Case:
@@ -166,9 +194,15 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
                 scenario.drives(),
                 scenario.ekf,
                 scenario.known_within(),
+                scenario.passive,
+                scenario.known_sensors(),
             ),
             scenario.imu.schedule(scenario.rate_hz).latency,
+            _stamps(scenario),
             readings_of_gyro(scenario),
+            passive_numbers(scenario.passive, scenario.plant.seed),
+            scenario.passive.schedule(scenario.rate_hz).latency,
+            _passive_made(scenario),
         ),
         stop_at_fault=stop_at_fault,
     )

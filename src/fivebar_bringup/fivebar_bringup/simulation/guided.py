@@ -22,11 +22,13 @@ from fivebar_description.interface import (
     IMU_FRAME,
     JOINTS,
     MOTOR_STATES,
+    late_stamp_ns,
     sample_stamp_ns,
 )
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.engines import motion_of
-from fivebar_sim.imu import Imu, ImuReading, ReadingQueue
+from fivebar_sim.imu import Imu, ImuReading
+from fivebar_sim.readings import ReadingQueue
 from fivebar_sim.sensors import Encoder
 
 STIFFNESS, DAMPING = 2000.0, 60.0
@@ -58,7 +60,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
     """
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
     motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, initial_joints(scenario))
-    imu = Imu(scenario.imu, rate_hz, scenario.plant.seed)
+    imu = Imu(scenario.imu, rate_hz, scenario.plant.seed, scenario.plant.tilt.angle)
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     counts = scenario.plant.encoder_counts
     encoders = None if counts is None else [Encoder(counts, 1.0 / rate_hz) for _ in ACTIVE_JOINTS]
@@ -90,7 +92,7 @@ def write_guided_bag(samples: list[GuidedSample], scenario: Scenario, directory:
             exact = serialize.joint_state(stamp, JOINTS, sample.position, sample.velocity, (0.0,) * 4)
             bag.write(GROUND_TRUTH, stamp, exact)
             for made, reading in sample.imu:
-                at = sample_stamp_ns(made, scenario.rate_hz)
+                at = late_stamp_ns(made, scenario.rate_hz, scenario.imu.clock_offset)
                 message = serialize.imu(at, IMU_FRAME, reading.angular_velocity, reading.acceleration)
                 bag.write(IMU_DATA, stamp, message)
         bag.close({})

@@ -31,7 +31,7 @@ from fivebar_bringup.simulation.outcome import (
     TraceRow,
 )
 from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
-from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors, with_rate
+from fivebar_control.estimation.step import first_update, next_update, prediction, with_elbow, with_motors, with_rate
 from fivebar_control.laws.law import no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
@@ -45,6 +45,7 @@ from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import Joints, Leg, Platform, State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
+from fivebar_sim.passive_encoder import passive_reading
 from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
 
 nominal_step = constraint_step = no_step
@@ -87,8 +88,8 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
     at_home = state_from_joints(robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
     estimator = case.estimation.model
     memory = first_update(estimator, assembly_mode(at_home), readings.q11, readings.q21)
-    # no reading at sample 0, which is the start of the filter
     rates = np.full(case.estimation.gyro_errors.shape[0], math.nan)
+    elbows = np.full(case.estimation.passive_made.shape[0], math.nan)
 
     fault, fault_sample, left_sample = NO_FAULT, -1, -1
     samples = mode_changes = saturated = 0
@@ -104,14 +105,25 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
         if estimating:
             # the watch for frozen encoders of `StateEstimator` is left out: no encoder of this plant freezes, and the
             # verdicts of earlier sweeps stay comparable
+            if rates.shape[0] > 0:
+                rates[number] = exact.dq21 + exact.dq22 + case.estimation.gyro_errors[number]
+            if elbows.shape[0] > 0 and case.estimation.passive_made[number]:
+                angle = exact.q12 if estimator.elbow == 1 else exact.q22
+                elbows[number] = passive_reading(case.estimation.passive, angle)
             if number > 0:
                 memory = with_motors(memory, number, 1, readings.q11, readings.q21, applied1, applied2)
                 start = memory.newest
                 if rates.shape[0] > 0:
-                    rates[number] = exact.dq21 + exact.dq22 + case.estimation.gyro_errors[number]
                     made = number - case.estimation.latency
                     if made >= 0 and not math.isnan(rates[made]):
-                        start = min(start, with_rate(memory, made, rates[made]))
+                        start = min(
+                            start, with_rate(estimator, memory, case.estimation.stamps[made], rates[made]).start
+                        )
+                if elbows.shape[0] > 0:
+                    made = number - case.estimation.passive_latency
+                    if made >= 0 and not math.isnan(elbows[made]):
+                        placed = with_elbow(estimator, memory, float(made), elbows[made])
+                        memory, start = placed.memory, min(start, placed.start)
                 memory = next_update(estimator, memory, start).memory
             estimated = prediction(estimator, memory, commands, number - delay)
             memory = estimated.memory
@@ -124,7 +136,7 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
                     trip = ESTIMATE_INCONSISTENT
                 measured = estimated.joints
             deviations_least = min(deviations_least, estimated.ambiguity.deviations)
-            misfit = max(misfit, memory.misfit.encoders, memory.misfit.gyro)
+            misfit = max(misfit, memory.misfit.encoders, memory.misfit.gyro, memory.misfit.elbow)
         state = state_of(control.robot, measured)
         moment = number + lead
         planned = planned_at(case, sampled, moment)

@@ -39,6 +39,7 @@ from fivebar_description.interface import (
     JOINTS,
     MOTOR_STATES,
     NANOSECONDS,
+    PASSIVE_STATES,
     REFERENCE,
     REFERENCE_NAMES,
     SAFETY_STATE,
@@ -49,10 +50,15 @@ from fivebar_description.interface import (
     TORQUE_REQUESTED,
     VHC_TORQUE,
     Topic,
+    late_stamp_ns,
+    moment_of_stamp,
+    sample_of_stamp,
     sample_stamp_ns,
 )
-from fivebar_sim.imu import ImuReading, ReadingQueue
+from fivebar_sim.imu import ImuReading
+from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
+from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
 
 
 class Estimated(NamedTuple):
@@ -73,14 +79,23 @@ class ImuSample(NamedTuple):
     """A reading of the IMU.
 
     Attributes:
-        made: the sample at which it was made.
+        stamp: of its clock (ns).
+        made: the moment of that stamp, in samples.
         reading: what was measured.
         error: measured minus desired magnitude of the acceleration (m/s^2), None where they are not compared.
     """
 
-    made: int
+    stamp: int
+    made: float
     reading: ImuReading
     error: float | None
+
+
+class PassiveSample(NamedTuple):
+    """A reading of the encoder on a passive joint: the sample at which it was made, and the angle (rad)."""
+
+    made: int
+    angle: float
 
 
 class Sample(NamedTuple):
@@ -90,6 +105,7 @@ class Sample(NamedTuple):
         number: of the sample.
         measured: the joint states that the controllers use, measured or estimated.
         imu: readings that came with the sample.
+        passive: those of the encoder on a passive joint that came with it.
         reference: at the time for which the joint states hold.
         nominal: torque of the nominal law (Nm).
         constraint: that of the constraint law, None where the controller has no such law.
@@ -101,6 +117,7 @@ class Sample(NamedTuple):
     number: int
     measured: Measurement
     imu: list[ImuSample]
+    passive: list[PassiveSample]
     reference: Platform
     supervisor: SupervisorState
     nominal: Torque
@@ -138,22 +155,44 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
     estimator = (
-        StateEstimator(robot, scenario.homing(), rate_hz, scenario.drives(), scenario.ekf, scenario.known_within())
+        StateEstimator(
+            robot,
+            scenario.homing(),
+            rate_hz,
+            scenario.drives(),
+            scenario.ekf,
+            scenario.known_within(),
+            scenario.passive,
+            scenario.known_sensors(),
+        )
         if scenario.estimated
         else None
     )
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
+    passive_queue: ReadingQueue[float] = ReadingQueue(scenario.passive, rate_hz, scenario.plant.seed, PASSIVE_LOSSES)
+    encoder = passive_numbers(scenario.passive, scenario.plant.seed)
     samples: list[Sample] = []
     faults: list[str] = []
     last = plan.path.samples(rate_hz)
     for number in range(last + 1):
         measured = plant.measure()
-        arrived = queue.arrived(number, plant.measure_imu())
+        arrived = [
+            (late_stamp_ns(made, rate_hz, scenario.imu.clock_offset), one)
+            for made, one in queue.arrived(number, plant.measure_imu())
+        ]
+        angles: list[tuple[int, float]] = []
+        if scenario.passive.leg:
+            angle = passive_reading(encoder, plant.truth().position[scenario.passive.place])
+            angles = passive_queue.arrived(number, angle)
         estimated = None
         if estimator is not None:
             motors = measured.of_motors()
-            rates = [(made, scenario.imu.turn_rate(one.angular_velocity)) for made, one in arrived]
-            estimate = estimator.take(number, *motors[0], *motors[1], rates if scenario.gyro else ())
+            rates = [
+                (moment_of_stamp(stamp, rate_hz), scenario.imu.turn_rate(one.angular_velocity))
+                for stamp, one in arrived
+                if scenario.gyro
+            ]
+            estimate = estimator.take(number, *motors[0], *motors[1], rates, angles)
             if estimator.fault is not None and not faults:
                 faults.append(str(estimator.fault))
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
@@ -172,14 +211,17 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
             faults.append(_fault_text(number, settings, state, planned, cycle))
         # the reference of the first `lead` moments is never published, so that there is none to compare with
         imu = []
-        for made, one in arrived:
-            at_that_time = plan.path.at(made / rate_hz)
-            imu.append(ImuSample(made, one, imu_check.error(one.acceleration, at_that_time) if made >= lead else None))
+        for stamp, one in arrived:
+            made, error = sample_of_stamp(stamp, rate_hz), None
+            if made is not None and lead <= made <= last:
+                error = imu_check.error(one.acceleration, plan.path.at(made / rate_hz))
+            imu.append(ImuSample(stamp, moment_of_stamp(stamp, rate_hz), one, error))
         samples.append(
             Sample(
                 number,
                 measured,
                 imu,
+                [PassiveSample(*one) for one in angles],
                 planned.platform,
                 SupervisorState(cycle.sigma, cycle.kappa),
                 cycle.nominal,
@@ -228,6 +270,8 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         topics.append(VHC_TORQUE)
     if scenario.estimated:
         topics += ESTIMATION_TOPICS
+    if scenario.passive.leg:
+        topics.append(PASSIVE_STATES)
     if scenario.has_ground_truth:
         topics.append(GROUND_TRUTH)
     rate_hz = scenario.rate_hz
@@ -235,7 +279,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
     with BagWriter(directory, topics) as bag:
         for sample in run.samples:
             stamp = sample_stamp_ns(sample.number, rate_hz)
-            for topic, data in _messages(sample, stamp, nominal, rate_hz):
+            for topic, data in _messages(sample, stamp, nominal, scenario):
                 bag.write(topic, stamp, data)
         # the trajectory generator is one sample ahead
         after = run.samples[-1].number + 1
@@ -254,7 +298,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         bag.close({"dropped": "0"})
 
 
-def _messages(sample: Sample, stamp: int, nominal: Topic, rate_hz: int) -> list[tuple[Topic, bytes]]:
+def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) -> list[tuple[Topic, bytes]]:
     measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
     messages = [
         (
@@ -264,11 +308,18 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, rate_hz: int) -> list[
         *(
             (
                 IMU_DATA,
-                serialize.imu(
-                    sample_stamp_ns(made, rate_hz), IMU_FRAME, reading.angular_velocity, reading.acceleration
+                serialize.imu(one.stamp, IMU_FRAME, one.reading.angular_velocity, one.reading.acceleration),
+            )
+            for one in sample.imu
+        ),
+        *(
+            (
+                PASSIVE_STATES,
+                serialize.joint_state(
+                    sample_stamp_ns(one.made, scenario.rate_hz), (scenario.passive.joint,), (one.angle,)
                 ),
             )
-            for made, reading, _ in sample.imu
+            for one in sample.passive
         ),
         (REFERENCE, _reference(desired, stamp)),
         (nominal, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.nominal)),

@@ -99,5 +99,6 @@ def _accelerations(samples: list[Sample]) -> FloatArray:
     accelerations = np.full((len(samples), 3), np.nan)
     for sample in samples:
         for one in sample.imu:
-            accelerations[one.made] = one.reading.acceleration
+            if one.made.is_integer() and 0 <= one.made < len(samples):
+                accelerations[int(one.made)] = one.reading.acceleration
     return accelerations

@@ -1,9 +1,10 @@
 """The covariance of the filter: its states, and the errors that it considers without estimating them.
 
-The first `STATES` entries are estimated: x, y (m), vx, vy (m/s), d1, d2 (Nm), and the gyroscope's bias (rad/s). The
-others are constant errors of the robot and its sensors which no measurement of one run can tell apart from the motion:
-they keep their variance, get no gain, and their correlation with the states is carried along (Schmidt-Kalman filter).
-That is what keeps the filter from taking a constant error for noise that averages out.
+Estimated are x, y (m), vx, vy (m/s), d1, d2 (Nm), the gyroscope's bias (rad/s), the offset of its clock (s), and the
+zero of a passive joint's encoder (rad). The entries from `CONSIDERED` on are constant errors of the robot and its
+sensors which no measurement of one run can tell apart from the motion: they keep their variance, get no gain, and their
+correlation with the states is carried along (Schmidt-Kalman filter). That is what keeps the filter from taking a
+constant error for noise that averages out.
 """
 
 from __future__ import annotations
@@ -19,22 +20,29 @@ Vector = NDArray[np.float64]
 X, Y, VX, VY, D1, D2, BIAS = range(7)
 """Estimated states."""
 
-STATES = 7
+CONSIDERED = 7
 
-ZERO1, ZERO2, L11, L12, L21, L22, BASE1, BASE2, SCALE = range(STATES, 16)
+ZERO1, ZERO2, L11, L12, L21, L22, BASE1, BASE2, SCALE = range(CONSIDERED, 16)
 """Considered errors: zeros of the motor encoders (rad); lengths of the links, proximal and distal, and x of the base
 joints (m), actual minus nominal; relative error of the gyroscope's sensitivity."""
 
-SIZE = 16
+CONSIDERED_END = 16
+
+CLOCK, PASSIVE = range(CONSIDERED_END, 18)
+"""Estimated constants of optional sensors: by how much the gyroscope's stamps are late (s), and the zero of a passive
+joint's encoder (rad). They come last, so that without them all sums round as if they did not exist."""
+
+SIZE = 18
 
 
 class ProcessNoise(NamedTuple):
-    """Process noise of one period: white noise on both accelerations, random walks of the disturbances and the bias.
+    """Process noise of one period: white noise on both accelerations, and random walks.
 
     Attributes:
         position, mixed, velocity: variances and covariance of each coordinate and its rate (m^2, m^2/s, m^2/s^2).
         disturbance: variance of each disturbance (Nm^2).
         bias: variance of the gyroscope's bias (rad^2/s^2).
+        clock: variance of the offset of its clock (s^2).
     """
 
     position: float
@@ -42,10 +50,11 @@ class ProcessNoise(NamedTuple):
     velocity: float
     disturbance: float
     bias: float
+    clock: float
 
 
 def process_noise(
-    acceleration_density: float, disturbance_rate: float, bias_rate: float, period: float
+    acceleration_density: float, disturbance_rate: float, bias_rate: float, clock_rate: float, period: float
 ) -> ProcessNoise:
     """Return the process noise over a period.
 
@@ -53,6 +62,7 @@ def process_noise(
         acceleration_density: of the platform's unexplained acceleration (m/s^2 per root Hz).
         disturbance_rate: of the disturbances' random walk (Nm per root s).
         bias_rate: of the bias' random walk (rad/s per root s).
+        clock_rate: of the random walk of the clock's offset (s per root s).
         period: sampling period (s).
     """
     power = acceleration_density * acceleration_density
@@ -62,6 +72,7 @@ def process_noise(
         velocity=power * period,
         disturbance=disturbance_rate * disturbance_rate * period,
         bias=bias_rate * bias_rate * period,
+        clock=clock_rate * clock_rate * period,
     )
 
 
@@ -89,6 +100,7 @@ def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> M
         p[VX + axis, X + axis] += noise.mixed
         p[D1 + axis, D1 + axis] += noise.disturbance
     p[BIAS, BIAS] += noise.bias
+    p[CLOCK, CLOCK] += noise.clock
     return p
 
 
@@ -135,6 +147,6 @@ def measured(covariance: Matrix, row: Vector, variance: float) -> Correction:
     column = covariance @ row
     total = float(np.dot(row, column)) + variance
     gain = column / total
-    gain[STATES:] = 0.0
+    gain[CONSIDERED:CONSIDERED_END] = 0.0
     half = gain.reshape(SIZE, 1) * (column - 0.5 * total * gain)
     return Correction(covariance - (half + half.T), gain, total)

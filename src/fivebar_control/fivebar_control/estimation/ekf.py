@@ -1,13 +1,15 @@
 """An extended Kalman filter of the platform's motion from motor encoders, a gyroscope and the applied torques.
 
-The state is (x, y, vx, vy, d1, d2, bias): the platform's position and velocity, one disturbance torque per motor and
-the gyroscope's bias, each a random walk. It lives in platform coordinates because (x, working mode) fixes the joint
+The state is (x, y, vx, vy, d1, d2, bias, clock, passive): the platform's position and velocity, one disturbance torque
+per motor, the gyroscope's bias and the offset of its clock, each a random walk, and the zero of an encoder on a passive
+joint. It lives in platform coordinates because (x, working mode) fixes the joint
 angles on both sides of the Type 2 locus: the measurement, the inverse geometry of the two motor angles, is
 single-valued there, and so the filter follows a change of assembly mode without a switch, as long as the estimated
 velocity shows that the robot crossed. A gyroscope on the distal link of leg 2 shows it directly: its rate
 w_2 . xdot is regular on the locus and differs between the two assembly modes that share the motors' angles and speeds.
+An encoder on a passive joint makes the locus an ordinary place: with the motor of its leg it gives the platform.
 
-Constant errors of the geometry, the encoders' zeros and the gyroscope's sensitivity are considered, not estimated
+Constant errors of the geometry, the motor encoders' zeros and the gyroscope's sensitivity are considered, not estimated
 (`fivebar_control.estimation.covariance`).
 """
 
@@ -22,15 +24,18 @@ from fivebar_control.estimation.covariance import (
     BASE1,
     BASE2,
     BIAS,
+    CLOCK,
+    CONSIDERED,
+    CONSIDERED_END,
     D1,
     D2,
     L11,
     L12,
     L21,
     L22,
+    PASSIVE,
     SCALE,
     SIZE,
-    STATES,
     VX,
     VY,
     ZERO1,
@@ -54,7 +59,7 @@ from fivebar_control.estimation.platform_motion import (
     turn_gradient,
 )
 from fivebar_control.model.geometry import wrap
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
 from fivebar_description.tolerances import EXACT, Tolerances
 
@@ -70,7 +75,15 @@ STIFFNESS_LIMIT = 2.0
 
 
 class Estimate(NamedTuple):
-    """Platform position (m) and velocity (m/s), disturbance torque of each motor (Nm), gyroscope's bias (rad/s)."""
+    """The estimated states.
+
+    Attributes:
+        x, y, vx, vy: platform position (m) and velocity (m/s).
+        d1, d2: disturbance torque of each motor (Nm).
+        bias: of the gyroscope (rad/s).
+        clock: by how much the stamps of the gyroscope's clock are late (s), beyond what is known of it.
+        passive: reading of the passive joint's encoder where the angle is 0 (rad), beyond what is known of it.
+    """
 
     x: float
     y: float
@@ -79,6 +92,8 @@ class Estimate(NamedTuple):
     d1: float
     d2: float
     bias: float = 0.0
+    clock: float = 0.0
+    passive: float = 0.0
 
 
 class Belief(NamedTuple):
@@ -175,6 +190,25 @@ class EkfSettings(NamedTuple):
         float,
         Setting("Density of the random walk of the gyroscope's bias.", "rad/s per root s", at_least=0.0, at_most=10.0),
     ] = 1e-4
+    gyro_clock: Annotated[
+        float,
+        Setting(
+            "Standard deviation of the offset of the gyroscope's clock at the start, which is then estimated; 0 where"
+            " its stamps are those of the robot's clock.",
+            "s",
+            at_least=0.0,
+            at_most=0.02,
+        ),
+    ] = 0.0
+    gyro_clock_rate: Annotated[
+        float,
+        Setting(
+            "Density of the random walk of that offset, where it is estimated.",
+            "s per root s",
+            at_least=0.0,
+            at_most=0.01,
+        ),
+    ] = 1e-4
     feed_forward: Annotated[
         bool,
         Setting("Whether laws without an observer of their own compensate the estimated disturbance torques."),
@@ -219,6 +253,8 @@ class FilterModel(NamedTuple):
         noise: process noise of one period.
         disturbance_initial: standard deviation of each disturbance at the start (Nm).
         gyro_noise, gyro_bias: standard deviations of a gyroscope reading and of its bias at the start (rad/s).
+        gyro_clock: standard deviation of the offset of its clock at the start (s).
+        passive_zero: standard deviation of the zero of the passive joint's encoder (rad).
         considered: standard deviations of the considered errors, in their order.
     """
 
@@ -232,6 +268,8 @@ class FilterModel(NamedTuple):
     disturbance_initial: float
     gyro_noise: float
     gyro_bias: float
+    gyro_clock: float
+    passive_zero: float
     considered: Considered
 
 
@@ -242,7 +280,10 @@ def filter_model(
     period = 1.0 / rate_hz
     stiffness = max(leg.coulomb / (leg.width * leg.inertia) for leg in (robot.leg1, robot.leg2))
     steps = max(1, math.ceil(0.5 * period * stiffness / STIFFNESS_LIMIT))
-    noise = process_noise(settings.acceleration_noise, settings.disturbance_rate, settings.gyro_bias_rate, period)
+    clock_rate = settings.gyro_clock_rate if settings.gyro_clock > 0.0 else 0.0
+    noise = process_noise(
+        settings.acceleration_noise, settings.disturbance_rate, settings.gyro_bias_rate, clock_rate, period
+    )
     return FilterModel(
         robot=robot,
         mode1=mode1,
@@ -254,6 +295,8 @@ def filter_model(
         disturbance_initial=settings.disturbance_initial,
         gyro_noise=settings.gyro_noise,
         gyro_bias=settings.gyro_bias,
+        gyro_clock=settings.gyro_clock,
+        passive_zero=tolerances.passive_zero / math.sqrt(3.0),
         considered=considered_errors(tolerances),
     )
 
@@ -271,13 +314,13 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     i_y1, i_y2 = -leg2.n_x / determinant, leg1.n_x / determinant
     p = np.zeros((SIZE, SIZE))
     for index, deviation in enumerate(model.considered):
-        p[STATES + index, STATES + index] = deviation * deviation
+        p[CONSIDERED + index, CONSIDERED + index] = deviation * deviation
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
     # the share of the considered errors in x and y
     share_x, share_y = -(i_x1 * row1 + i_x2 * row2), -(i_y1 * row1 + i_y2 * row2)
-    share_x[:STATES], share_y[:STATES] = 0.0, 0.0
+    share_x[:CONSIDERED], share_y[:CONSIDERED] = 0.0, 0.0
     with_x, with_y = p @ share_x, p @ share_y
-    for index in range(STATES, SIZE):
+    for index in range(CONSIDERED, CONSIDERED_END):
         p[X, index] = p[index, X] = with_x[index]
         p[Y, index] = p[index, Y] = with_y[index]
     p[X, X] = np.dot(share_x, with_x) + variance * (i_x1 * i_x1 + i_x2 * i_x2)
@@ -287,7 +330,9 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     p[VX, VX] = p[VY, VY] = model.noise.velocity
     p[D1, D1] = p[D2, D2] = model.disturbance_initial * model.disturbance_initial
     p[BIAS, BIAS] = model.gyro_bias * model.gyro_bias
-    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0), p)
+    p[CLOCK, CLOCK] = model.gyro_clock * model.gyro_clock
+    p[PASSIVE, PASSIVE] = model.passive_zero * model.passive_zero
+    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), p)
 
 
 def predicted(model: FilterModel, belief: Belief, tau1: float, tau2: float) -> Belief:
@@ -318,7 +363,7 @@ def advanced(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -
 def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
     """Integrate over half a period by classical Runge-Kutta."""
     robot, mode1, mode2 = model.robot, model.mode1, model.mode2
-    x, y, vx, vy, d1, d2, bias = estimate
+    x, y, vx, vy, d1, d2, bias, clock, passive = estimate
     g1, g2 = tau1 + d1, tau2 + d2
     h = model.step
     half, sixth = 0.5 * h, h / 6.0
@@ -332,7 +377,7 @@ def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> E
         ax4, ay4 = platform_acceleration(robot, mode1, mode2, x + h * vx3, y + h * vy3, vx4, vy4, g1, g2)
         x, y = x + sixth * (vx + 2.0 * (vx2 + vx3) + vx4), y + sixth * (vy + 2.0 * (vy2 + vy3) + vy4)
         vx, vy = vx + sixth * (ax1 + 2.0 * (ax2 + ax3) + ax4), vy + sixth * (ay1 + 2.0 * (ay2 + ay3) + ay4)
-    return Estimate(x, y, vx, vy, d1, d2, bias)
+    return Estimate(x, y, vx, vy, d1, d2, bias, clock, passive)
 
 
 def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -> Matrix:
@@ -343,7 +388,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
     With da = P dp + V dv + G dd and W = 1 - V h/2 - P h^2/4: W dv' = (2 - W) dv + P h dp + G h dd and
     dp' = dp + (dv + dv') h/2. Second order, and bounded however steep the friction is around zero speed.
     """
-    x, y, vx, vy, d1, d2, _ = middle
+    x, y, vx, vy, d1, d2, _, _, _ = middle
     a = acceleration_derivatives(model.robot, model.mode1, model.mode2, x, y, vx, vy, tau1 + d1, tau2 + d2)
     h = model.period
     half, quarter = 0.5 * h, 0.25 * h * h
@@ -384,7 +429,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
 
 def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
     """Return dq11 and dq21 (rad/s)."""
-    x, y, vx, vy, _, _, _ = estimate
+    x, y, vx, vy, _, _, _, _, _ = estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     return leg1.dq1, leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dq1
 
@@ -418,7 +463,7 @@ class Corrected(NamedTuple):
 
 def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
     """Return the effect of the measured angles of both motors, in any turn."""
-    x, y, _, _, _, _, _ = belief.estimate
+    x, y, _, _, _, _, _, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
     # one after the other, which for independent encoders is the same as both at once
@@ -437,7 +482,7 @@ def _linearised(model: FilterModel, row: Vector) -> float:
     """Return the variance (rad^2) by which an encoder's row errs; 0 without considered errors."""
     total = 0.0
     for index, deviation in enumerate(model.considered):
-        effect = LINEARISATION * deviation * float(row[STATES + index])
+        effect = LINEARISATION * deviation * float(row[CONSIDERED + index])
         total += effect * effect
     return total
 
@@ -452,11 +497,13 @@ def changed(estimate: Estimate, change: Vector) -> Estimate:
         estimate.d1 + float(change[D1]),
         estimate.d2 + float(change[D2]),
         estimate.bias + float(change[BIAS]),
+        estimate.clock + float(change[CLOCK]),
+        estimate.passive + float(change[PASSIVE]),
     )
 
 
-class Turned(NamedTuple):
-    """The effect of a gyroscope reading.
+class Taken(NamedTuple):
+    """The effect of a scalar reading.
 
     Attributes:
         belief: after it.
@@ -467,21 +514,78 @@ class Turned(NamedTuple):
     misfit: float
 
 
-def turned(model: FilterModel, belief: Belief, rate: float) -> Turned:
-    """Return the effect of the measured rate (rad/s) of the distal link of leg 2: w_2 . xdot + bias + noise."""
-    x, y, vx, vy, _, _, bias = belief.estimate
+def turn_rate(model: FilterModel, estimate: Estimate) -> float:
+    """Return the rate of the distal link of leg 2 (rad/s)."""
+    x, y, vx, vy, _, _, _, _, _ = estimate
+    return leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dtheta
+
+
+def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: float) -> Taken:
+    """Return the effect of the measured rate of the distal link of leg 2: w_2 . xdot + bias + noise.
+
+    Args:
+        model: constants.
+        belief: at a sample.
+        rate: reading (rad/s).
+        lag: time (s) from the sample to the reading's stamp, negative for one before it.
+        slope: change of the rate in that time (rad/s^2).
+    """
+    x, y, vx, vy, _, _, bias, clock, _ = belief.estimate
     leg = model.robot.leg2
     moving = leg_motion(leg, model.mode2, x, y, vx, vy)
     row = np.zeros(SIZE)
     row[X], row[Y] = turn_gradient(leg, moving, vx, vy)
     row[VX], row[VY], row[BIAS], row[SCALE] = moving.w_x, moving.w_y, 1.0, moving.dtheta
-    innovation = rate - moving.dtheta - bias
-    correction = measured(belief.covariance, row, model.gyro_noise * model.gyro_noise)
+    row[CLOCK] = -slope
+    innovation = rate - (moving.dtheta + slope * (lag - clock)) - bias
+    return _taken(belief, row, innovation, model.gyro_noise * model.gyro_noise)
+
+
+def elbow_row(number: int, parameters: LegParameters, leg: LegMotion) -> Vector:
+    """Return the derivatives of the reading of an encoder on leg 1's or leg 2's passive joint, q_i2 + zero, [SIZE].
+
+    The closure of the leg at a given platform, projected onto r, gives the distal link's angle,
+    l_2 sin q_2 dtheta = r . dO + dl_1 + cos q_2 dl_2; `encoder_row` has that of the proximal link.
+    """
+    row = np.zeros(SIZE)
+    arm = 1.0 / (parameters.distal * leg.sin_q2)
+    row[X], row[Y] = leg.w_x - leg.n_x, leg.w_y - leg.n_y
+    row[PASSIVE] = 1.0
+    first = number == 1
+    row[L11 if first else L21] = arm + leg.cos_q2 / leg.b
+    row[L12 if first else L22] = leg.cos_q2 * arm + 1.0 / leg.b
+    row[BASE1 if first else BASE2] = leg.r_x * arm + leg.u_x / leg.b
+    return row
+
+
+def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle) -> Taken:
+    """Return the effect of the measured angle of leg 1's or leg 2's passive joint, in any turn."""
+    x, y, vx, vy, _, _, _, _, passive = belief.estimate
+    robot = model.robot
+    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
+    leg = leg_motion(parameters, mode, x, y, vx, vy)
+    row = elbow_row(number, parameters, leg)
+    innovation = _ahead(reading.value - passive, leg.cos_q2, leg.sin_q2)
+    return _taken(belief, row, innovation, reading.variance + _linearised(model, row))
+
+
+def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
+    """Return the speed (rad/s) of the passive joint of leg 1 or leg 2."""
+    x, y, vx, vy, _, _, _, _, _ = estimate
+    robot = model.robot
+    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
+    leg = leg_motion(parameters, mode, x, y, vx, vy)
+    return leg.dtheta - leg.dq1
+
+
+def _taken(belief: Belief, row: Vector, innovation: float, variance: float) -> Taken:
+    """Return the effect of a reading by its row, innovation and the variance of its noise."""
+    correction = measured(belief.covariance, row, variance)
     estimate = changed(belief.estimate, correction.gain * innovation)
-    return Turned(Belief(estimate, correction.covariance), innovation * innovation / correction.variance)
+    return Taken(Belief(estimate, correction.covariance), innovation * innovation / correction.variance)
 
 
-def _ahead(reading: float, r_x: float, r_y: float) -> float:
-    """Return by how much a reading (rad) is ahead of the direction r, in (-pi, pi]; NaN for no direction."""
-    ahead = reading - math.atan2(r_y, r_x)
+def _ahead(reading: float, x: float, y: float) -> float:
+    """Return by how much a reading (rad) is ahead of the direction (x, y), in (-pi, pi]; NaN for no direction."""
+    ahead = reading - math.atan2(y, x)
     return wrap(ahead) if math.isfinite(ahead) else math.nan

@@ -31,12 +31,15 @@ from fivebar_control.estimation.step import (
     inconsistency_reason,
     next_update,
     prediction,
+    with_elbow,
     with_motors,
     with_rate,
 )
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
+from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
 
 LONGEST_GAP = 10
@@ -45,7 +48,7 @@ LONGEST_GAP_TIME = 0.02
 their torque by default. After a longer gap the estimate is lost."""
 
 
-NO_READINGS = Misfit(math.nan, math.nan)
+NO_READINGS = Misfit(math.nan, math.nan, math.nan)
 
 Vector6 = tuple[float, float, float, float, float, float]
 
@@ -88,6 +91,8 @@ class StateEstimator:
         drives: Drives,
         settings: EkfSettings,
         tolerances: Tolerances = EXACT,
+        passive: PassiveEncoder = NO_ENCODER,
+        known: KnownSensors = NOTHING_KNOWN,
         steps: EstimatorSteps = PLAIN,
     ) -> None:
         """Make an estimator for a robot at rest in a declared posture; `steps` may be machine code.
@@ -99,7 +104,9 @@ class StateEstimator:
         self._robot = robot
         self._homing = homing
         self._steps = steps
-        self._model = estimator_model(robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances)
+        self._model = estimator_model(
+            robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known
+        )
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
         self._longest_gap = max(LONGEST_GAP, round(LONGEST_GAP_TIME * rate_hz))
@@ -141,19 +148,21 @@ class StateEstimator:
         q21: float,
         tau1: float,
         tau2: float,
-        rates: Sequence[tuple[int, float]] = (),
+        rates: Sequence[tuple[float, float]] = (),
+        elbows: Sequence[tuple[float, float]] = (),
     ) -> JointEstimate:
         """Return the joint states for a sample's motor angles (rad) and the torques applied before it (Nm).
 
-        `rates` are the gyroscope's readings that came with the sample: the sample at which each was made, and the rate
-        (rad/s) of the distal link of leg 2. One that is older than the history is left out.
+        `rates` are the gyroscope's readings that came with the sample: the moment of each one's stamp, in samples, and
+        the rate (rad/s) of the distal link of leg 2. `elbows` are those of a passive joint's encoder (rad), in their
+        order. One that is older than the history is left out.
 
         A missing command is replaced by that of the sample before it, as the drives do.
 
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
-        memory = self._update(sample, q11, q21, tau1, tau2, rates)
+        memory = self._update(sample, q11, q21, tau1, tau2, rates, elbows)
         ahead = self._steps.prediction(self._model, memory, self._pending(sample), 0)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
@@ -178,7 +187,14 @@ class StateEstimator:
         return self._answer
 
     def _update(
-        self, sample: int, q11: float, q21: float, tau1: float, tau2: float, rates: Sequence[tuple[int, float]]
+        self,
+        sample: int,
+        q11: float,
+        q21: float,
+        tau1: float,
+        tau2: float,
+        rates: Sequence[tuple[float, float]],
+        elbows: Sequence[tuple[float, float]],
     ) -> EstimatorMemory:
         model, last, self._last = self._model, self._last, sample
         if self._memory is None:
@@ -188,8 +204,13 @@ class StateEstimator:
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), self._longest_gap)
         memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
-        start = min((with_rate(memory, made, rate) for made, rate in rates), default=memory.newest)
-        updated = self._steps.next_update(model, memory, min(start, memory.newest))
+        start = memory.newest
+        for made, rate in rates:
+            start = min(start, with_rate(model, memory, made, rate).start)
+        for made, angle in elbows:
+            memory, begin = with_elbow(model, memory, made, angle)
+            start = min(start, begin)
+        updated = self._steps.next_update(model, memory, start)
         self.squared = updated.squared
         if sample - last > self._longest_gap:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")

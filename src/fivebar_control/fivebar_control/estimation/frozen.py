@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fivebar_control.estimation.covariance import STATES
+from fivebar_control.estimation.covariance import CONSIDERED, CONSIDERED_END
 from fivebar_control.estimation.ekf import Estimate, FilterModel, encoder_row
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.model.geometry import wrap
@@ -81,6 +81,6 @@ class FrozenWatch:
         """Return by how much a reading (rad) differs from the prediction, beyond what the geometry explains (rad)."""
         leg, mode = self._legs[motor]
         moving = leg_motion(leg, mode, expected.x, expected.y, 0.0, 0.0)
-        explained = float(np.linalg.norm(encoder_row(motor + 1, moving)[STATES:] * self._considered))
+        explained = float(np.linalg.norm(encoder_row(motor + 1, moving)[CONSIDERED:CONSIDERED_END] * self._considered))
         difference = abs(wrap(reading - math.atan2(moving.r_y, moving.r_x)))
         return max(0.0, difference - DEVIATIONS * explained)

@@ -1,7 +1,7 @@
 """The last samples of the filter, so that a late reading takes its place at the time at which it was made.
 
 A gyroscope's reading arrives some milliseconds after its stamp. The filter then goes back to the sample before that
-stamp and repeats what followed, with the motor readings, torques and gyroscope readings of those samples.
+stamp and repeats what followed, with the motor readings, torques and late readings of those samples.
 """
 
 from __future__ import annotations
@@ -11,22 +11,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_control.estimation.covariance import BIAS, D1, D2, SIZE, STATES, VX, VY, Matrix, X, Y
+from fivebar_control.estimation.covariance import BIAS, CLOCK, D1, D2, PASSIVE, SIZE, VX, VY, Matrix, X, Y
 from fivebar_control.estimation.ekf import Belief, Estimate
 from fivebar_control.estimation.encoder import Angle
 
-ANGLE1, VARIANCE1, ANGLE2, VARIANCE2, TAU1, TAU2, PERIODS, RATE, SAMPLE = range(9)
+ANGLE1, VARIANCE1, ANGLE2, VARIANCE2, TAU1, TAU2, PERIODS, SAMPLE = range(8)
 """Columns of the inputs: angle (rad) and variance (rad^2) of both motors, the torques (Nm) that were applied over the
-periods since the entry before, the gyroscope's reading (rad/s), NaN for none, and the sample."""
+periods since the entry before, and the sample."""
+
+RATE, LAG, RATE_IS_NEW, ELBOW, ELBOW_VARIANCE, ELBOW_IS_NEW = range(8, 14)
+"""Columns of the late readings, NaN for none: the gyroscope's (rad/s) and the time (s) from the entry's sample to its
+stamp, the passive joint's angle (rad) and its variance (rad^2), and of each whether no update has taken it yet."""
+
+INPUTS = 14
 
 
 class History(NamedTuple):
     """Ring buffers, entry k in row k modulo their length n; changed in place.
 
     Attributes:
-        estimates: [n, STATES], after all readings of the entry's sample.
+        estimates: [n, SIZE], after all readings of the entry's sample.
         covariances: [n, SIZE^2], row by row; numba compiles the assignment of a vector sooner than that of a matrix.
-        inputs: [n, 9].
+        inputs: [n, INPUTS].
     """
 
     estimates: Matrix
@@ -36,7 +42,7 @@ class History(NamedTuple):
 
 def empty_history(length: int) -> History:
     """Return a history of so many samples, two at least."""
-    return History(np.zeros((length, STATES)), np.zeros((length, SIZE * SIZE)), np.full((length, SAMPLE + 1), -1.0))
+    return History(np.zeros((length, SIZE)), np.zeros((length, SIZE * SIZE)), np.full((length, INPUTS), -1.0))
 
 
 def row_of(history: History, entry: int) -> int:
@@ -47,7 +53,7 @@ def row_of(history: History, entry: int) -> int:
 def keep_inputs(history: History, entry: int, sample: int, periods: int, tau1: float, tau2: float) -> None:
     """Begin an entry: a sample, the periods since the entry before, and the torques (Nm) that were applied in them."""
     inputs = history.inputs[row_of(history, entry)]
-    inputs[SAMPLE], inputs[PERIODS], inputs[RATE] = sample, periods, math.nan
+    inputs[SAMPLE], inputs[PERIODS], inputs[RATE], inputs[ELBOW] = sample, periods, math.nan, math.nan
     inputs[TAU1], inputs[TAU2] = tau1, tau2
 
 
@@ -66,18 +72,29 @@ def angle_at(history: History, entry: int, number: int) -> Angle:
     return Angle(float(inputs[ANGLE2]), float(inputs[VARIANCE2]))
 
 
-def keep_rate(history: History, newest: int, sample: int, rate: float) -> int:
-    """Keep a gyroscope reading (rad/s) of a sample; return its entry, or one after the newest where there is none.
+def entry_of(history: History, newest: int, sample: int) -> int:
+    """Return the entry of a sample that takes readings, the newest one for later samples; 0 where there is none.
 
     The oldest entry takes none: there is nothing before it from which the filter could go on.
     """
     oldest = max(0, newest - len(history.inputs) + 1)
     for entry in range(newest, oldest, -1):
-        row = row_of(history, entry)
-        if history.inputs[row, SAMPLE] == sample:
-            history.inputs[row, RATE] = rate
+        at = history.inputs[row_of(history, entry), SAMPLE]
+        if at == sample or (entry == newest and at < sample):
             return entry
-    return newest + 1
+    return 0
+
+
+def keep_rate(history: History, entry: int, rate: float, lag: float) -> None:
+    """Keep a gyroscope reading (rad/s) in an entry; `lag` (s) is the time from its sample to the reading's stamp."""
+    inputs = history.inputs[row_of(history, entry)]
+    inputs[RATE], inputs[LAG], inputs[RATE_IS_NEW] = rate, lag, 1.0
+
+
+def keep_elbow(history: History, entry: int, reading: Angle) -> None:
+    """Keep a reading of the passive joint's encoder in an entry."""
+    inputs = history.inputs[row_of(history, entry)]
+    inputs[ELBOW], inputs[ELBOW_VARIANCE], inputs[ELBOW_IS_NEW] = reading.value, reading.variance, 1.0
 
 
 def keep_belief(history: History, entry: int, belief: Belief) -> None:
@@ -87,6 +104,7 @@ def keep_belief(history: History, entry: int, belief: Belief) -> None:
     estimates = history.estimates[row]
     estimates[X], estimates[Y], estimates[VX], estimates[VY] = e.x, e.y, e.vx, e.vy
     estimates[D1], estimates[D2], estimates[BIAS] = e.d1, e.d2, e.bias
+    estimates[CLOCK], estimates[PASSIVE] = e.clock, e.passive
     history.covariances[row] = belief.covariance.reshape(SIZE * SIZE)
 
 
@@ -95,5 +113,6 @@ def belief_at(history: History, entry: int) -> Belief:
     row = row_of(history, entry)
     e = history.estimates[row]
     return Belief(
-        Estimate(e[0], e[1], e[2], e[3], e[4], e[5], e[6]), history.covariances[row].copy().reshape(SIZE, SIZE)
+        Estimate(e[X], e[Y], e[VX], e[VY], e[D1], e[D2], e[BIAS], e[CLOCK], e[PASSIVE]),
+        history.covariances[row].copy().reshape(SIZE, SIZE),
     )

@@ -21,25 +21,36 @@ from fivebar_control.estimation.ekf import (
     FilterModel,
     advanced,
     corrected,
+    elbow_speed,
+    elbow_turned,
     filter_model,
     guessed,
     homed_belief,
     motor_speeds,
     predicted,
+    turn_rate,
     turned,
 )
-from fivebar_control.estimation.encoder import count_angle, first_angle, next_angle, repetitions, with_variance
+from fivebar_control.estimation.encoder import Angle, count_angle, first_angle, next_angle, repetitions, with_variance
 from fivebar_control.estimation.history import (
+    ELBOW,
+    ELBOW_IS_NEW,
+    ELBOW_VARIANCE,
+    LAG,
     PERIODS,
     RATE,
+    RATE_IS_NEW,
+    SAMPLE,
     TAU1,
     TAU2,
     History,
     angle_at,
     belief_at,
     empty_history,
+    entry_of,
     keep_angles,
     keep_belief,
+    keep_elbow,
     keep_inputs,
     keep_rate,
     row_of,
@@ -48,8 +59,10 @@ from fivebar_control.estimation.mirror import AmbiguityCheck, AmbiguityLimits, c
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.state import Joints
-from fivebar_description.imu import LONGEST_LATENCY
+from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
+from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
+from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.settings import as_numbers
 from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
 from fivebar_description.tolerances import EXACT, Tolerances
@@ -74,6 +87,11 @@ class EstimatorModel(NamedTuple):
         delay_samples: periods between a command and its effect.
         torque_limit: of the drives (Nm), infinite for none.
         limits: of the ambiguity test.
+        gyro_clock: by how much the stamps of the gyroscope's clock are known to be late (s).
+        elbow: leg, 1 or 2, with an encoder on its passive joint, 0 for none.
+        elbow_resolution: angle of its count (rad), 0 for an exact one.
+        elbow_rate: its readings per second.
+        elbow_zero: its reading where the angle is 0, as far as it is known (rad).
         misfit_share: weight of a sample in the mean of the squared innovations.
         misfit_limit: of that mean.
         history: samples that are kept for late readings.
@@ -86,6 +104,11 @@ class EstimatorModel(NamedTuple):
     delay_samples: int
     torque_limit: float
     limits: AmbiguityLimits
+    gyro_clock: float
+    elbow: int
+    elbow_resolution: float
+    elbow_rate: int
+    elbow_zero: float
     misfit_share: float
     misfit_limit: float
     history: int
@@ -97,10 +120,12 @@ class Misfit(NamedTuple):
     Attributes:
         encoders: of the motor encoders.
         gyro: of the gyroscope.
+        elbow: of the passive joint's encoder.
     """
 
     encoders: float
     gyro: float
+    elbow: float
 
 
 class EstimatorMemory(NamedTuple):
@@ -112,6 +137,8 @@ class EstimatorMemory(NamedTuple):
         last1, last2: last readings (rad).
         before1, before2: readings before these (rad).
         repeated1, repeated2: samples for which the last ones have been the same.
+        elbow: last reading of the passive joint's encoder (rad), NaN before the first.
+        elbow_repeated: readings for which it has been the same.
         near: consecutive samples near the Type 2 locus.
         misfit: recent mean of the squared innovations.
         history: of the last samples, changed in place.
@@ -125,6 +152,8 @@ class EstimatorMemory(NamedTuple):
     before2: float
     repeated1: int
     repeated2: int
+    elbow: float
+    elbow_repeated: int
     near: int
     misfit: Misfit
     history: History
@@ -142,6 +171,18 @@ class Update(NamedTuple):
     memory: EstimatorMemory
     predicted: Estimate
     squared: Misfit
+
+
+class Mean(NamedTuple):
+    """Sum and number of some values."""
+
+    total: float
+    number: int
+
+
+def mean_of(values: Mean) -> float:
+    """Return the mean, NaN of no values."""
+    return values.total / values.number if values.number > 0 else math.nan
 
 
 class Prediction(NamedTuple):
@@ -172,6 +213,8 @@ def estimator_model(
     drives: Drives,
     settings: EkfSettings,
     tolerances: Tolerances = EXACT,
+    passive: PassiveEncoder = NO_ENCODER,
+    known: KnownSensors = NOTHING_KNOWN,
 ) -> EstimatorModel:
     """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
     numbers = as_numbers(settings)
@@ -183,9 +226,14 @@ def estimator_model(
         delay_samples=drives.delay_samples,
         torque_limit=math.inf if drives.torque_limit is None else float(drives.torque_limit),
         limits=AmbiguityLimits(numbers.mirror_deviations, numbers.dwell_limit),
+        gyro_clock=float(known.imu_clock),
+        elbow=passive.leg,
+        elbow_resolution=count_angle(passive.counts or 0),
+        elbow_rate=max(1, rate_hz // passive.schedule(rate_hz).every),
+        elbow_zero=float(known.passive_zero),
         misfit_share=1.0 - math.exp(-1.0 / (rate_hz * numbers.misfit_time)),
         misfit_limit=numbers.misfit_limit,
-        history=history_samples(rate_hz) if settings.gyro else 2,
+        history=history_samples(rate_hz) if settings.gyro or passive.leg else 2,
     )
 
 
@@ -202,7 +250,7 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
     history = empty_history(model.history)
     keep_inputs(history, 0, 0, 0, 0.0, 0.0)
     keep_belief(history, 0, belief)
-    return EstimatorMemory(belief, 0, q11, q21, q11, q21, 1, 1, 0, Misfit(1.0, 1.0), history)
+    return EstimatorMemory(belief, 0, q11, q21, q11, q21, 1, 1, math.nan, 1, 0, Misfit(1.0, 1.0, 1.0), history)
 
 
 def with_motors(
@@ -228,18 +276,77 @@ def with_motors(
         before2=memory.last2,
         repeated1=repetitions(memory.last1, memory.repeated1, q11),
         repeated2=repetitions(memory.last2, memory.repeated2, q21),
+        elbow=memory.elbow,
+        elbow_repeated=memory.elbow_repeated,
         near=memory.near,
         misfit=memory.misfit,
         history=memory.history,
     )
 
 
-def with_rate(memory: EstimatorMemory, sample: int, rate: float) -> int:
-    """Add a gyroscope reading (rad/s) of a sample, and return from which entry on `next_update` is to begin.
+class Placed(NamedTuple):
+    """The memory with a late reading, and the entry of its history from which on `next_update` is to begin."""
 
-    A reading of sample 0, or of one that is no longer in the history, is left out.
+    memory: EstimatorMemory
+    start: int
+
+
+def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate: float) -> Placed:
+    """Add a gyroscope reading (rad/s).
+
+    It is put at the first sample at or after the moment at which it was made, by what is known and estimated of its
+    clock, and at the newest one at the latest. A reading of sample 0, or of one that is no longer in the history, is
+    left out.
+
+    Args:
+        model: constants.
+        memory: with the motor readings with which it came.
+        made: moment of its stamp, in samples.
+        rate: reading.
     """
-    return keep_rate(memory.history, memory.newest, sample, rate)
+    newest, rate_hz = memory.newest, model.rate_hz
+    stamp = made - model.gyro_clock * rate_hz
+    entry = entry_of(memory.history, newest, math.ceil(stamp - memory.belief.estimate.clock * rate_hz))
+    if entry == 0:
+        return Placed(memory, newest)
+    at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
+    keep_rate(memory.history, entry, rate, (stamp - at) / rate_hz)
+    return Placed(memory, entry)
+
+
+def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, reading: float) -> Placed:
+    """Add a reading (rad) of the passive joint's encoder, as `with_rate` does; readings come in their order.
+
+    One between two samples is moved to the later one by the speed that is expected.
+    """
+    newest, history = memory.newest, memory.history
+    entry = entry_of(history, newest, math.ceil(made))
+    if entry == 0:
+        return Placed(memory, newest)
+    speed = elbow_speed(model.filter, belief_at(history, entry - 1).estimate, model.elbow)
+    repeated = repetitions(memory.elbow, memory.elbow_repeated, reading)
+    if math.isnan(memory.elbow):
+        angle = first_angle(model.elbow_resolution, reading)
+    else:
+        angle = next_angle(model.elbow_resolution, model.elbow_rate, memory.elbow, repeated, reading, speed)
+    since = (float(history.inputs[row_of(history, entry), SAMPLE]) - made) / model.rate_hz
+    keep_elbow(history, entry, Angle(angle.value - model.elbow_zero + since * speed, angle.variance))
+    changed = EstimatorMemory(
+        belief=memory.belief,
+        newest=newest,
+        last1=memory.last1,
+        last2=memory.last2,
+        before1=memory.before1,
+        before2=memory.before2,
+        repeated1=memory.repeated1,
+        repeated2=memory.repeated2,
+        elbow=reading,
+        elbow_repeated=repeated,
+        near=memory.near,
+        misfit=memory.misfit,
+        history=history,
+    )
+    return Placed(changed, entry)
 
 
 def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> Update:
@@ -253,11 +360,12 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
     filter_model, history, newest = model.filter, memory.history, memory.newest
     belief = belief_at(history, start - 1)
     expected = belief.estimate
-    encoders, gyro = memory.misfit.encoders, memory.misfit.gyro
-    by_encoders = by_gyro = math.nan
+    encoders, gyro, elbow = memory.misfit.encoders, memory.misfit.gyro, memory.misfit.elbow
+    by_encoders, by_gyro, by_elbow = math.nan, Mean(0.0, 0), Mean(0.0, 0)
     for entry in range(start, newest + 1):
         inputs = history.inputs[row_of(history, entry)]
         tau1, tau2, gap = float(inputs[TAU1]), float(inputs[TAU2]), inputs[PERIODS] > 1.0
+        rate_before = turn_rate(filter_model, belief.estimate) if not math.isnan(inputs[RATE]) else 0.0
         before1, before2 = motor_speeds(filter_model, belief.estimate) if entry == newest else (0.0, 0.0)
         if gap:
             # the torque of one of these periods is known, and not of which: between it and the one before the gap
@@ -267,6 +375,11 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
                 belief = guessed(filter_model, belief, tau1, tau2, doubt1, doubt2)
         else:
             belief = predicted(filter_model, belief, tau1, tau2)
+        slope = 0.0
+        if not math.isnan(inputs[RATE]):
+            slope = (turn_rate(filter_model, belief.estimate) - rate_before) / (
+                float(inputs[PERIODS]) * filter_model.period
+            )
         if entry == newest:
             expected = belief.estimate
             speed1, speed2 = motor_speeds(filter_model, expected)
@@ -286,16 +399,25 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         if entry == newest:
             by_encoders = 0.5 * by_angles.misfit
             encoders += model.misfit_share * (by_encoders - encoders)
+        # a late reading is taken again with each later one: only its first innovation counts
+        if not math.isnan(inputs[ELBOW]):
+            reading = Angle(float(inputs[ELBOW]), float(inputs[ELBOW_VARIANCE]))
+            by_angle = elbow_turned(filter_model, belief, model.elbow, reading)
+            belief = by_angle.belief
+            if inputs[ELBOW_IS_NEW] > 0.0:
+                by_elbow = Mean(by_elbow.total + by_angle.misfit, by_elbow.number + 1)
+                elbow += model.misfit_share * (by_angle.misfit - elbow)
+                inputs[ELBOW_IS_NEW] = 0.0
         if not math.isnan(inputs[RATE]):
-            by_rate = turned(filter_model, belief, float(inputs[RATE]))
+            by_rate = turned(filter_model, belief, float(inputs[RATE]), float(inputs[LAG]), slope)
             belief = by_rate.belief
-            # a late reading is taken again with each later one: only its first innovation counts
-            if entry == start:
-                by_gyro = by_rate.misfit
-                gyro += model.misfit_share * (by_gyro - gyro)
+            if inputs[RATE_IS_NEW] > 0.0:
+                by_gyro = Mean(by_gyro.total + by_rate.misfit, by_gyro.number + 1)
+                gyro += model.misfit_share * (by_rate.misfit - gyro)
+                inputs[RATE_IS_NEW] = 0.0
         keep_belief(history, entry, belief)
-    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro))
-    return Update(changed, expected, Misfit(by_encoders, by_gyro))
+    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow))
+    return Update(changed, expected, Misfit(by_encoders, mean_of(by_gyro), mean_of(by_elbow)))
 
 
 def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit) -> EstimatorMemory:
@@ -309,6 +431,8 @@ def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: M
         memory.before2,
         memory.repeated1,
         memory.repeated2,
+        memory.elbow,
+        memory.elbow_repeated,
         near,
         misfit,
         memory.history,
@@ -342,16 +466,20 @@ def prediction(
     check = check_ambiguity(model.filter, model.limits, memory.near, memory.belief)
     kept = changed_memory(memory, memory.belief, check.near, memory.misfit)
     # NaN counts as inconsistent
-    inconsistent = not max(memory.misfit.encoders, memory.misfit.gyro) <= model.misfit_limit
+    misfit = memory.misfit
+    inconsistent = not max(misfit.encoders, misfit.gyro, misfit.elbow) <= model.misfit_limit
     return Prediction(kept, estimate, joints, False, check, inconsistent)
 
 
 def inconsistency_reason(model: EstimatorModel, misfit: Misfit) -> str:
     """Return in words why an estimate is inconsistent."""
-    by_gyro = misfit.gyro > misfit.encoders
-    mean = misfit.gyro if by_gyro else misfit.encoders
+    mean, sensor = max(
+        (misfit.encoders, "the motor encoders differ"),
+        (misfit.gyro, "the gyroscope differs"),
+        (misfit.elbow, "the passive joint's encoder differs"),
+    )
     return (
-        f"{'the gyroscope' if by_gyro else 'the motor encoders'} differ{'s' if by_gyro else ''} from the predictions by"
-        f" {math.sqrt(mean):.1f} standard deviations, limit {math.sqrt(model.misfit_limit):.1f}: check the robot's"
-        " geometry and zeros against `tolerances`, and the sensor"
+        f"{sensor} from the predictions by {math.sqrt(mean):.1f} standard deviations, limit"
+        f" {math.sqrt(model.misfit_limit):.1f}: check the robot's geometry and zeros against `tolerances`, and the"
+        " sensor, its mounting and its clock"
     )

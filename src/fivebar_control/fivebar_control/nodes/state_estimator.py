@@ -1,6 +1,7 @@
 """Estimates all four joints from the two motors: answers `motor_states` with `joint_states` of the same stamp.
 
-With a gyroscope, readings of `imu/data` are put in at the time of their stamps, however late they come.
+Readings of a gyroscope (`imu/data`) and of an encoder on a passive joint (`passive_states`) are put in at the time of
+their stamps, however late they come.
 """
 
 from __future__ import annotations
@@ -25,13 +26,17 @@ from fivebar_description.interface import (
     ESTIMATE_NAMES,
     FAULTS,
     IMU_DATA,
-    IMU_RELEASED,
+    IMU_FRAME,
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
+    PASSIVE_STATES,
+    READINGS_RELEASED,
     TORQUE_COMMAND,
+    Topic,
 )
-from fivebar_description.parameters import load_robot, tolerances_of
+from fivebar_description.parameters import known_sensors_of, load_robot, tolerances_of
+from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.ros.messages import (
     JointMessage,
     JointSample,
@@ -50,18 +55,23 @@ from fivebar_description.tolerances import TOLERANCE_PREFIX, Tolerances
 FAILED = 1
 
 LONGEST_LEAD = 0.2
-"""Time (s) by which a gyroscope reading may be ahead of the last sample, as when it is read first after a pause."""
+"""Time (s) by which a late sensor's reading may be ahead of the last sample, as when it is read first after a pause."""
 
 
-def read_released(message: JointMessage) -> tuple[int, ...]:
-    """Return the samples of the readings that come with a sample.
+Reading = tuple[str, float]
+"""The sensor of a reading, and the moment of its stamp in samples."""
+
+
+def read_released(message: JointMessage) -> tuple[Reading, ...]:
+    """Return the readings that come with a sample.
 
     Raises:
-        MessageError: a number is not that of a sample.
+        MessageError: a moment is not finite, or has no sensor.
     """
-    if not all(math.isfinite(number) and number >= 0.0 and number.is_integer() for number in message.position):
-        raise MessageError(f"position is {list(message.position)}, expected numbers of samples")
-    return tuple(int(number) for number in message.position)
+    moments = message.position
+    if len(message.name) != len(moments) or not all(map(math.isfinite, moments)):
+        raise MessageError(f"names {list(message.name)}, position {list(moments)}, expected a moment for each name")
+    return tuple(zip(message.name, moments, strict=True))
 
 
 def steps_of(compiled: bool) -> EstimatorSteps:
@@ -75,14 +85,14 @@ def steps_of(compiled: bool) -> EstimatorSteps:
 
 
 class StateEstimatorNode(SamplingNode):
-    """Extended Kalman filter on the motor encoders and, where there is one, the gyroscope.
+    """Extended Kalman filter on the motor encoders and, where there are, gyroscope and encoder on a passive joint.
 
     With a drive delay of d samples, the answer to sample k needs the commands of samples k-d to k-1, the last of which
     may arrive after the sample itself; the answer then waits for it. In real time a command may be lost; the next
     sample ends the wait, and the previous command is used instead, as the drives do.
 
-    In lockstep each sample announces which of the gyroscope's readings come with it, and the answer waits for these
-    too; in real time it takes those that have come.
+    In lockstep each sample announces which of the late readings come with it, and the answer waits for these too; in
+    real time it takes those that have come.
     """
 
     def __init__(self) -> None:
@@ -100,6 +110,8 @@ class StateEstimatorNode(SamplingNode):
         mode1, mode2 = settings.working_mode
         ekf = self.declare_settings(EkfSettings, without=NOT_OF_THE_FILTER)
         self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
+        passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION)
+        known = known_sensors_of(settings.robot)
         self._arguments = (
             load_robot(settings.robot),
             Homing(*settings.homing, mode1, mode2, settings.assembly_mode),
@@ -107,12 +119,16 @@ class StateEstimatorNode(SamplingNode):
             drives,
             ekf,
             tolerances_of(settings.robot, self.declare_settings(Tolerances, TOLERANCE_PREFIX)),
+            passive,
+            known,
             steps_of(settings.compiled),
         )
+        self._clock_offset = known.imu_clock * settings.rate_hz
+        self._joint = passive.joint if passive.leg else ""
         self._estimator = StateEstimator(*self._arguments)
         self._estimator.warm_up()
-        self._waiting: tuple[int, tuple[float, float, float, float], tuple[int, ...] | None] | None = None
-        self._rates: dict[int, float] = {}
+        self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
+        self._late: dict[Reading, float] = {}
         self._longest_delay = history_samples(settings.rate_hz)
         self._replied = -1
         self._reply: tuple[JointSample, JointSample, JointSample] | None = None
@@ -125,8 +141,10 @@ class StateEstimatorNode(SamplingNode):
         inputs = [Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort"))]
         if ekf.gyro:
             self.listen(IMU_DATA, self._on_imu)
-            if settings.awaits_readings:
-                inputs.append(Input(IMU_RELEASED, read_released))
+        if passive.leg:
+            self.listen(PASSIVE_STATES, self._on_passive)
+        if settings.awaits_readings:
+            inputs.append(Input(READINGS_RELEASED, read_released))
         self.join(settings.rate_hz, inputs)
 
     def health(self) -> tuple[bytes, str]:
@@ -139,7 +157,7 @@ class StateEstimatorNode(SamplingNode):
         """Start again from the homing posture; a latched fault is cleared."""
         self._estimator = StateEstimator(*self._arguments)
         self._waiting = None
-        self._rates.clear()
+        self._late.clear()
         self._replied = -1
 
     def answer(self, sample: int, *values: Any) -> None:
@@ -153,27 +171,44 @@ class StateEstimatorNode(SamplingNode):
         if self._waiting is None:
             return
         sample, _, released = self._waiting
-        if not self._estimator.awaits(sample) and all(made in self._rates for made in released or ()):
+        if not self._estimator.awaits(sample) and all(one in self._late for one in released or ()):
             self._end_wait()
 
     def _on_imu(self, message: Imu) -> None:
         if not self._run.holds:
             return
-        sample = self._run.sample(stamp_of(message))
         vector = message.angular_velocity
-        if sample is None:
-            self.drop(IMU_DATA, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
+        turning = (vector.x, vector.y, vector.z)
+        if not all(map(math.isfinite, turning)):
+            self.drop(IMU_DATA, f"angular velocity is {turning}, expected finite numbers")
             return
-        ahead = sample - self.last_sample
+        self._keep(IMU_DATA, IMU_FRAME, message, self._imu.turn_rate(turning))
+
+    def _on_passive(self, message: JointMessage) -> None:
+        if not self._run.holds:
+            return
+        try:
+            ((angle,),) = read_fields(message, (self._joint,), ("position",))
+        except MessageError as error:
+            self.drop(PASSIVE_STATES, str(error))
+            return
+        self._keep(PASSIVE_STATES, self._joint, message, angle)
+
+    def _keep(self, topic: Topic, sensor: str, message: Imu | JointMessage, value: float) -> None:
+        """Keep a late sensor's reading until a sample takes it."""
+        moment = self._run.moment(stamp_of(message))
+        ahead = self._made((sensor, moment)) - self.last_sample
         if not -self._longest_delay <= ahead <= LONGEST_LEAD * self.rate_hz:
             # too old for the history, or of an earlier run
-            self.drop(IMU_DATA, f"stamp of sample {sample}, expected one close to sample {self.last_sample}")
+            self.drop(topic, f"stamp of sample {moment:g}, expected one close to sample {self.last_sample}")
             return
-        if not math.isfinite(vector.x + vector.y + vector.z):
-            self.drop(IMU_DATA, f"angular velocity is {(vector.x, vector.y, vector.z)}, expected finite numbers")
-            return
-        self._rates[sample] = self._imu.turn_rate((vector.x, vector.y, vector.z))
+        self._late[sensor, moment] = value
         self._end_wait_if_complete()
+
+    def _made(self, reading: Reading) -> float:
+        """Return the moment at which a reading was made (samples), as far as its clock is known."""
+        sensor, moment = reading
+        return moment - self._clock_offset if sensor == IMU_FRAME else moment
 
     def repeat(self) -> None:
         """Publish the same joint states again."""
@@ -201,14 +236,19 @@ class StateEstimatorNode(SamplingNode):
         if self._waiting is None:
             return
         (sample, readings, released), self._waiting = self._waiting, None
-        made = sorted(self._rates) if released is None else [one for one in released if one in self._rates]
-        rates = [(one, self._rates.pop(one)) for one in made if one <= sample]
+        # in real time what has come and was made by now
+        taken = sorted(one for one in self._late if self._made(one) <= sample) if released is None else released
+        values = [
+            (sensor, made, self._late.pop((sensor, made))) for sensor, made in taken if (sensor, made) in self._late
+        ]
+        rates = [(made, value) for sensor, made, value in values if sensor == IMU_FRAME]
+        angles = [(made, value) for sensor, made, value in values if sensor != IMU_FRAME]
         # readings that no sample announces, as repeated ones, must not accumulate
         oldest = sample - self._longest_delay
-        self._rates = {one: rate for one, rate in self._rates.items() if one >= oldest}
+        self._late = {one: value for one, value in self._late.items() if self._made(one) >= oldest}
         known = self._estimator.fault
         try:
-            estimate = self._estimator.take(sample, *readings, rates)
+            estimate = self._estimator.take(sample, *readings, rates, angles)
         except HomingContradicted as error:
             self._announce(str(error))
             self.exit_status = FAILED

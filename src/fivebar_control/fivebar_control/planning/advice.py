@@ -13,6 +13,7 @@ from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
+from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 QUICKER = (1.25, 1.5, 2.0)
@@ -56,7 +57,12 @@ def advice(
         judge: tells whether it would be feasible otherwise.
         possible: tells whether it would be feasible so many times as fast; by default that is not tried.
     """
-    kinds = (_gyroscope(sensing, judge), _speed(verdict, path, possible), _calibration(sensing, judge))
+    kinds = (
+        _gyroscope(sensing, judge),
+        _passive_encoder(sensing, judge),
+        _speed(verdict, path, possible),
+        _calibration(sensing, judge),
+    )
     found = [next(kind, "") for kind in kinds]
     return ", or ".join(words for words in found if words)
 
@@ -65,6 +71,12 @@ def _gyroscope(sensing: Sensing, judge: Judge) -> Iterator[str]:
     settings = sensing.settings
     if not settings.gyro and judge(sensing._replace(settings=settings._replace(gyro=True))):
         yield "a gyroscope on the distal link of leg 2 (ekf: {gyro: true})"
+
+
+def _passive_encoder(sensing: Sensing, judge: Judge) -> Iterator[str]:
+    for leg in (1, 2) if sensing.passive.leg == 0 else ():
+        if judge(sensing._replace(passive=PassiveEncoder(leg))):
+            yield f"an encoder on the passive joint of leg {leg} (sensors: {{passive_encoder: {{leg: {leg}}}}})"
 
 
 def _speed(verdict: Feasibility, path: Path, possible: Callable[[float], bool]) -> Iterator[str]:

@@ -12,8 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_control.estimation.covariance import STATES, Matrix, Vector, X, Y, propagated
-from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, corrected, homed_belief, transition, turned
+from fivebar_control.estimation.covariance import CONSIDERED, Matrix, Vector, X, Y, propagated
+from fivebar_control.estimation.ekf import (
+    Belief,
+    EkfSettings,
+    Estimate,
+    corrected,
+    elbow_turned,
+    homed_belief,
+    transition,
+    turn_rate,
+    turned,
+)
 from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import leg_motion
@@ -21,6 +31,7 @@ from fivebar_control.estimation.step import Drives, EstimatorModel, estimator_mo
 from fivebar_control.planning.predicted_run import Moment, Peak, PredictedRun
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
+from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 INTEGRATION_POINTS = 4000
@@ -38,12 +49,14 @@ class Sensing(NamedTuple):
         settings: of the filter; `gyro` says whether there is a gyroscope.
         tolerances: how exactly the robot is known.
         gyro_every: samples from one gyroscope reading to the next.
+        passive: the encoder on a passive joint.
     """
 
     drives: Drives
     settings: EkfSettings
     tolerances: Tolerances
     gyro_every: int = 1
+    passive: PassiveEncoder = NO_ENCODER
 
     @property
     def declared(self) -> bool:
@@ -128,16 +141,18 @@ def predict_estimate(
         predicted: the run, of at least one sample.
     """
     model = estimator_model(
-        robot, plan.mode1, plan.mode2, rate_hz, sensing.drives, sensing.settings, sensing.tolerances
+        robot, plan.mode1, plan.mode2, rate_hz, sensing.drives, sensing.settings, sensing.tolerances, sensing.passive
     )
     every = sensing.gyro_every if sensing.settings.gyro else 0
+    elbow_every = sensing.passive.schedule(rate_hz).every if model.elbow else 0
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
     mirror, position = Peak(math.inf, 0.0, first.x, first.y), Peak(0.0, 0.0, first.x, first.y)
     widest = belief.covariance
     for number, moment in enumerate(predicted.moments):
         if number > 0:
-            belief = _next(model, belief, predicted.moments[number - 1], moment, every > 0 and number % every == 0)
+            gyro, elbow = (one > 0 and number % one == 0 for one in (every, elbow_every))
+            belief = _next(model, belief, predicted.moments[number - 1], moment, gyro, elbow)
         t = number / rate_hz
         distance = mirror_distance(model.filter, belief)
         if distance < mirror.value:
@@ -148,7 +163,7 @@ def predict_estimate(
     return PredictedEstimate(mirror, position, _spread(model, widest))
 
 
-def _next(model: EstimatorModel, belief: Belief, before: Moment, now: Moment, gyro: bool) -> Belief:
+def _next(model: EstimatorModel, belief: Belief, before: Moment, now: Moment, gyro: bool, elbow: bool) -> Belief:
     """Return the belief at the next sample, as the readings of the predicted robot leave it."""
     known = model.filter
     middle = _estimate([0.5 * (one + two) for one, two in zip(before[:4], now[:4], strict=True)])
@@ -163,7 +178,16 @@ def _next(model: EstimatorModel, belief: Belief, before: Moment, now: Moment, gy
         for leg in legs
     )
     belief = belief._replace(covariance=corrected(known, belief, q11, q21).belief.covariance)
-    return belief._replace(covariance=turned(known, belief, legs[1].dtheta).belief.covariance) if gyro else belief
+    if elbow:
+        leg = legs[model.elbow - 1]
+        variance = angle_variance(model.elbow_resolution, model.elbow_rate, leg.dtheta - leg.dq1)
+        reading = Angle(math.atan2(leg.sin_q2, leg.cos_q2), variance)
+        belief = belief._replace(covariance=elbow_turned(known, belief, model.elbow, reading).belief.covariance)
+    if gyro:
+        rate = legs[1].dtheta
+        slope = (rate - turn_rate(known, _estimate(before[:4]))) / known.period
+        belief = belief._replace(covariance=turned(known, belief, rate, 0.0, slope).belief.covariance)
+    return belief
 
 
 def _estimate(platform: tuple[float, ...] | list[float]) -> Estimate:
@@ -190,7 +214,7 @@ def _spread(model: EstimatorModel, covariance: Matrix) -> Spread:
     explained = 0.0
     for index, considered in enumerate(model.filter.considered):
         if considered > 0.0:
-            share = abs(float(direction @ covariance[[X, Y], STATES + index])) / considered
+            share = abs(float(direction @ covariance[[X, Y], CONSIDERED + index])) / considered
             explained += share * share
             bounds.append(math.sqrt(3.0) * share)
     return Spread(tuple(bounds), math.sqrt(max(deviation * deviation - explained, 1e-6 * deviation * deviation)))

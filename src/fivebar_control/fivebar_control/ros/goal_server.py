@@ -17,6 +17,7 @@ from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.ros.motion_parameters import Motion
 from fivebar_control.ros.node_settings import (
     GOAL_LOAD_PREFIX,
+    GOAL_PASSIVE_PREFIX,
     GOAL_PREFIX,
     GOAL_RISK_PREFIX,
     GOAL_TOLERANCE_PREFIX,
@@ -26,6 +27,7 @@ from fivebar_control.ros.node_settings import (
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import loads_of, tolerances_of
+from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PassiveEncoder
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
@@ -48,7 +50,8 @@ class GoalServer:
         drives = node.declare_settings(Drives, GOAL_PREFIX, torque_limit=DRIVE_TORQUE_LIMIT)
         ekf = node.declare_settings(EkfSettings, GOAL_PREFIX, without=NOT_OF_THE_FILTER)
         tolerances = node.declare_settings(Tolerances, GOAL_TOLERANCE_PREFIX)
-        sensing = Sensing(drives, ekf, tolerances_of(str(robot), tolerances), settings.goal_gyro_every)
+        passive = node.declare_settings(PassiveEncoder, GOAL_PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION)
+        sensing = Sensing(drives, ekf, tolerances_of(str(robot), tolerances), settings.goal_gyro_every, passive)
         conditions = Conditions(
             str(robot),
             motion.rate_hz,

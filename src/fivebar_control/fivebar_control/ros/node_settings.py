@@ -27,8 +27,9 @@ ZONE_PREFIX = "zone_"
 """Prefix of the parameters that hold `ZoneSettings`."""
 
 GOAL_PREFIX, GOAL_TOLERANCE_PREFIX, GOAL_RISK_PREFIX = "goal_estimator_", "goal_tolerance_", "goal_risk_"
-GOAL_LOAD_PREFIX = "goal_load_"
-"""Prefixes of the parameters by which requests are judged: `Drives` and `EkfSettings`, `Tolerances`, `Risk`."""
+GOAL_LOAD_PREFIX, GOAL_PASSIVE_PREFIX = "goal_load_", "goal_passive_"
+"""Prefixes of the parameters by which requests are judged: `Drives` and `EkfSettings`, `Tolerances`, `Risk`, `Loads`
+and `PassiveEncoder`."""
 
 NOT_OF_THE_FILTER = ("feed_forward",)
 """The setting of `EkfSettings` that the graph uses, not the state estimator."""
@@ -196,7 +197,7 @@ class EstimatorSettings(NamedTuple):
     homing: Annotated[tuple[float, float], Setting("Platform position at sample 0: x, y.", "m")] = (0.0, 0.15)
     assembly_mode: Annotated[int, Setting("Sign of det A in that posture.", at_least=-1, at_most=1, check=_sign)] = 1
     awaits_readings: Annotated[
-        bool, Setting("Whether each sample announces which readings of the gyroscope come with it, as in lockstep.")
+        bool, Setting("Whether each sample announces which late readings come with it, as in lockstep.")
     ] = False
     compiled: Annotated[
         bool, Setting("Whether the filter runs as machine code, which is compiled before the first sample.")

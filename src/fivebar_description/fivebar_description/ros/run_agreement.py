@@ -15,6 +15,7 @@ from fivebar_description.interface import (
     RUN_EPOCH,
     RUN_PLAN,
     START_STAMP_NS,
+    moment_of_stamp,
     sample_of_stamp,
     sample_stamp_ns,
 )
@@ -79,6 +80,10 @@ class RunAgreement:
     def sample(self, stamp_ns: int) -> int | None:
         """Return the sample that a stamp (ns) names; None where it is not on the grid from the epoch on."""
         return sample_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
+
+    def moment(self, stamp_ns: int) -> float:
+        """Return the moment that a stamp (ns) names, in samples since the epoch."""
+        return moment_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
 
     def _follow(self) -> None:
         self._node.create_subscription(String, RUN_EPOCH.name, self._on_epoch, qos_profile(RUN_EPOCH.qos))

@@ -43,7 +43,7 @@ class PlantNodeSettings(NamedTuple):
         Setting("Posture at the start: q11, q12, q21, q22 of a closed loop.", "rad"),
     ] = START_JOINTS
     announces_readings: Annotated[
-        bool, Setting("Lockstep: whether each sample announces which readings of the IMU come with it.")
+        bool, Setting("Lockstep: whether each sample announces which late readings come with it.")
     ] = False
     wait_for_nodes: AwaitedNodes = ()
     ready_timeout_s: ReadyTimeout = 30.0
@@ -70,6 +70,8 @@ class EmulatedRobotSettings(NamedTuple):
     inject: Annotated[
         tuple[str, ...], Setting("Faults: seconds since sample 0 and an order, such as '1.2 fault 1'.")
     ] = ()
-    seed: Annotated[int, Setting("Seed of the gyroscope's noise.", at_least=0, at_most=2**31 - 1)] = 0
+    seed: Annotated[
+        int, Setting("Seed of the noise of gyroscope and passive encoder.", at_least=0, at_most=2**31 - 1)
+    ] = 0
     wait_for_nodes: AwaitedNodes = ()
     ready_timeout_s: ReadyTimeout = 30.0

@@ -188,7 +188,9 @@ def test_a_crossing_that_the_tolerances_do_not_allow_is_refused_with_what_would(
     text = str(refusal.value)
     assert re.search(
         rf"{UNCERTAINTY} is 0\.00.* m after 0\.4.* s, expected at most 0\.002 m; within the limits with"
-        r" a gyroscope on the distal link of leg 2 \(ekf: {gyro: true}\), or 2 times the speed \(there .* m/s\),"
+        r" a gyroscope on the distal link of leg 2 \(ekf: {gyro: true}\),"
+        r" or an encoder on the passive joint of leg 1 \(sensors: {passive_encoder: {leg: 1}}\),"
+        r" or 2 times the speed \(there .* m/s\),"
         r" or lengths known to ±0\.1 mm \(with force: true",
         text,
     )

@@ -26,8 +26,9 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
-from fivebar_sim.imu import ReadingQueue, gyro_errors, gyro_stream
+from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
+from fivebar_sim.readings import ReadingQueue
 from fivebar_sim.settings import PlantSettings
 
 STEP = 1e-3
@@ -278,14 +279,28 @@ def soft(**fields: Any) -> Scenario:
 
 
 @pytest.mark.parametrize(
-    "imu",
-    [{}, {"rate_hz": 100, "latency": 0.004, "lost": 0.05}, {"latency": 0.02, "roll": 0.3, "pitch": -0.4, "yaw": 1.2}],
-    ids=["in time", "slow and late", "tilted and later"],
+    ("imu", "passive"),
+    [
+        ({}, {}),
+        ({"rate_hz": 100, "latency": 0.004, "lost": 0.05}, {"leg": 1, "counts": 10_000, "eccentricity": 1e-3}),
+        ({"latency": 0.02, "roll": 0.3, "pitch": -0.4, "yaw": 1.2}, {}),
+        ({"latency": 0.004, "clock_offset": 0.0047}, {"leg": 2, "zero": 0.002, "latency": 0.006, "lost": 0.1}),
+    ],
+    ids=["in time", "slow and late", "tilted and later", "by another clock"],
 )
-def test_with_a_gyroscope_the_run_is_that_of_the_offline_runner(imu: dict[str, float]) -> None:
+def test_with_a_gyroscope_the_run_is_that_of_the_offline_runner(imu: dict[str, Any], passive: dict[str, Any]) -> None:
+    """And with an encoder on a passive joint."""
     # by far larger tolerances the filter multiplies rounding errors, too
-    tolerances = {"length": 5e-5, "zero": 2e-4}
-    scenario = soft(**{**GYRO, "imu": {**GYRO["imu"], **imu}, "tolerances": tolerances, "segment_duration": 0.5})
+    scenario = soft(
+        **{
+            **GYRO,
+            "imu": {**GYRO["imu"], **imu},
+            "ekf": {"gyro": True, "gyro_clock": 0.005 if "clock_offset" in imu else 0.0},
+            "sensors": {"passive_encoder": passive},
+            "tolerances": {"length": 5e-5, "zero": 2e-4},
+            "segment_duration": 0.5,
+        }
+    )
     _, outcome = expect_agreement(scenario, torque=1e-9)
     assert outcome.fault == NO_FAULT
     without = scenario.model_copy(update={"ekf": scenario.ekf._replace(gyro=False)})

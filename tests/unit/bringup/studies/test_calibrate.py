@@ -21,12 +21,21 @@ from fivebar_control.calibration.record import CalibrationRecord
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.imu import ImuSettings
-from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, IMU_FRAME, MOTOR_STATES, sample_stamp_ns
-from fivebar_description.parameters import read_robot
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    IMU_DATA,
+    IMU_FRAME,
+    MOTOR_STATES,
+    late_stamp_ns,
+    sample_stamp_ns,
+)
+from fivebar_description.parameters import known_sensors_of, read_robot
 
 ERRORS = np.array([2.4e-4, -1.9e-4, -2.8e-4, 1.1e-4, 0.8e-4, -1.3e-4])
 ZEROS = (2.9e-3, -2.2e-3)
 RATE = 500
+CLOCK = 0.0047
+"""s, by which the stamps of the IMU are late."""
 
 
 def write(path: Path, record: CalibrationRecord, imu: bool = True) -> None:
@@ -37,7 +46,8 @@ def write(path: Path, record: CalibrationRecord, imu: bool = True) -> None:
             bag.write(MOTOR_STATES, stamp, serialize.joint_state(stamp, ACTIVE_JOINTS, (q11, q21), effort=(0.0, 0.0)))
             if imu and number % 2 == 0:
                 x, y, z = record.angular_velocity[number].tolist()
-                bag.write(IMU_DATA, stamp, serialize.imu(stamp, IMU_FRAME, (x, y, z), (0.0, 0.0, 9.8)))
+                late = late_stamp_ns(number, RATE, CLOCK)
+                bag.write(IMU_DATA, stamp, serialize.imu(late, IMU_FRAME, (x, y, z), (0.0, 0.0, 9.8)))
         bag.close({})
 
 
@@ -70,6 +80,9 @@ def test_a_bag_becomes_a_robot_file_drives_and_a_page(bag: Path, tmp_path: Path)
     assert file.lengths_m.a == pytest.approx(0.118, abs=4e-4)
     # all over the locus, of which this motion crosses a part: less than the 0.3 mm before
     assert 0.0 < file.tolerances.length < 2e-4
+    # what the estimator then takes off the stamps
+    assert file.sensors.imu_clock == pytest.approx(CLOCK, abs=2e-4)
+    assert known_sensors_of(str(out / "calibrated.yaml")) == file.sensors
     content = json.loads((out / "calibration.json").read_text())
     zeros = [content["parameters"][name] for name in ("zero_1", "zero_2")]
     assert [one["value"] for one in zeros] == [pytest.approx(zero, abs=1e-3) for zero in ZEROS]

@@ -10,7 +10,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.covariance import SIZE, STATES
+from fivebar_control.estimation.covariance import CLOCK, CONSIDERED, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
     Belief,
     EkfSettings,
@@ -49,7 +49,7 @@ def model_of(robot: FiveBar, settings: EkfSettings | None = None) -> FilterModel
 
 def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float, steps: int = 200) -> Estimate:
     """One period in many small steps of the midpoint rule."""
-    x, y, vx, vy, d1, d2, bias = estimate
+    x, y, vx, vy, d1, d2, bias, _, _ = estimate
     h = PERIOD / steps
     for _ in range(steps):
         ax, ay = platform_acceleration(robot, *MODES, x, y, vx, vy, tau1 + d1, tau2 + d2)
@@ -145,7 +145,7 @@ class Robot:
         return ctc_torque(self._robot, now, desired, 900.0, 60.0)
 
     def move(self, tau1: float, tau2: float) -> None:
-        x, y, vx, vy, d1, d2, bias = advanced(self._model, self.state, tau1, tau2)
+        x, y, vx, vy, d1, d2, bias, _, _ = advanced(self._model, self.state, tau1, tau2)
         density = self._settings.acceleration_noise
         kick, drift = density * math.sqrt(PERIOD), density * math.sqrt(PERIOD**3 / 12.0)
         (ux, uy), (wx, wy) = self._random.normal(size=(2, 2)).tolist()
@@ -191,7 +191,7 @@ def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar, gyro: bool) -> N
             truth.move(*torque)
             memory = with_motors(memory, sample, 1, *truth.read(), *torque)
             if gyro:
-                assert with_rate(memory, sample, truth.turn()) == memory.newest
+                assert with_rate(model, memory, float(sample), truth.turn()).start == memory.newest
             memory = next_update(model, memory, memory.newest).memory
             if sample in errors:
                 errors[sample].append(normalised_error(memory.belief, truth.state, slice(0, freedom)))
@@ -240,7 +240,7 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
     dextar: FiveBar, place: tuple[float, float]
 ) -> None:
     """(N^T N)^-1 times the variance of the angles, N differenced; the rest is what the settings say."""
-    step, settings = 1e-6, EkfSettings(disturbance_initial=0.3)
+    step, settings = 1e-6, EkfSettings(disturbance_initial=0.3, gyro_clock=0.003)
     rows = []
     for shift in ((step, 0.0), (0.0, step)):
         ahead, behind = (
@@ -250,15 +250,17 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
         rows.append([(ahead.q11 - behind.q11) / (2.0 * step), (ahead.q21 - behind.q21) / (2.0 * step)])
     n = np.array(rows).T
     belief = homed_belief(model_of(dextar, settings), *place, 1e-6)
-    assert belief.estimate == (*place, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert belief.estimate == (*place, *(0.0,) * 7)
     covariance = belief.covariance
     np.testing.assert_allclose(covariance[:2, :2], 1e-6 * np.linalg.inv(n.T @ n), rtol=1e-5, atol=1e-14)
     still = covariance[2, 2]
     assert 0.0 < still < 1e-3
     # of the considered errors there is the gyroscope's scale alone: its tolerance is not 0 by default
-    scale = EXACT.gyro_scale**2 / 3.0
-    rest = [still, still, 0.3**2, 0.3**2, settings.gyro_bias**2, *(0.0,) * (SIZE - STATES - 1), scale]
-    np.testing.assert_allclose(covariance[2:, 2:], np.diag(rest), rtol=1e-12, atol=0.0)
+    expected = np.zeros(SIZE)
+    expected[2:CONSIDERED] = still, still, 0.3**2, 0.3**2, settings.gyro_bias**2
+    expected[SCALE], expected[CLOCK] = EXACT.gyro_scale**2 / 3.0, settings.gyro_clock**2
+    expected[PASSIVE] = EXACT.passive_zero**2 / 3.0
+    np.testing.assert_allclose(covariance[2:, 2:], np.diag(expected[2:]), rtol=1e-12, atol=0.0)
     np.testing.assert_array_equal(covariance[:2, 2:], np.zeros((2, SIZE - 2)))
     np.testing.assert_array_equal(covariance[2:, :2], np.zeros((SIZE - 2, 2)))
 

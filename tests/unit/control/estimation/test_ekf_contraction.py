@@ -54,7 +54,7 @@ def estimates(model: EstimatorModel, run: OfflineRun, assembly: int, gyro: bool,
             continue
         memory = with_motors(memory, sample.number, 1, q11, q21, tau1, tau2)
         for one in sample.imu if gyro else ():
-            with_rate(memory, one.made, one.reading.angular_velocity[2])
+            with_rate(model, memory, one.made, one.reading.angular_velocity[2])
         memory = next_update(model, memory, memory.newest).memory
         if sample.number == PERTURBED and perturbed:
             memory = moved(memory)

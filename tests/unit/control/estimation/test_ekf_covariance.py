@@ -9,8 +9,10 @@ import pytest
 
 from fivebar_control.estimation.covariance import (
     BIAS,
+    CLOCK,
+    CONSIDERED,
+    CONSIDERED_END,
     SIZE,
-    STATES,
     ProcessNoise,
     measured,
     process_noise,
@@ -22,13 +24,15 @@ Matrix = np.ndarray[Any, np.dtype[np.float64]]
 MOVING = 6
 """Columns of the transition: x, y, vx, vy, d1, d2."""
 
-SCALES = np.array([1e-4, 1e-4, 1e-2, 1e-2, 0.1, 0.1, 0.02, 1e-3, 1e-3, *[2e-4] * 6, 0.01])
+SCALES = np.array([1e-4, 1e-4, 1e-2, 1e-2, 0.1, 0.1, 0.02, 1e-3, 1e-3, *[2e-4] * 6, 0.01, 1e-3, 1e-3])
+
+CONSTANT = slice(CONSIDERED, CONSIDERED_END)
 
 
 def random_covariance(random: np.random.Generator, considered: bool = True) -> Matrix:
     root = random.normal(size=(SIZE, SIZE)) * SCALES[:, None]
     if not considered:
-        root[STATES:] = 0.0
+        root[CONSTANT] = 0.0
     full = root @ root.T
     return np.asarray(np.tril(full) + np.tril(full, -1).T)
 
@@ -44,6 +48,7 @@ def noise_matrix(noise: ProcessNoise) -> Matrix:
     q[2, 2] = q[3, 3] = noise.velocity
     q[4, 4] = q[5, 5] = noise.disturbance
     q[6, 6] = noise.bias
+    q[CLOCK, CLOCK] = noise.clock
     q[0, 2] = q[2, 0] = q[1, 3] = q[3, 1] = noise.mixed
     return q
 
@@ -62,9 +67,9 @@ def expect_covariance(matrix: Matrix) -> None:
 
 
 def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> None:
-    period, acceleration, rate, bias = 0.002, 0.3, 2.0, 0.05
-    noise = process_noise(acceleration, rate, bias, period)
-    # many small steps, each with white noise on the velocity, on the disturbance and on the bias
+    period, acceleration, rate, bias, clock = 0.002, 0.3, 2.0, 0.05, 1e-3
+    noise = process_noise(acceleration, rate, bias, clock, period)
+    # many small steps, each with white noise on the velocity and on what walks at random
     steps = 400
     h = period / steps
     step = np.eye(SIZE)
@@ -74,6 +79,7 @@ def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> N
     added[2, 2] = added[3, 3] = acceleration**2 * h
     added[4, 4] = added[5, 5] = rate**2 * h
     added[BIAS, BIAS] = bias**2 * h
+    added[CLOCK, CLOCK] = clock**2 * h
     for _ in range(steps):
         grown = step @ grown @ step.T + added
     np.testing.assert_allclose(noise_matrix(noise), grown, rtol=0.01, atol=1e-18)
@@ -81,7 +87,7 @@ def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> N
 
 def test_propagation_is_f_p_ft_plus_q_and_stays_symmetric() -> None:
     random = np.random.default_rng(0)
-    noise = process_noise(0.1, 1.0, 0.02, 0.002)
+    noise = process_noise(0.1, 1.0, 0.02, 1e-4, 0.002)
     for _ in range(50):
         p, f = random_covariance(random), random.normal(size=(4, MOVING))
         full = full_transition(f)
@@ -89,7 +95,7 @@ def test_propagation_is_f_p_ft_plus_q_and_stays_symmetric() -> None:
         np.testing.assert_allclose(found, full @ p @ full.T + noise_matrix(noise), rtol=1e-12, atol=1e-14)
         assert np.array_equal(found, found.T)
         # the considered errors are constants: what they are among themselves stays, to the last bit
-        assert np.array_equal(found[STATES:, STATES:], p[STATES:, STATES:])
+        assert np.array_equal(found[CONSTANT, CONSTANT], p[CONSTANT, CONSTANT])
 
 
 def test_without_considered_errors_measurement_is_the_kalman_update() -> None:
@@ -102,7 +108,7 @@ def test_without_considered_errors_measurement_is_the_kalman_update() -> None:
         np.testing.assert_allclose(found.gain, column / innovation, rtol=1e-9)
         assert found.variance == pytest.approx(innovation, rel=1e-12)
         np.testing.assert_allclose(found.covariance, p - np.outer(column, column) / innovation, rtol=1e-6, atol=1e-14)
-        assert np.all(found.covariance[STATES:] == 0.0)
+        assert np.all(found.covariance[CONSTANT] == 0.0)
         expect_covariance(found.covariance)
 
 
@@ -112,21 +118,21 @@ def test_with_considered_errors_the_covariance_is_that_of_the_gain_that_leaves_t
     for _ in range(50):
         p, h, variance = random_covariance(random), random_row(random), float(random.uniform(1e-9, 1e-3))
         gain = p @ h / (h @ p @ h + variance)
-        gain[STATES:] = 0.0
+        gain[CONSTANT] = 0.0
         left = np.eye(SIZE) - np.outer(gain, h)
         found = measured(p, h, variance)
         np.testing.assert_allclose(found.gain, gain, rtol=1e-9)
-        assert np.array_equal(found.gain[STATES:], np.zeros(SIZE - STATES))
+        assert np.array_equal(found.gain[CONSTANT], np.zeros(CONSIDERED_END - CONSIDERED))
         expected = left @ p @ left.T + variance * np.outer(gain, gain)
         difference = (found.covariance - expected) / np.outer(SCALES, SCALES)
         assert np.abs(difference).max() < 1e-10
-        assert np.array_equal(found.covariance[STATES:, STATES:], p[STATES:, STATES:])
+        assert np.array_equal(found.covariance[CONSTANT, CONSTANT], p[CONSTANT, CONSTANT])
         expect_covariance(found.covariance)
 
 
 def test_a_long_run_of_predictions_and_measurements_keeps_a_covariance() -> None:
     random = np.random.default_rng(3)
-    noise = process_noise(0.1, 1.0, 0.02, 0.002)
+    noise = process_noise(0.1, 1.0, 0.02, 1e-4, 0.002)
     # considered errors that are independent of each other and of the states, as at the start
     p = np.diag(SCALES**2)
     for _ in range(2000):
@@ -136,30 +142,30 @@ def test_a_long_run_of_predictions_and_measurements_keeps_a_covariance() -> None
         p = propagated(p, rows, noise)
         for _ in range(2):
             h = np.zeros(SIZE)
-            h[:2], h[STATES:-1] = 10.0 * random.normal(size=2), random.normal(size=SIZE - STATES - 1)
+            h[:2], h[CONSIDERED : CONSIDERED_END - 1] = 10.0 * random.normal(size=2), random.normal(size=8)
             p = measured(p, h, 1e-9).covariance
     expect_covariance(p)
-    assert np.array_equal(np.diag(p)[STATES:], SCALES[STATES:] ** 2)
+    assert np.array_equal(np.diag(p)[CONSTANT], SCALES[CONSTANT] ** 2)
 
 
 def test_repeated_measurements_do_not_average_a_constant_error_out() -> None:
     """10 000 readings of one encoder: the state stays as uncertain as its zero, where noise alone would be nothing."""
     zero, noise = 1e-3, 1e-6
     p = np.zeros((SIZE, SIZE))
-    p[0, 0], p[STATES, STATES] = 1.0, zero**2
+    p[0, 0], p[CONSIDERED, CONSIDERED] = 1.0, zero**2
     row = np.zeros(SIZE)
-    row[0] = row[STATES] = 1.0
+    row[0] = row[CONSIDERED] = 1.0
     for _ in range(10_000):
         p = measured(p, row, noise).covariance
     assert p[0, 0] == pytest.approx(zero**2, rel=0.01)
-    assert p[0, STATES] == pytest.approx(-(zero**2), rel=0.01)
+    assert p[0, CONSIDERED] == pytest.approx(-(zero**2), rel=0.01)
 
 
 def test_the_covariance_is_that_of_simulated_errors() -> None:
     """Monte Carlo of the joint system: 40 000 sets of states and constant errors, ten periods, a measurement each."""
     random = np.random.default_rng(4)
     count, variance = 40_000, 1e-6
-    noise = process_noise(0.1, 1.0, 0.5, 0.002)
+    noise = process_noise(0.1, 1.0, 0.5, 1e-4, 0.002)
     p = random_covariance(random)
     truth = random.multivariate_normal(np.zeros(SIZE), p, size=count, method="eigh")
     estimates = np.zeros((count, SIZE))

@@ -1,21 +1,25 @@
-"""A gyroscope's reading counts at the time of its stamp, however late and in whatever order it comes."""
+"""A reading counts at the time of its stamp, however late and in whatever order it comes, also by another clock."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
+from fivebar_control.estimation.covariance import CLOCK, PASSIVE
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, advanced, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.imu import LONGEST_LATENCY
+from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.tolerances import Tolerances
 from fivebar_sim.sensors import Encoder
 
@@ -26,14 +30,15 @@ TOLERANCES = Tolerances(length=2e-4, zero=1e-3)
 OLDEST = round(LONGEST_LATENCY * RATE_HZ)
 LAST = SAMPLES - 1
 
-Rates = dict[int, list[tuple[int, float]]]
+Rates = dict[int, list[tuple[float, float]]]
 
 
 class Readings(NamedTuple):
-    """Motor angles (rad) and rates of the distal link (rad/s), sample by sample."""
+    """Motor angles (rad), rates of the distal link of leg 2 (rad/s) and its passive angle (rad), sample by sample."""
 
     angles: list[tuple[float, float]]
     rates: list[float]
+    passive: list[float]
 
 
 def recorded(robot: FiveBar, counts: int | None) -> Readings:
@@ -41,10 +46,11 @@ def recorded(robot: FiveBar, counts: int | None) -> Readings:
     random = np.random.default_rng(5)
     model, truth = filter_model(robot, 1, -1, RATE_HZ, EkfSettings()), Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
     encoders = [Encoder(counts, 1.0 / RATE_HZ) for _ in range(2)] if counts is not None else []
-    found = Readings([], [])
+    found = Readings([], [], [])
     for _ in range(SAMPLES):
         q = inverse_geometry(robot, 1, -1, truth.x, truth.y)
         found.angles.append((encoders[0].read(q.q11)[0], encoders[1].read(q.q21)[0]) if encoders else (q.q11, q.q21))
+        found.passive.append(q.q22 + 0.003)
         noise = 0.02 + 0.01 * float(random.normal())
         found.rates.append(leg_motion(robot.leg2, -1, *truth[:4]).dtheta + noise)
         truth = advanced(model, truth, *TORQUE)
@@ -58,15 +64,24 @@ def exact() -> Readings:
 
 
 def estimated(
-    readings: Readings, arriving: Rates, left_out: Iterable[int] = (), counts: int | None = None, last: int = LAST
+    readings: Readings,
+    arriving: Rates,
+    left_out: Iterable[int] = (),
+    counts: int | None = None,
+    last: int = LAST,
+    clock: float = 0.0,
+    known: float = 0.0,
+    elbows: Rates | None = None,
 ) -> Belief:
     """Return the belief after the last sample, with the gyroscope's readings that arrive at each."""
-    drives, settings = Drives(encoder_counts=counts), EkfSettings(gyro=True)
-    estimator = StateEstimator(load_robot(), HOME, RATE_HZ, drives, settings, TOLERANCES)
+    drives, settings = Drives(encoder_counts=counts), EkfSettings(gyro=True, gyro_clock=clock)
+    encoder, sensors = PassiveEncoder(2 if elbows else 0, None), KnownSensors(imu_clock=known)
+    estimator = StateEstimator(load_robot(), HOME, RATE_HZ, drives, settings, TOLERANCES, encoder, sensors)
     missing = set(left_out)
     for sample in range(last + 1):
         if sample not in missing:
-            estimator.take(sample, *readings.angles[sample], *TORQUE, arriving.get(sample, []))
+            angles = (elbows or {}).get(sample, [])
+            estimator.take(sample, *readings.angles[sample], *TORQUE, arriving.get(sample, []), angles)
     assert estimator.fault is None
     assert estimator.belief is not None
     return estimator.belief
@@ -175,5 +190,57 @@ def test_a_reading_of_a_sample_without_motor_readings_is_left_out(exact: Reading
         expect_equal(estimated(exact, {arrival: [(20, 1.0), (21, 2.0)]}, left_out), without)
 
 
-def test_a_reading_of_a_sample_to_come_is_left_out(exact: Readings) -> None:
-    expect_equal(estimated(exact, {20: [(21, 1.0)]}), estimated(exact, {}))
+def test_a_reading_that_is_stamped_ahead_counts_at_the_newest_sample(exact: Readings) -> None:
+    """Its clock is ahead: left out, the readings of such a clock would be missed by nobody."""
+    ahead = estimated(exact, {20: [(21, exact.rates[20])]}, last=20)
+    expect_different(ahead, estimated(exact, {}, last=20))
+    in_time_too = estimated(exact, in_time(exact, [20]), last=20)
+    assert 0.0 < np.abs(np.array(ahead.estimate) - in_time_too.estimate).max() < 0.1
+
+
+@pytest.mark.parametrize("latency", [1, 5])
+def test_late_readings_of_a_passive_joint_count_as_ones_in_time(exact: Readings, latency: int) -> None:
+    numbers = range(1, SAMPLES)
+    angles = Readings(exact.angles, exact.passive, [])
+    expected = estimated(exact, {}, elbows=in_time(angles, numbers))
+    expect_equal(estimated(exact, {}, elbows=late(angles, numbers, latency)), expected)
+    # from which it learns the zero of its encoder, as far as the lengths let it
+    deviation = math.sqrt(expected.covariance[PASSIVE, PASSIVE])
+    assert expected.estimate.passive == pytest.approx(0.003, abs=3.0 * deviation)
+    assert deviation < 0.7 * TOLERANCES.passive_zero
+
+
+@pytest.mark.parametrize("offset", [-8, 3, 8])
+def test_stamps_of_a_known_clock_are_put_right(exact: Readings, offset: int) -> None:
+    numbers = range(1, SAMPLES)
+    expected = estimated(exact, in_time(exact, numbers))
+    stamped = {number: [(number + offset, exact.rates[number])] for number in numbers}
+    expect_equal(estimated(exact, stamped, known=offset / RATE_HZ), expected)
+
+
+@pytest.mark.parametrize("offset", [-2.5, 2.5])
+def test_the_offset_of_an_unknown_clock_is_estimated(exact: Readings, offset: float) -> None:
+    """Of 5 ms, from 0.1 s of motion."""
+    stamped = {number: [(number + offset, exact.rates[number])] for number in range(1, SAMPLES)}
+    expected = estimated(exact, in_time(exact, range(1, SAMPLES)))
+    found = estimated(exact, stamped, clock=0.005)
+    assert found.estimate.clock == pytest.approx(offset / RATE_HZ, abs=3.0 * math.sqrt(found.covariance[CLOCK, CLOCK]))
+    assert math.sqrt(found.covariance[CLOCK, CLOCK]) < 1e-3
+    assert np.hypot(*(np.array(found.estimate) - expected.estimate)[2:4]) < 2e-3
+
+
+def test_every_late_reading_counts_for_whether_they_agree(exact: Readings) -> None:
+    """All wrong by 0.3 rad/s, and all with the last sample: one of them could be chance."""
+
+    def after(readings: int) -> StateEstimator:
+        estimator = StateEstimator(load_robot(), HOME, RATE_HZ, Drives(), EkfSettings(gyro=True), TOLERANCES)
+        for sample in range(SAMPLES):
+            made = range(SAMPLES - readings, SAMPLES) if sample == LAST else ()
+            rates = [(number, exact.rates[number] + 0.3 * (-1) ** number) for number in made]
+            estimator.take(sample, *exact.angles[sample], *TORQUE, rates)
+        return estimator
+
+    assert after(1).fault is None
+    fault = after(8).fault
+    assert fault is not None
+    assert str(fault).startswith(f"estimate_inconsistent: at sample {LAST} the gyroscope differs")

@@ -1,4 +1,4 @@
-"""What encoders and gyroscope measure, as the filter linearises it, against differences of the robot's geometry."""
+"""What the filter's sensors measure, as it linearises it, against differences of the robot's geometry."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from fivebar_control.estimation.ekf import (
     EkfSettings,
     Estimate,
     considered_errors,
+    elbow_row,
     encoder_row,
     filter_model,
     homed_belief,
@@ -31,6 +32,12 @@ States = Callable[[int, int], list[State]]
 Vector = NDArray[np.float64]
 
 RATE_HZ = 500
+
+LAG, SLOPE = -0.0005, 30.0
+"""Of a gyroscope's reading: s from its sample to its stamp, and rad/s^2."""
+
+ESTIMATED = [*range(cov.CONSIDERED), cov.CLOCK, cov.PASSIVE]
+CONSTANT = slice(cov.CONSIDERED, cov.CONSIDERED_END)
 FIELDS = {
     cov.L11: ("leg1", "proximal"),
     cov.L12: ("leg1", "distal"),
@@ -87,16 +94,44 @@ def test_encoder_rows_are_the_derivatives_of_the_readings(
     assert where == "locus_states" or sides == {True, False}
 
 
+@pytest.mark.parametrize("where", ["regular_states", "locus_states"])
+def test_rows_of_passive_joints_are_the_derivatives_of_their_angles(
+    robot: FiveBar, where: str, request: pytest.FixtureRequest
+) -> None:
+    states: States = request.getfixturevalue(where)
+    step = 1e-7
+
+    def passive(modes: tuple[int, int], x: float, y: float, error: int, size: float) -> Vector:
+        q = inverse_geometry(erring(robot, error, size), *modes, x, y)
+        return np.array([q.q12, q.q22])
+
+    for state in states(40, 9):
+        modes, place = modes_of(state), (state.x, state.y)
+        expected = np.zeros((2, cov.SIZE))
+        expected[:, cov.PASSIVE] = 1.0
+        for column, (dx, dy) in ((cov.X, (step, 0.0)), (cov.Y, (0.0, step))):
+            change = passive(modes, place[0] + dx, place[1] + dy, cov.SCALE, 0.0)
+            change -= passive(modes, place[0] - dx, place[1] - dy, cov.SCALE, 0.0)
+            expected[:, column] = [wrap(float(one)) / (2.0 * step) for one in change]
+        for error in FIELDS:
+            change = passive(modes, *place, error, step) - passive(modes, *place, error, -step)
+            expected[:, error] = [wrap(float(one)) / (2.0 * step) for one in change]
+        for number, (leg, mode) in enumerate(((robot.leg1, modes[0]), (robot.leg2, modes[1])), start=1):
+            row = elbow_row(number, leg, leg_motion(leg, mode, *place, 0.0, 0.0))
+            scale = 1.0 + float(np.abs(expected[number - 1]).max())
+            np.testing.assert_allclose(row, expected[number - 1], rtol=1e-4, atol=1e-6 * scale)
+
+
 def row_of_gyro(robot: FiveBar, modes: tuple[int, int], estimate: Estimate) -> Vector:
     """Return the row by which `turned` corrects, from its effect on a covariance that is the unit matrix."""
     model = filter_model(robot, *modes, RATE_HZ, EkfSettings(gyro_noise=1e-3))
     rate = leg_motion(robot.leg2, modes[1], *estimate[:4]).dtheta + estimate.bias + 1.0
-    effect = turned(model, Belief(estimate, np.eye(cov.SIZE)), rate)
+    effect = turned(model, Belief(estimate, np.eye(cov.SIZE)), rate + SLOPE * LAG, LAG, SLOPE)
     # the innovation is 1, so that the misfit is the inverse of its variance
     variance, gain = 1.0 / effect.misfit, np.array(effect.belief.estimate) - np.array(estimate)
     row = np.zeros(cov.SIZE)
-    row[: cov.STATES] = gain * variance
-    row[cov.STATES :] = -effect.belief.covariance[cov.BIAS, cov.STATES :] / gain[cov.BIAS]
+    row[ESTIMATED] = gain * variance
+    row[CONSTANT] = -effect.belief.covariance[cov.BIAS, CONSTANT] / gain[cov.BIAS]
     assert variance == pytest.approx(float(row @ row) + 1e-6, rel=1e-9)
     return row
 
@@ -118,7 +153,7 @@ def test_the_row_of_the_gyroscope_is_the_derivative_of_the_links_rate(
             shift = np.zeros(4)
             shift[column] = step
             expected[column] = (rate(point + shift) - rate(point - shift)) / (2.0 * step)
-        expected[cov.BIAS], expected[cov.SCALE] = 1.0, rate(point)
+        expected[cov.BIAS], expected[cov.SCALE], expected[cov.CLOCK] = 1.0, rate(point), -SLOPE
         found = row_of_gyro(robot, modes, Estimate(*point.tolist(), 0.1, -0.1, 0.02))
         scale = 1.0 + float(np.abs(expected).max())
         np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * scale)
@@ -129,7 +164,7 @@ def test_a_gyroscope_that_reads_as_expected_changes_no_estimate_and_makes_it_sur
     model = filter_model(dextar, 1, -1, RATE_HZ, EkfSettings())
     before = Belief(Estimate(0.01, 0.12, 0.2, -0.3, 0.1, -0.1, 0.02), homed_belief(model, 0.01, 0.12, 1e-8).covariance)
     rate = leg_motion(dextar.leg2, -1, *before.estimate[:4]).dtheta + 0.02
-    after = turned(model, before, rate)
+    after = turned(model, before, rate, 0.0, 20.0)
     assert after.belief.estimate == pytest.approx(before.estimate, abs=1e-15)
     assert after.misfit == pytest.approx(0.0, abs=1e-20)
     for state in (cov.VX, cov.VY, cov.BIAS):
@@ -152,19 +187,19 @@ def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x:
         q11, q21 = readings(robot, modes, x, y, error, size).tolist()
         return np.array([x, y]) - direct_geometry(robot, assembly, q11, q21)
 
-    share = np.zeros((2, cov.SIZE - cov.STATES))
+    share = np.zeros((2, cov.CONSIDERED_END - cov.CONSIDERED))
     for error in (*FIELDS, cov.ZERO1, cov.ZERO2):
-        share[:, error - cov.STATES] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
+        share[:, error - cov.CONSIDERED] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
     p = homed_belief(model, x, y, 1e-8).covariance
     exact = homed_belief(filter_model(robot, *modes, RATE_HZ, EkfSettings()), x, y, 1e-8).covariance
     scale = np.sqrt(np.diag(p)[[cov.X, cov.Y]])
     np.testing.assert_allclose(
-        p[:2, cov.STATES :] / np.outer(scale, deviations), share * deviations / scale[:, None], atol=1e-5
+        p[:2, CONSTANT] / np.outer(scale, deviations), share * deviations / scale[:, None], atol=1e-5
     )
     expected = exact[:2, :2] + share * deviations**2 @ share.T
     np.testing.assert_allclose(p[:2, :2] / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-5)
     np.testing.assert_array_equal(p, p.T)
-    np.testing.assert_array_equal(p[cov.STATES :, cov.STATES :], np.diag(deviations**2))
+    np.testing.assert_array_equal(p[CONSTANT, CONSTANT], np.diag(deviations**2))
     sizes = np.sqrt(np.where(np.diag(p) > 0.0, np.diag(p), 1.0))
     assert np.linalg.eigvalsh(p / np.outer(sizes, sizes)).min() > -1e-12
 

@@ -19,6 +19,7 @@ from fivebar_control.estimation.step import Drives
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess, plan_order
 from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 CONDITIONS = Conditions("dextar", 100, 2.0, 50.0)
@@ -67,8 +68,11 @@ def test_a_request_that_the_tolerances_do_not_allow_is_refused_with_what_would()
     refused = plan_order(conditions, order).refused
     assert "predicted position error within the tolerances is 0.00" in refused
     assert "within the limits with a gyroscope on the distal link of leg 2" in refused
+    assert "or an encoder on the passive joint of leg 1 (sensors: {passive_encoder: {leg: 1}})" in refused
     gyroscope = sensing._replace(settings=EkfSettings(gyro=True))
     assert plan_order(conditions._replace(sensing=gyroscope), order).refused == ""
+    encoder = sensing._replace(passive=PassiveEncoder(1))
+    assert plan_order(conditions._replace(sensing=encoder), order).refused == ""
 
 
 def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: PlanningProcess) -> None:

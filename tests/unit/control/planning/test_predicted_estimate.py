@@ -21,6 +21,7 @@ from fivebar_control.planning.predicted_estimate import Sensing, Spread, predict
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
+from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
 
 RATE_HZ = 500
@@ -50,24 +51,25 @@ def test_mirror_images_that_coincide_are_told_apart_by_luck() -> None:
     assert wrong_mode_probability(2.0 * 3.0902) == pytest.approx(1e-3, rel=1e-3)
 
 
-@pytest.mark.parametrize("gyro", [False, True])
-def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, gyro: bool) -> None:
+@pytest.mark.parametrize(("gyro", "leg"), [(False, 0), (True, 0), (False, 1), (True, 2)])
+def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, gyro: bool, leg: int) -> None:
     """Its readings are those of the predicted robot, and it looks at them one by one."""
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.12), (0.0, 0.05)), [0.5], RATE_HZ, ZoneRule())
     predicted = predict_run(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["unified"]), 2.0)
-    sensing = Sensing(Drives(), EkfSettings(gyro=gyro), TOLERANCES)
+    encoder = PassiveEncoder(leg, None)
+    sensing = Sensing(Drives(), EkfSettings(gyro=gyro), TOLERANCES, 1, encoder)
     assert sensing.declared
     assert not sensing._replace(tolerances=EXACT).declared
     estimate = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted)
     home = homing_at(dextar, 1, -1, 0.0, 0.12)
-    estimator = StateEstimator(dextar, home, RATE_HZ, sensing.drives, sensing.settings, TOLERANCES)
+    estimator = StateEstimator(dextar, home, RATE_HZ, sensing.drives, sensing.settings, TOLERANCES, encoder)
     model = estimator_model(dextar, 1, -1, RATE_HZ, sensing.drives, sensing.settings, TOLERANCES)
     applied = 0.0, 0.0
     largest, closest = 0.0, math.inf
     for number, moment in enumerate(predicted.moments):
-        q11, _, q21, _ = inverse_geometry(dextar, 1, -1, moment.x, moment.y)
+        q11, q12, q21, q22 = inverse_geometry(dextar, 1, -1, moment.x, moment.y)
         rates = [(number, leg_motion(dextar.leg2, -1, *moment[:4]).dtheta)] if gyro else []
-        estimator.take(number, q11, q21, *applied, rates)
+        estimator.take(number, q11, q21, *applied, rates, [(number, (q12, q22)[leg - 1])] if leg else [])
         applied = moment.tau1, moment.tau2
         assert estimator.belief is not None
         largest = max(largest, math.sqrt(np.linalg.eigvalsh(estimator.belief.covariance[:2, :2])[1]))

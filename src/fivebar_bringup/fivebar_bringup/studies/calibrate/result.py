@@ -13,6 +13,7 @@ from fivebar_control.calibration.calibration import CONFIDENCE, PARAMETERS, QUAN
 from fivebar_control.calibration.closure import BASE_1, BASE_2, GEOMETRY, ZERO_1, ZERO_2, locus_rows
 from fivebar_control.calibration.mounting import Mounting, tilt_angle
 from fivebar_control.calibration.observability import Unseen
+from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import Lengths, RobotFile
 from fivebar_description.strict_yaml import yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
@@ -126,8 +127,17 @@ class CalibrationResult(NamedTuple):
                     **{name: round(value[name], 8) for name in ("l_11", "l_12", "l_21", "l_22")},
                 ),
                 "tolerances": self.tolerances(),
+                "sensors": self.sensors(),
             }
         )
+
+    def sensors(self) -> KnownSensors:
+        """Return what is known of the sensors: the offset of the IMU's clock, 0 where the interval contains it."""
+        known = self.start.sensors
+        if self.found.turning is None:
+            return known
+        delay, half = float(self.found.values[IMU_DELAY]), float(self.found.half_widths[IMU_DELAY])
+        return known._replace(imu_clock=round(delay, 6) if abs(delay) > half else 0.0)
 
     def zeros(self) -> tuple[float, float]:
         """Return the encoders' zeros (rad): the readings where the angles are 0."""
@@ -228,3 +238,4 @@ class CalibrationResult(NamedTuple):
 
 
 GYRO_SCALE = PARAMETERS.index("gyro_scale")
+IMU_DELAY = PARAMETERS.index("imu_delay")

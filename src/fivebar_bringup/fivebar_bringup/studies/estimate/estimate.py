@@ -47,6 +47,8 @@ class Estimation(NamedTuple):
             ("its largest value in a sample", "innovations_encoders_max", ""),
             ("innovations of the gyroscope, mean square (1 expected)", "innovations_gyro", ""),
             ("its largest value in a sample", "innovations_gyro_max", ""),
+            ("innovations of the passive joint's encoder, mean square (1 expected)", "innovations_elbow", ""),
+            ("its largest value in a sample", "innovations_elbow_max", ""),
             ("NEES of the position (2 expected)", "nees_position", ""),
             ("NEES of the velocity (2 expected)", "nees_velocity", ""),
             ("largest distance from the exact position", "estimate_error_max_m", "m"),

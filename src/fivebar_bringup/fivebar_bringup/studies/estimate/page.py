@@ -24,6 +24,10 @@ CAPTION = (
 )
 
 
+SENSORS = ("encoders", "gyroscope", "passive joint")
+"""Columns of `Replay.squared`, in words."""
+
+
 def settings_file(estimation: Estimation) -> str:
     """Return the sections `ekf` and `tolerances` with the new settings as YAML."""
     content: dict[str, Any] = estimation.changed.model_dump(mode="json")
@@ -38,14 +42,11 @@ def draw_pictures(estimation: Estimation) -> list[Picture]:
 
 def innovations(estimation: Estimation) -> Figure:
     """Draw squared innovations and the distance from the recorded estimate over time."""
-    with_gyro = np.any(np.isfinite(estimation.after.squared[:, 1])) or np.any(
-        np.isfinite(estimation.before.squared[:, 1])
-    )
-    rows = 3 if with_gyro else 2
+    squared = np.vstack((estimation.before.squared, estimation.after.squared))
+    present = [sensor for sensor in range(len(SENSORS)) if np.any(np.isfinite(squared[:, sensor]))]
     figure = new_figure("Estimated again", ", ".join(name for name, _, _ in estimation.changes()) or "as recorded", 6.4)
-    panels = figure.subplots(rows, 1, sharex=True)
-    for sensor, name in enumerate(("encoders", "gyroscope")[: rows - 1]):
-        panel = panels[sensor]
+    panels = figure.subplots(len(present) + 1, 1, sharex=True)
+    for panel, sensor in zip(panels, present, strict=False):
         for replay, settings, colour in (
             (estimation.before, estimation.recorded, GREY),
             (estimation.after, estimation.changed, BLUE),
@@ -53,7 +54,7 @@ def innovations(estimation: Estimation) -> Figure:
             _values(panel, replay.time, np.maximum(replay.squared[:, sensor], 1e-4), colour)
             panel.axhline(settings.ekf.misfit_limit, color=colour, linestyle="--", linewidth=1.0)
         panel.set_yscale("log")
-        panel.set_ylabel(f"{name}:\nsquared innovation")
+        panel.set_ylabel(f"{SENSORS[sensor]}:\nsquared innovation")
     for replay, colour in ((estimation.before, GREY), (estimation.after, BLUE)):
         _values(panels[-1], replay.time, 1e3 * replay.difference, colour)
     panels[-1].set_ylabel("distance from the\nrecorded estimate in mm")

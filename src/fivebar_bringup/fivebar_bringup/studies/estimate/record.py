@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,10 @@ from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
+    PASSIVE_STATES,
     TORQUE_COMMAND,
     Topic,
+    moment_of_stamp,
 )
 
 
@@ -29,6 +32,7 @@ class EstimatorRecord(NamedTuple):
         samples: int64[n], of the motor readings.
         angles, torques: float64[n, 2], motors (rad) and the torques that acted before (Nm).
         commands: commanded torques (Nm) by sample.
+        elbows: in the same way the readings (rad) of the encoder on a passive joint.
         rates: for each reading of the motors, the gyroscope's that came with it: its sample, and the rate (rad/s).
         estimated: recorded joint states by sample: four angles (rad) and four speeds (rad/s).
         truth: the exact ones by sample, where they were recorded.
@@ -38,7 +42,8 @@ class EstimatorRecord(NamedTuple):
     angles: FloatArray
     torques: FloatArray
     commands: dict[int, tuple[float, float]]
-    rates: list[list[tuple[int, float]]]
+    rates: list[list[tuple[float, float]]]
+    elbows: list[list[tuple[float, float]]]
     estimated: dict[int, tuple[float, ...]]
     truth: dict[int, tuple[float, ...]]
 
@@ -62,6 +67,7 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
             sample: (one, two) for sample, (one, two) in _by_sample(recording, TORQUE_COMMAND, rate_hz, "effort")
         },
         rates=_rates(recording, scenario, samples),
+        elbows=_elbows(recording, scenario, samples),
         estimated=_states(recording, JOINT_STATES, rate_hz),
         truth=_states(recording, GROUND_TRUTH, rate_hz) if recording.count(GROUND_TRUTH) else {},
     )
@@ -96,19 +102,41 @@ def _states(recording: Recording, topic: Topic, rate_hz: int) -> dict[int, tuple
     return dict(_by_sample(recording, topic, rate_hz, "position", "velocity"))
 
 
-def _rates(recording: Recording, scenario: Scenario, samples: IntArray) -> list[list[tuple[int, float]]]:
-    """Return the gyroscope's readings that came with each sample: those logged by the time of its estimate."""
-    came: list[list[tuple[int, float]]] = [[] for _ in samples]
+def _rates(recording: Recording, scenario: Scenario, samples: IntArray) -> list[list[tuple[float, float]]]:
     if not recording.count(IMU_DATA):
-        return came
+        return [[] for _ in samples]
+    vectors = recording.field(IMU_DATA, "angular_velocity").tolist()
+    values = [scenario.imu.turn_rate((one[0], one[1], one[2])) for one in vectors]
+    return _came(recording, IMU_DATA, values, scenario, samples)
+
+
+def _elbows(recording: Recording, scenario: Scenario, samples: IntArray) -> list[list[tuple[float, float]]]:
+    if not recording.count(PASSIVE_STATES):
+        return [[] for _ in samples]
+    values = recording.field(PASSIVE_STATES, "position")[:, 0].tolist()
+    return _came(recording, PASSIVE_STATES, values, scenario, samples)
+
+
+def _came(
+    recording: Recording, topic: Topic, values: list[float], scenario: Scenario, samples: IntArray
+) -> list[list[tuple[float, float]]]:
+    """Return the late readings that came with each sample: those logged by the time of its estimate.
+
+    Each is the moment of its stamp in samples, and its value. A simulated clock may be ahead of the samples.
+    """
+    came: list[list[tuple[float, float]]] = [[] for _ in samples]
+    epoch = recording.epoch_ns
+    ahead = scenario.imu.clock_offset if topic == IMU_DATA else 0.0
     answered, rows = _samples(recording, JOINT_STATES, scenario.rate_hz)
     logged = np.maximum.accumulate(recording.log_times(JOINT_STATES)[rows])
-    numbers, vectors = recording.samples(IMU_DATA, scenario.rate_hz), recording.field(IMU_DATA, "angular_velocity")
-    for log_time, made, vector in zip(recording.log_times(IMU_DATA), numbers.tolist(), vectors.tolist(), strict=True):
+    for log_time, stamp, value in zip(
+        recording.log_times(topic), recording.stamps(topic).tolist(), values, strict=True
+    ):
+        made = moment_of_stamp(stamp, scenario.rate_hz, epoch)
         answer = int(np.searchsorted(logged, log_time))
-        if made < 0 or answer == len(answered) or not np.all(np.isfinite(vector)):
+        if answer == len(answered) or not math.isfinite(value):
             continue
-        row = int(np.searchsorted(samples, max(made, int(answered[answer]))))
+        row = int(np.searchsorted(samples, max(math.ceil(made - ahead * scenario.rate_hz), int(answered[answer]))))
         if row < len(came):
-            came[row].append((made, scenario.imu.turn_rate((vector[0], vector[1], vector[2]))))
+            came[row].append((made, value))
     return [sorted(readings) for readings in came]

@@ -24,7 +24,8 @@ class Replay(NamedTuple):
     Attributes:
         time: float64[n] (s).
         joints: float64[n, 8], as published: four angles (rad) and four speeds (rad/s).
-        squared: float64[n, 2], squared innovations of encoders (mean of both) and gyroscope in units of variance.
+        squared: float64[n, 3], mean squared innovations of encoders, gyroscope and passive joint's encoder in units of
+            variance.
         difference: float64[n], distance (m) of the estimated platform from the recorded estimate.
         error: float64[n], distance (m) of the platform as estimated at the measurement from the exact one.
         position, velocity: float64[n], normalised squared errors (NEES), 2 expected of each.
@@ -50,6 +51,8 @@ class Replay(NamedTuple):
             "innovations_encoders_max": _largest(self.squared[:, 0]),
             "innovations_gyro": _mean(self.squared[:, 1]),
             "innovations_gyro_max": _largest(self.squared[:, 1]),
+            "innovations_elbow": _mean(self.squared[:, 2]),
+            "innovations_elbow_max": _largest(self.squared[:, 2]),
             "nees_position": _mean(self.position),
             "nees_velocity": _mean(self.velocity),
             "estimate_error_max_m": _largest(self.error),
@@ -67,10 +70,17 @@ def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -
     """
     robot = scenario.five_bar()
     estimator = StateEstimator(
-        robot, scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf, scenario.known_within()
+        robot,
+        scenario.homing(),
+        scenario.rate_hz,
+        scenario.drives(),
+        scenario.ekf,
+        scenario.known_within(),
+        scenario.passive,
+        scenario.known_sensors(),
     )
     count = len(record.samples)
-    joints, squared = np.full((count, 8), math.nan), np.full((count, 2), math.nan)
+    joints, squared = np.full((count, 8), math.nan), np.full((count, 3), math.nan)
     difference, error, position, velocity = (np.full(count, math.nan) for _ in range(4))
     same = True
     readings = np.hstack((record.angles, record.torques)).tolist()
@@ -81,7 +91,7 @@ def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -
                 estimator.commanded(before, *record.commands[before])
         rates = record.rates[row] if scenario.gyro else []
         try:
-            estimate = estimator.take(sample, q11, q21, tau1, tau2, rates)
+            estimate = estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row])
         except HomingContradicted as contradiction:
             raise InputError(f"{source}: {contradiction}") from contradiction
         joints[row] = (*estimate.position, *estimate.velocity)

@@ -62,7 +62,7 @@ class IdentificationResult(NamedTuple):
         ]
 
     def robot_file(self) -> RobotFile:
-        """Return the identified robot: lengths and width are those of the initial file."""
+        """Return the identified robot: what is not identified is that of the initial file."""
         value = {one.name: round(one.value, one.decimals + 1) for one in self.parameters()}
         friction = {name: value[name] for name in ("f_s11", "f_s21", "f_off11", "f_off21")}
         return RobotFile(
@@ -72,6 +72,9 @@ class IdentificationResult(NamedTuple):
             mass_kg=Mass(m=value["m"]),
             friction=Friction(**friction, width_rad_s=self.start.friction.width_rad_s),
             distal_links=self.start.distal_links,
+            tolerances=self.start.tolerances,
+            loads=self.start.loads,
+            sensors=self.start.sensors,
         )
 
     def encoder(self) -> str:
@@ -89,7 +92,7 @@ class IdentificationResult(NamedTuple):
         lines.append(f"Lengths and width_rad_s are those of {self.start.name}, not identified.")
         # neither a path nor a name may end the comment
         lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
-        return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump(exclude_none=True))
+        return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump(mode="json", exclude_none=True))
 
     def as_json(self) -> dict[str, Any]:
         """Return all results for a file."""
