@@ -20,8 +20,8 @@ COARSE = 8
 """Pictures are compared at an eighth of their size, so that fonts and edges of another machine do not matter."""
 
 
-PATIENCE = 60.0
-"""Longest time (s) for what takes a second on an idle machine."""
+PATIENCE = 300.0
+"""Longest time (s) for what takes seconds on an idle machine."""
 
 LOOK_PERIOD_MS = 40.0
 
