@@ -61,7 +61,7 @@ def test_a_standing_robot_goes_where_it_is_asked_to(fivebar: Callable[..., Fiveb
                     return command
 
         moved = ask("0.0", "0.03", "--mode", "-", "--duration", "1.0")
-        assert moved.stdout.splitlines() == ["planning", "moving: 1.000 s", "arrived"]
+        assert moved.stdout.splitlines() == ["planning", "moving: 1.000 s", "arrived"], moved.stderr
         refused = ask("0.0", "0.12", "--mode", "-")
         assert refused.status == 2
         assert "needs working mode (-1, +1)" in refused.stdout

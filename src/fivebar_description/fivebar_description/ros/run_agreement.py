@@ -118,23 +118,25 @@ class RunAgreement:
 class TimeKeeper(RunAgreement):
     """The part of the node that produces the samples, plant or bridge: it publishes the epoch."""
 
-    def __init__(self, node: GraphNode, rate_hz: int) -> None:
-        """Subscribe to the plan, and announce that no run is on."""
+    def __init__(self, node: GraphNode, rate_hz: int, epoch_ns: int | None = None) -> None:
+        """Subscribe to the plan, and announce the stamp of sample 0 (ns) where it is known, else that no run is on."""
         super().__init__(node, rate_hz, {})
-        self.end()
+        self._announce(epoch_ns)
 
     def begin(self, epoch_ns: int) -> None:
         """Announce the stamp of sample 0 (ns).
 
         Topics have no order among each other: let some time pass before that sample, or repeat it until it is answered.
         """
-        self._take_epoch(epoch_ns)
-        self._epoch.publish(String(data=epoch_text(epoch_ns)))
+        self._announce(epoch_ns)
 
     def end(self) -> None:
         """Announce that the run has ended: what comes before the next one belongs to none."""
-        self._take_epoch(None)
-        self._epoch.publish(String(data=epoch_text(None)))
+        self._announce(None)
+
+    def _announce(self, epoch_ns: int | None) -> None:
+        self._take_epoch(epoch_ns)
+        self._epoch.publish(String(data=epoch_text(epoch_ns)))
 
     def _follow(self) -> None:
         self._epoch = self._node.advertise(RUN_EPOCH)

@@ -84,7 +84,9 @@ class PlantNode(GraphNode):
         imu = self.declare_settings(ImuSettings, IMU_PREFIX)
         self._passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
         self._rate_hz = settings.rate_hz
-        self._run = TimeKeeper(self, self._rate_hz)
+        # in lockstep time is simulated, and every run has the same stamps
+        epoch_ns = START_STAMP_NS if settings.mode == LOCKSTEP else None
+        self._run = TimeKeeper(self, self._rate_hz, epoch_ns)
         self._samples = settings.samples
         self._lockstep = settings.mode == LOCKSTEP
         self._command_timeout = settings.command_timeout_s
@@ -111,9 +113,6 @@ class PlantNode(GraphNode):
         self._began = self._heard = time.monotonic()
         self._motors_only = settings.publishes == MOTORS
         self._time = self.advertise(CLOCK) if self._lockstep else None
-        if self._lockstep:
-            # time is simulated, and every run has the same stamps
-            self._run.begin(START_STAMP_NS)
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only or has_effects(plant) else None
         self._imu = self.advertise(IMU_DATA)
