@@ -15,7 +15,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.sweep.drawing import Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rigs import DEGREE, RIGS, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
-from fivebar_bringup.studies.sweep.running import made
+from fivebar_bringup.studies.sweep.running import made, quick_enough
 from fivebar_bringup.studies.sweep.statistics import silence_table
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.encoders import EncoderErrors
@@ -168,6 +168,22 @@ def test_a_robot_is_drawn_by_seed_number_and_rig_alone(numbers: tuple[int, ...])
     assert draw(SEED, number, "poor").scenario("ctc").plant == draw(SEED, number, "poor").scenario("unified").plant
     one = draw(SEED, number, "poor").scenario("unified").plant
     assert one.links != LinkErrors() and one.encoders != EncoderErrors()
+
+
+def test_a_crossing_too_slow_for_the_declared_loads_is_made_quicker() -> None:
+    slow = draw(41, 128, "middling")
+    quick = quick_enough(slow)
+    assert quick.drawn_duration == slow.duration > 2.0 * quick.duration
+    assert quick._replace(duration=slow.duration, drawn_duration=None) == slow
+    without_loads = draw(41, 128, "encoders")
+    assert quick_enough(without_loads) == without_loads
+
+
+def test_only_the_blended_controllers_let_the_estimator_find_disturbances_quickly() -> None:
+    for rig in ("calibrated", "good", "middling", "poor"):
+        case = draw(41, 128, rig)
+        rates = {name: case.scenario(name).ekf.disturbance_rate for name in ("unified", "multi_joint")}
+        assert rates["unified"] < rates["multi_joint"] == 1.0
 
 
 def row(**fields: float | None) -> SweepRow:
