@@ -16,6 +16,7 @@ DECIDING = {
     fivebar_description: ("*.py",),
     fivebar_sim: ("*.py", "effects/*.py"),
     fivebar_control: (
+        "compiling.py",
         "fault.py",
         "estimation/*.py",
         "laws/*.py",
