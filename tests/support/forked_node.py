@@ -106,9 +106,11 @@ def end_with_parent() -> None:
 def close_inherited(*kept: int) -> None:
     """Close all but standard input and output and some descriptors, as the start of a program does.
 
-    Among it is the pipe by which the server of forks learns that the tests have ended: it stays while anyone holds it,
-    and with it all that it has forked.
+    Among them is the pipe by which the server of forks learns that the tests have ended: it stays while anyone holds it,
+    and with it all that it has forked. The pipe to multiprocessing's resource tracker is kept: its number is remembered,
+    and would be that of another file.
     """
+    kept = (*kept, resource_tracker.getfd())
     for descriptor in map(int, os.listdir("/proc/self/fd")):
         with suppress(OSError):
             if descriptor > 2 and descriptor not in kept:
@@ -119,7 +121,7 @@ def _run_main(module: str, words: list[str], out: Path, err: Path, environment: 
     """Make this process what `python -m MODULE ARGUMENTS` would be, and run it."""
     os.setsid()
     end_with_parent()
-    close_inherited(resource_tracker.getfd())
+    close_inherited()
     for path, descriptor in ((out, 1), (err, 2)):
         opened = os.open(path, os.O_WRONLY | os.O_APPEND)
         os.dup2(opened, descriptor)
