@@ -106,9 +106,9 @@ def end_with_parent() -> None:
 def close_inherited(*kept: int) -> None:
     """Close all but standard input and output and some descriptors, as the start of a program does.
 
-    Among them is the pipe by which the server of forks learns that the tests have ended: it stays while anyone holds it,
-    and with it all that it has forked. The pipe to multiprocessing's resource tracker is kept: its number is remembered,
-    and would be that of another file.
+    Among them is the pipe by which the server of forks learns that the tests have ended: it stays while anyone holds
+    it, and with it all that it has forked. The pipe to multiprocessing's resource tracker is kept: its number is
+    remembered, and would be that of another file.
     """
     kept = (*kept, resource_tracker.getfd())
     for descriptor in map(int, os.listdir("/proc/self/fd")):

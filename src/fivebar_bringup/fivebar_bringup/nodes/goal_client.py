@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -38,7 +39,10 @@ class GoalClient(DomainMember):
         return True
 
     def _found(self) -> bool:
-        return bool(self._goal.get_subscription_count() and self.node.count_publishers(GOAL_STATUS.name))
+        """Return whether a node that answers requests hears them; a recorder hears them, too."""
+        heard_by = _nodes(self.node.get_subscriptions_info_by_topic(GOAL.name))
+        answered_by = _nodes(self.node.get_publishers_info_by_topic(GOAL_STATUS.name))
+        return bool(heard_by & answered_by) and self._goal.get_subscription_count() > 0
 
     def request(self, fields: Mapping[str, float]) -> None:
         """Publish a request with these fields by name."""
@@ -50,3 +54,7 @@ class GoalClient(DomainMember):
 
     def _on_status(self, message: String) -> None:
         self._statuses.append(json.loads(message.data))
+
+
+def _nodes(endpoints: Sequence[TopicEndpointInfo]) -> set[tuple[str, str]]:
+    return {(one.node_namespace, one.node_name) for one in endpoints}
