@@ -53,7 +53,11 @@ test: setup ## lint and run the tests
 test-extra: setup ## run what test leaves out: long tests of the studies, and pages in Chromium if it is installed
 	@# RENEW_SCREENSHOTS=1 writes the documentation's pictures of pages instead of comparing with them
 	[ -d .browser ] || $(BIN)/pip install --quiet --no-deps --target .browser -r tests/browser/requirements.lock
-	PYTHONPATH=.browser $(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m extra --durations=10
+	status=0
+	export PYTHONPATH=.browser
+	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "extra and not clock" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests/ros tests/system -q -m "clock and extra" --durations=10 || status=$$?
+	exit $$status
 
 .PHONY: lint
 lint: setup ## check style and types

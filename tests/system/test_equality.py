@@ -18,6 +18,7 @@ from fivebar_description.interface import (
     GROUND_TRUTH,
     IMU_DATA,
     JOINT_STATES,
+    PASSIVE_STATES,
     REFERENCE,
     SCENE,
     SCENE_MAP,
@@ -35,7 +36,7 @@ STAMPED = [
     topic
     for topic in TOPICS
     if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
-    and topic not in (*ESTIMATION_TOPICS, GROUND_TRUTH, UNIFIED_TORQUE)
+    and topic not in (*ESTIMATION_TOPICS, GROUND_TRUTH, PASSIVE_STATES, UNIFIED_TORQUE)
 ]
 IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
 

@@ -129,6 +129,9 @@ def moments() -> dict[str, int]:
 
 MOMENTS = moments()
 
+ALL_MOMENTS = [pytest.param(one, marks=() if one == "on the locus" else pytest.mark.extra) for one in MOMENTS]
+"""Where the least can be done is tried in every test run, the others with the long tests."""
+
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
@@ -137,7 +140,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
 
 
 @pytest.mark.clock
-@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("moment", ALL_MOMENTS)
 @pytest.mark.parametrize("fault", DRIVES)
 def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
     broken = DRIVES[fault]
@@ -222,7 +225,7 @@ def recover(rig: FaultBench) -> None:
 
 @pytest.mark.clock
 @pytest.mark.parametrize("fault", NODES)
-@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("moment", ALL_MOMENTS)
 def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     broken = NODES[fault]
     verb, node = broken.order.split()

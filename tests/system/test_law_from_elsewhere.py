@@ -58,6 +58,7 @@ def test_the_graph_and_the_offline_runner_agree_bit_for_bit(bags: dict[str, Reco
     assert ros == offline
 
 
+@pytest.mark.extra
 def test_the_compiled_engine_runs_the_law_with_its_settings_and_its_memory(
     bags: dict[str, Recording], scenario: Path
 ) -> None:

@@ -78,6 +78,7 @@ def test_wrapped_angles_are_the_plain_ones_and_those_of_fmod(angle: float) -> No
         assert -math.pi < wrap(angle) <= math.pi
 
 
+@pytest.mark.extra
 @given(at=st.tuples(st.floats(-0.02, 0.02), st.floats(0.06, 0.14)), tau=torque, ahead=st.floats(-1e-3, 1e-3))
 def test_the_filter_is_the_plain_one_to_the_last_bit(at: Any, tau: Any, ahead: float) -> None:
     model = filter_model(ROBOT, *MODES, 500, EkfSettings())

@@ -15,6 +15,8 @@ from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT
 from fivebar_description.settings import sections
 from fivebar_sim.settings import PlantSettings
 
+pytestmark = pytest.mark.extra  # compiling two engines takes a minute
+
 EFFECTS: dict[str, dict[str, Any]] = {
     "links": {"l_11": 1e-5, "l_12": -1e-5, "base_2": 1e-5, "distal_inertia": -5e-5},
     "friction": {"stribeck": 1.3, "viscous": 0.01, "presliding": 1e-3, "presliding_damping": 0.2, "passive": 0.003},
