@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from graph_probe import Bench
-from middle_motion import MiddleMotion
+from typing import Any
 
-from fivebar_description.interface import JOINT_STATES, REFERENCE, RUN_PLAN, SUPERVISOR_STATE
-from fivebar_description.run_plan import read_plan
+from graph_probe import RATE_HZ, Bench
+from middle_motion import MiddleMotion
+from std_msgs.msg import String
+
+from fivebar_description.interface import (
+    FAULTS,
+    JOINT_STATES,
+    NANOSECONDS,
+    REFERENCE,
+    RUN_EPOCH,
+    RUN_PLAN,
+    SUPERVISOR_STATE,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.messages import to_stamp
+from fivebar_description.run_plan import epoch_text, read_plan
 
 
 def test_a_node_answers_only_what_its_plan_agrees_with(bench: Bench, motion: MiddleMotion) -> None:
@@ -45,3 +58,32 @@ def test_the_plan_names_whatever_nodes_share(bench: Bench, motion: MiddleMotion)
     assert {"rate_hz", "robot", "working_mode", "waypoints", "segment_durations", "zone_epsilon"} <= set(plan.values)
     assert "waypoints: [0.0, 0.15, 0.0, 0.03, 0.0, 0.15] here, [0.0, 0.15, 0.0, 0.02, 0.0, 0.15]" in other.stderr
     assert "refuses" not in same.stderr
+
+
+def test_a_sample_heard_before_its_epoch_has_no_number_yet(bench: Bench, motion: MiddleMotion) -> None:
+    """As a node may that is started again during a run: it hears of its publishers in any order."""
+    epoch = 1_700_000_000 * NANOSECONDS
+
+    def message(sample: int) -> Any:
+        content = motion.joint_states_message(sample)
+        content.header.stamp = to_stamp(sample_stamp_ns(sample, RATE_HZ, epoch))
+        return content
+
+    bench.start("blender")
+    probe = bench.probe()
+    probe.advertise(JOINT_STATES)
+    probe.listen(FAULTS)
+
+    def dropped() -> bool:
+        probe.publish(JOINT_STATES, message(40))
+        _, values = probe.health("/blender")
+        return values["dropped"] != "0"
+
+    def noticed() -> bool:
+        probe.publish(JOINT_STATES, message(41))
+        return bool(probe.got(FAULTS))
+
+    probe.wait_for(dropped, "a sample without a number")
+    probe.publish(RUN_EPOCH, String(data=epoch_text(epoch)))
+    probe.wait_for(noticed, "a fault")
+    assert " for sample 41 within " in probe.got(FAULTS)[0].data

@@ -12,6 +12,7 @@ from typing import Any
 from std_msgs.msg import String
 
 from fivebar_description.interface import (
+    NANOSECONDS,
     RUN_EPOCH,
     RUN_PLAN,
     START_STAMP_NS,
@@ -22,6 +23,9 @@ from fivebar_description.interface import (
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.run_plan import RunPlan, difference, epoch_text, read_epoch, read_plan
+
+LONGEST_RUN_NS = 86_400 * NANOSECONDS
+"""Stamps (ns) so far after the epoch that is assumed without any are those of an epoch that is not known yet."""
 
 
 class RunAgreement:
@@ -78,7 +82,12 @@ class RunAgreement:
         return sample_stamp_ns(sample, self._rate_hz, self.epoch_ns)
 
     def sample(self, stamp_ns: int) -> int | None:
-        """Return the sample that a stamp (ns) names; None where it is not on the grid from the epoch on."""
+        """Return the sample that a stamp (ns) names; None where it is not on the grid from the epoch on.
+
+        A sample may be heard before the node that keeps the time is known: then its stamp is that of no sample yet.
+        """
+        if not self.begun and stamp_ns - self.epoch_ns > LONGEST_RUN_NS:
+            return None
         return sample_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
 
     def moment(self, stamp_ns: int) -> float:

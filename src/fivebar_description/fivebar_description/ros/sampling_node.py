@@ -45,7 +45,7 @@ class SamplingNode(GraphNode):
         """
         assert self.agreement is not None, "a node that answers samples belongs to a run"
         self._run = self.agreement
-        self._run.on_begin = self._begin_run
+        self._run.on_begin = self._begin_epoch
         self.rate_hz = rate_hz
         self._join = StampJoin([one.topic.name for one in inputs], depth or CAPACITY)
         self._driver = inputs[0].topic
@@ -88,10 +88,7 @@ class SamplingNode(GraphNode):
                 return
             sample = self._run.sample(stamp_of(message))
             if sample is None:
-                self.drop(
-                    one.topic,
-                    f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz",
-                )
+                self.drop(one.topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
                 return
             sample += one.later
             arrival = self._join.arrival(sample)
@@ -115,6 +112,12 @@ class SamplingNode(GraphNode):
             self._take(one.topic, sample, values, driving)
 
         return receive
+
+    def _begin_epoch(self) -> None:
+        """Start anew with other numbers: samples that were admitted, answered or not, had those of another epoch."""
+        if self._join.last < 0:
+            self.restart()
+        self._begin_run()
 
     def _begin_run(self) -> None:
         """Start anew: the driving input is at sample 0 again, or a run with another epoch begins."""
