@@ -155,6 +155,7 @@ def test_the_push_meets_the_robot_on_the_locus(numbers: tuple[int, ...]) -> None
         assert bus.lost_from <= crossing <= bus.lost_from + bus.lost_within
 
 
+@pytest.mark.extra
 def test_a_drawn_robot_is_a_scenario_that_is_run_again(numbers: tuple[int, ...]) -> None:
     case = draw(SEED, numbers[0], "middling")
     scenario = case.scenario("unified")

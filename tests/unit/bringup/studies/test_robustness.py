@@ -77,6 +77,7 @@ def test_a_size_has_its_place_in_the_figure() -> None:
         assert place_of(effect, effect.sizes[3]) == pytest.approx(3.5)
 
 
+@pytest.mark.extra
 def test_a_gyroscope_saves_a_robot_whose_lengths_are_wrong() -> None:
     lengths = EFFECTS["lengths"]
     assert failure_of("unified, encoders", lengths, 0.2, 0.5, 0) is not None
