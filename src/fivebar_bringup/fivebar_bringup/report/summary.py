@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -63,7 +64,7 @@ class Summary:
         latency_ms: from a sample to its torque at the plant; None where time did not pass.
         overruns: clock periods that passed without a torque: samples whose torque was late.
         missing_samples: planned samples up to the last one recorded that were not recorded: not measured, or lost by
-            the recorder.
+            the recorder; in real time also those without a reference, where that was missing.
         simulated_s: nominal time from sample 0 to the last one recorded (s).
         wall_s: how long the run took (s).
         not_completed_because: reasons, in words.
@@ -71,8 +72,8 @@ class Summary:
         tracking_error_peak_m: largest distance from the reference (m).
         dropped_messages: messages that the recorder is known to have missed.
         error_tolerance_m: the scenario's tolerance (m).
-        within_tolerance: whether the platform is known to have stayed within it throughout; a completed run may not
-            have.
+        within_tolerance: whether the platform is known to have stayed within it throughout, in real time at all samples
+            that are not missing; a completed run may not have.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
     """
 
@@ -132,10 +133,11 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
     changes = sign_changes(series.det_a)
     turned = working_mode_changes(np.sin(series.joint_position[:, [1, 3]]).tolist())
     clocked = timing.mode == REALTIME
+    judged = distance[~np.isnan(distance)] if clocked else distance
     reasons = [
         *details,
         *_unrecorded_samples(series, planned_samples, clocked),
-        *_lost_tracking(distance),
+        *_lost_tracking(distance, scenario.stop_cycles() if clocked else 0),
         *(_beyond_tolerance(distance, scenario.error_tolerance) if clocked else ()),
         *_wrong_changes("assembly", changes, planned_changes),
         *_wrong_changes("working", turned, plan.working_mode_changes),
@@ -161,7 +163,7 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
         cycle_time_ms=cycle_time(series),
         latency_ms=CycleTime(**timing.latency_ms) if clocked and timing.latency_ms else None,
         overruns=timing.overruns,
-        missing_samples=_missing(series),
+        missing_samples=_missing(series) + (int(np.count_nonzero(np.isnan(distance))) if clocked else 0),
         simulated_s=float(series.time[-1]) if series.time.size else None,
         wall_s=timing.wall_s,
         name=scenario.name,
@@ -177,7 +179,7 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
         planned_working_mode_changes=plan.working_mode_changes,
         dropped_messages=int(dropped) if dropped.isdecimal() else None,
         error_tolerance_m=scenario.error_tolerance,
-        within_tolerance=bool(distance.size) and bool(np.all(distance <= scenario.error_tolerance)),
+        within_tolerance=bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance)),
     )
 
 
@@ -255,15 +257,16 @@ def _beyond_tolerance(distance: FloatArray, tolerance: float) -> Sequence[str]:
     return (f"the platform was up to {largest * 1e3:.1f} mm from its reference, tolerated are {tolerance * 1e3:g} mm",)
 
 
-def _lost_tracking(distance: FloatArray) -> list[str]:
-    """Return reasons where the error is unknown or beyond its limits."""
+def _lost_tracking(distance: FloatArray, bridged: int) -> list[str]:
+    """Return reasons where the error is beyond its limits, or unknown for more than the bridged samples in a row."""
     reasons = []
     largest = peak(distance)
     if largest is not None and largest > ERROR_LIMIT:
         reasons.append(f"the platform was up to {largest * 1e3:.1f} mm from its reference, allowed are 50 mm")
-    unknown = int(np.count_nonzero(np.isnan(distance)))
-    if unknown:
-        reasons.append(f"the tracking error is not known at {unknown} of the {distance.size} samples")
+    unknown = np.isnan(distance)
+    longest = max((len(list(run)) for lacks, run in groupby(unknown.tolist()) if lacks), default=0)
+    if longest > bridged or unknown[-1:].any():
+        reasons.append(f"the tracking error is not known at {unknown.sum()} of the {distance.size} samples")
     if distance.size and distance[-1] > FINAL_ERROR_LIMIT:
         reasons.append(f"the platform ended {distance[-1] * 1e3:.1f} mm from its reference, allowed are 2 mm")
     return reasons

@@ -356,6 +356,12 @@ def test_real_time_bridges_samples(
     assert summary.missing_samples == len(set(missing) - {LAST})
 
 
+@pytest.mark.parametrize(("lost", "completed"), [(4, True), (LAST, False)])
+def test_real_time_counts_a_lost_reference_as_a_missing_sample(record: Record, lost: int, completed: bool) -> None:
+    summary = summary_of(record(without=[(REFERENCE, lost)]), timing=Timing(runner="ros", mode="realtime"))
+    assert (summary.completed, summary.missing_samples, summary.within_tolerance) == (completed, 1, True)
+
+
 def test_real_time_has_to_stay_within_the_tolerance(record: Record) -> None:
     """In lockstep a run may be completed without."""
     directory, tight = record(offset=(0.0, 1e-3)), DOWN.model_copy(update={"error_tolerance": 5e-4})
