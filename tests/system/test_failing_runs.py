@@ -102,7 +102,7 @@ def test_an_interrupted_run_ends_in_order(graph_run: Callable[..., GraphRun], nu
     assert 100 < summary["samples"] < summary["planned_samples"]
     run.expect_no_torque()
     assert tuple(run.bag().field(TORQUE_COMMAND, "effort")[-1]) == ZERO
-    assert run.bag().custom_data["dropped"] == "0"
+    assert run.bag().custom_data["dropped"] == "0", dict(run.bag().custom_data)
     run.command.expect_no_process(0.0)
 
 

@@ -12,7 +12,16 @@ from std_msgs.msg import String
 
 from fivebar_bringup.runs.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_description.interface import DIAGNOSTICS, FAULTS, PICTURES, RECORDED_BESIDES, TOPICS, Topic, topic_named
+from fivebar_description.interface import (
+    DIAGNOSTICS,
+    FAULTS,
+    PICTURES,
+    RECORDED_BESIDES,
+    STATE_QOS,
+    TOPICS,
+    Topic,
+    topic_named,
+)
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
@@ -58,8 +67,8 @@ class BagRecorder(GraphNode):
 
     def _record(self, topic: Topic) -> None:
         def count_lost(information: Any) -> None:
-            # a picture or a report of health less is no loss of data
-            if topic not in (*PICTURES, DIAGNOSTICS):
+            # a picture or a report of health less is no loss of data, nor is a state that a later one has replaced
+            if topic not in (*PICTURES, DIAGNOSTICS) and topic.qos != STATE_QOS:
                 self._lost[topic.name] = information.total_count
 
         self.listen(
