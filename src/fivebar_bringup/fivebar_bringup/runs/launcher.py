@@ -18,6 +18,7 @@ from fivebar_bringup.runs.run_directory import RunDirectory
 POLL_PERIOD = 0.1
 STOP_TIMEOUT = 10.0
 RECORDER_STOP_TIMEOUT = 20.0
+ABORT_TIMEOUT = 2.0
 
 FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
@@ -152,8 +153,11 @@ def _stop(processes: Iterable[NodeProcess], timeout: float) -> list[str]:
     faults = []
     for process in stopping:
         if not process.wait(deadline):
-            process.send(signal.SIGKILL)
-            faults.append(f"node_stuck: {process.name} did not stop within {timeout:g} s and was killed")
+            # on SIGABRT a node writes to its log where each of its threads is
+            process.send(signal.SIGABRT)
+            if not process.wait(time.monotonic() + ABORT_TIMEOUT):
+                process.send(signal.SIGKILL)
+            faults.append(f"node_stuck: {process.name} did not stop within {timeout:g} s and was killed, see its log")
         elif process.status != 0:
             faults.append(f"node_failed: {process.name} ended with status {process.status}: {process.last_line()}")
     return faults

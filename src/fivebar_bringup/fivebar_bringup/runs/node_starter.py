@@ -101,7 +101,11 @@ def start(request: StartRequest) -> None:
 
 
 def _run(request: StartRequest, node: NodeCommand) -> NoReturn:
-    """Run a node as `python -m MODULE ARGUMENTS` would, in a session of its own, once the gate opens."""
+    """Run a node as `python -m MODULE ARGUMENTS` would, in a session of its own, once the gate opens.
+
+    Signals that ask it to stop are blocked until it handles them, see `run_nodes`.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM))
     os.setsid()
     log = os.open(node.log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
     for descriptor in (sys.stdout.fileno(), sys.stderr.fileno()):

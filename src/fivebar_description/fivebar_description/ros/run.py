@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import gc
 import inspect
 import os
@@ -34,6 +35,8 @@ SWITCH_INTERVAL = 2e-4
 
 BAD_INPUT = 2
 
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 PROFILE_VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 FAST_DDS = "rmw_fastrtps"
 """How the names of the ROS middlewares on Fast DDS begin; the default of Jazzy is one of them."""
@@ -62,17 +65,23 @@ def run_node(make: Callable[[], GraphNode]) -> None:
 def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     """Run nodes in this process until one finishes or a signal stops them, then exit the process.
 
-    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input.
+    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input. On SIGABRT
+    the process prints where each of its threads is.
     """
     use_local_network_only()
+    faulthandler.enable()
     stopping = False
 
     def stop(number: int, frame: FrameType | None) -> None:
         nonlocal stopping
         stopping = True
 
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
+    for number in STOP_SIGNALS:
+        signal.signal(number, stop)
+    # who has started this process may have blocked them: an interrupt among imports can get lost in a library
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+    if stopping:
+        sys.exit(0)
     # nodes still publish after a signal, so rclpy's own handlers, which shut the context down, are not installed
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)

@@ -42,6 +42,13 @@ PROGRAMS = {
     """,
     "exits": "import sys\ndef main(): sys.exit(3)",
     "raises": "def main(): raise ValueError('no such thing')",
+    "interrupted": """
+        import os, signal
+        os.kill(os.getpid(), signal.SIGINT)
+        def main():
+            from fivebar_description.ros.run import run_nodes
+            run_nodes([])
+    """,
     "waits": "import signal\ndef main():\n    print('waiting', flush=True)\n    signal.pause()",
 }
 
@@ -103,6 +110,9 @@ def test_how_a_process_has_ended(run: RunDirectory, processes: dict[str, NodePro
     assert wait(processes["exits"]) == 3
     assert wait(processes["raises"]) == 1
     assert processes["raises"].last_line() == "ValueError: no such thing"
+    # an interrupt while a node still loads its modules is kept until it can stop in order
+    assert wait(processes["interrupted"]) == 0
+    assert processes["interrupted"].last_line() == ""
     waiting = processes["waits"]
     assert waiting.status is None
     assert not waiting.wait(time.monotonic() + 0.05)
