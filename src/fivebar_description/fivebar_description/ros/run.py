@@ -30,6 +30,13 @@ except ImportError:
 WAKE_PERIOD = 0.1
 """Longest time (s) the executor sleeps before a signal is noticed."""
 
+TEARDOWN_TIME = 8.0
+"""Longest time (s) for shutting the middleware down, after all messages have been delivered. Nodes have been seen, very
+seldom, that never ended; such a node now prints where it hangs, and ends."""
+
+TEARDOWN_STUCK = -signal.SIGALRM
+"""Exit status, as the parent process sees it, of a node that has done its work and whose middleware did not end."""
+
 SWITCH_INTERVAL = 2e-4
 """Switch interval (s) of Python's global interpreter lock; the default of 5 ms is more than two periods at 500 Hz."""
 
@@ -65,8 +72,8 @@ def run_node(make: Callable[[], GraphNode]) -> None:
 def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     """Run nodes in this process until one finishes or a signal stops them, then exit the process.
 
-    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input. On SIGABRT
-    the process prints where each of its threads is.
+    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input, and that of
+    SIGALRM where the middleware cannot be shut down. On SIGABRT the process prints where each of its threads is.
     """
     use_local_network_only()
     faulthandler.enable()
@@ -119,6 +126,8 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
             if rclpy.ok():
                 node.stop()
                 node.deliver()
+        faulthandler.register(signal.SIGALRM, chain=True)
+        signal.setitimer(signal.ITIMER_REAL, TEARDOWN_TIME)
         executor.shutdown()
         for node in nodes:
             node.destroy_node()

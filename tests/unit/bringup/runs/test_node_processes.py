@@ -16,10 +16,12 @@ from pathlib import Path
 import pytest
 
 from fivebar_bringup.runs.graph import NodeSpec
+from fivebar_bringup.runs.launcher import stop_all
 from fivebar_bringup.runs.node_processes import STARTER, NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.node_starter import COMMON_MODULES, LONGEST_NAME, NodeCommand, StartRequest
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_description.ros.run import TEARDOWN_STUCK
 
 DOMAIN = 42
 PACKAGE = "processes_of_this_test"
@@ -48,6 +50,22 @@ PROGRAMS = {
         def main():
             from fivebar_description.ros.run import run_nodes
             run_nodes([])
+    """,
+    "never_taken_apart": """
+        import signal
+        from fivebar_description.ros import run
+        from fivebar_description.ros.node import GraphNode
+        run.TEARDOWN_TIME = 0.2
+        class Stuck(GraphNode):
+            def __init__(self):
+                super().__init__("stuck")
+                print("made", flush=True)
+            def stop(self):
+                print("stopped", flush=True)
+            def destroy_node(self):
+                signal.pause()
+        def main():
+            run.run_nodes([Stuck])
     """,
     "waits": "import signal\ndef main():\n    print('waiting', flush=True)\n    signal.pause()",
 }
@@ -105,8 +123,9 @@ def test_a_process_has_what_its_own_command_would_have_given_it(
 
 
 def test_how_a_process_has_ended(run: RunDirectory, processes: dict[str, NodeProcess]) -> None:
-    start_processes([spec(name) for name in PROGRAMS], run, DOMAIN, processes)
-    assert list(processes) == list(PROGRAMS)
+    programs = ["exits", "raises", "interrupted", "waits"]
+    start_processes([spec(name) for name in programs], run, DOMAIN, processes)
+    assert list(processes) == programs
     assert wait(processes["exits"]) == 3
     assert wait(processes["raises"]) == 1
     assert processes["raises"].last_line() == "ValueError: no such thing"
@@ -121,6 +140,21 @@ def test_how_a_process_has_ended(run: RunDirectory, processes: dict[str, NodePro
     # one that has ended can be asked again, waited for and sent signals
     waiting.send(signal.SIGINT)
     assert wait(waiting) == -signal.SIGKILL
+
+
+def test_a_node_whose_middleware_does_not_end_has_done_its_work(
+    run: RunDirectory, processes: dict[str, NodeProcess]
+) -> None:
+    start_processes([spec("never_taken_apart")], run, DOMAIN, processes)
+    log = run.logs / "never_taken_apart.log"
+    end = time.monotonic() + DEADLINE
+    while "made" not in log.read_text(encoding="utf-8") and time.monotonic() < end:
+        time.sleep(0.02)
+    assert stop_all(processes) == []
+    assert processes["never_taken_apart"].status == TEARDOWN_STUCK
+    text = log.read_text(encoding="utf-8")
+    assert "stopped" in text
+    assert "in destroy_node" in text
 
 
 def test_where_the_starter_fails_nothing_runs(
