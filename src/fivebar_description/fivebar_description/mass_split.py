@@ -1,27 +1,39 @@
 """Masses of the robot's bodies that add up to the grouped parameters of the reduced model.
 
-A parameter file has two inertias zz_i1R and one mass m, since these are all that a motion shows. They are sums over
-bodies: a distal link whose inertia is that of two points, m_e at the elbow and m_t at the platform, adds m_e l_i1^2 to
-zz_i1R and m_t to m, and nothing else. Any positive m_e and m_t that leave the other bodies a positive rest therefore
-move like the reduced model; the shares below are a plausible choice, not a measurement.
+A parameter file has two inertias zz_i1R, two residual inertias zz_i2R and one mass m, since these are all that a motion
+shows. They are sums over bodies: a distal link that moves like two points, m_e at the elbow and m_t at the platform,
+with an inertia zz_i2R besides, adds m_e l_i1^2 to zz_i1R and m_t to m. Any positive m_e and m_t that leave the link a
+positive inertia and the other bodies a positive rest therefore move like the model; the shares below are a plausible
+choice, not a measurement.
 
 A parameter file may have the distal links as they were weighed. Then the other bodies have the rest, so that the
-grouped parameters stay what they are; the model neglects by how much the links' inertia differs from that of two
-points.
+grouped parameters stay what they are; zz_i2R is taken to be that of the weighed links. A file with all links in place
+of the grouped parameters needs no split: its bodies are those.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_description.parameters import DistalLink, DistalLinks, FiveBar, LegParameters
+from fivebar_description.parameters import (
+    DistalLink,
+    DistalLinks,
+    FiveBar,
+    LegParameters,
+    Links,
+    ProximalLink,
+    tip_masses,
+)
 from fivebar_description.strict_yaml import InputError
 
 TIP_SHARE = 0.25
 """Share of the platform mass m that belongs to the end of each distal link."""
 
 ELBOW_SHARE = 0.25
-"""Largest share of zz_i1R that the mass at the elbow makes up."""
+"""Largest share of zz_i1R that the mass at the elbow makes up, where a residual inertia does not need more."""
+
+SLENDER = 3.0
+"""Mass at the elbow over the least one that a residual inertia needs: that of a slender bar."""
 
 PROXIMAL_SHARE = 0.5
 """Largest share of the rest of zz_i1R that the proximal link's mass makes up; what remains is the rotor."""
@@ -49,25 +61,32 @@ class MassSplit(NamedTuple):
     platform: Body
 
 
-def split_masses(robot: FiveBar, platform_radius: float, weighed: DistalLinks | None = None) -> MassSplit:
+def split_masses(robot: FiveBar, platform_radius: float, weighed: Links | DistalLinks | None = None) -> MassSplit:
     """Return positive masses and inertias that move like the reduced model.
 
     Args:
         robot: its parameters.
         platform_radius: of the end effector, a cylinder (m).
-        weighed: the distal links, where they are known.
+        weighed: the distal links, or all bodies, where they are known.
 
     Raises:
         InputError: the weighed links are more than the grouped parameters have.
     """
+    if isinstance(weighed, Links):
+        near, far, effector = weighed
+        return MassSplit(
+            (_weighed(near.leg_1), _weighed(near.leg_2)),
+            (_weighed(far.leg_1), _weighed(far.leg_2)),
+            Body(effector.mass_kg, 0.0, effector.inertia_kg_m2),
+        )
     if weighed is not None:
         return _split_around(robot, platform_radius, (weighed.leg_1, weighed.leg_2))
-    tip = TIP_SHARE * robot.mass
-    elbows = (_elbow_mass(robot.leg1, tip), _elbow_mass(robot.leg2, tip))
-    one, two = (_two_points(leg, elbow, tip) for leg, elbow in zip(robot[:2], elbows, strict=True))
-    platform = _platform(robot.mass - 2.0 * tip, platform_radius, two)
+    tips = tip_masses(robot, TIP_SHARE)
+    elbows = (_elbow_mass(robot.leg1, tips[0]), _elbow_mass(robot.leg2, tips[1]))
+    one, two = (_two_points(*leg) for leg in zip(robot[:2], elbows, tips, strict=True))
+    platform = _platform(robot.mass - (tips[0] + tips[1]), platform_radius, two)
     return MassSplit(
-        (_proximal(robot.leg1, elbows[0], tip), _proximal(robot.leg2, elbows[1], tip)),
+        (_proximal(robot.leg1, elbows[0], tips[0]), _proximal(robot.leg2, elbows[1], tips[1])),
         # the end effector turns with the link, so its inertia is part of the link's
         (one, two._replace(inertia=two.inertia - platform.inertia)),
         platform,
@@ -75,7 +94,7 @@ def split_masses(robot: FiveBar, platform_radius: float, weighed: DistalLinks | 
 
 
 def _split_around(robot: FiveBar, platform_radius: float, weighed: tuple[DistalLink, DistalLink]) -> MassSplit:
-    links = [Body(link.mass_kg, link.centre_m, link.inertia_kg_m2) for link in weighed]
+    links = [_weighed(link) for link in weighed]
     rest, proximal = robot.mass, []
     for number, (leg, link) in enumerate(zip(robot[:2], links, strict=True), start=1):
         key = f"distal_links.leg_{number}"
@@ -92,13 +111,23 @@ def _split_around(robot: FiveBar, platform_radius: float, weighed: tuple[DistalL
     return MassSplit((proximal[0], proximal[1]), (links[0], links[1]), _platform(rest, platform_radius, links[1]))
 
 
+def _weighed(link: ProximalLink | DistalLink) -> Body:
+    return Body(link.mass_kg, link.centre_m, link.inertia_kg_m2)
+
+
 def _elbow_mass(leg: LegParameters, tip: float) -> float:
-    return min(tip, ELBOW_SHARE * leg.inertia / leg.proximal**2)
+    largest = leg.inertia / leg.proximal**2
+    plain = min(tip, ELBOW_SHARE * largest)
+    lacking = -leg.residual / leg.distal**2
+    if lacking <= 0.0:
+        return plain
+    least = lacking * tip / (tip - lacking)
+    return max(plain, min(SLENDER * least, 0.5 * (least + largest)))
 
 
 def _two_points(leg: LegParameters, elbow: float, tip: float) -> Body:
     mass = elbow + tip
-    return Body(mass, tip / mass * leg.distal, elbow * tip / mass * leg.distal**2)
+    return Body(mass, tip / mass * leg.distal, elbow * tip / mass * leg.distal**2 + leg.residual)
 
 
 def _platform(mass: float, radius: float, link: Body) -> Body:

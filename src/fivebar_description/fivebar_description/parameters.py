@@ -6,8 +6,9 @@ import functools
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.settings import Section
@@ -23,7 +24,8 @@ class LegParameters(NamedTuple):
     """Leg i of the robot: base O_i = (base_x, 0), proximal link l_i1, distal link l_i2.
 
     Units: m, kg m^2, Nm. `inertia` is zz_i1R about the motor axis; friction is 1.32 with sign smoothed to
-    tanh(qdot / width), width in rad/s.
+    tanh(qdot / width), width in rad/s. `residual` is zz_i2R, the inertia of the distal link beyond that of its two
+    point masses at elbow and platform; negative for most links.
     """
 
     base_x: float
@@ -33,13 +35,24 @@ class LegParameters(NamedTuple):
     coulomb: float
     offset: float
     width: float
+    residual: float = 0.0
 
 
 class FiveBar(NamedTuple):
-    """The reduced model of the thesis: two legs and the platform mass m (kg)."""
+    """The grouped parameters: two legs and the platform mass m (kg); without residuals the thesis' reduced model."""
 
     leg1: LegParameters
     leg2: LegParameters
+    mass: float
+
+
+class Grouped(NamedTuple):
+    """zz_11R, zz_21R, zz_12R, zz_22R (kg m^2) and m (kg)."""
+
+    inertia1: float
+    inertia2: float
+    residual1: float
+    residual2: float
     mass: float
 
 
@@ -54,10 +67,12 @@ class Lengths(StrictModel):
 
 
 class Inertias(StrictModel):
-    """Section `inertias_kg_m2`: the grouped inertias about the motor axes."""
+    """Section `inertias_kg_m2`: grouped inertias about the motor axes, residual inertias of the distal links."""
 
     zz_11R: Positive
     zz_21R: Positive
+    zz_12R: float = 0.0
+    zz_22R: float = 0.0
 
 
 class Mass(StrictModel):
@@ -76,6 +91,14 @@ class Friction(StrictModel):
     width_rad_s: Positive
 
 
+class ProximalLink(StrictModel):
+    """A proximal link with all that turns with its motor: mass, centre of mass from the axis, inertia about that."""
+
+    mass_kg: Positive
+    centre_m: float
+    inertia_kg_m2: NotNegative
+
+
 class DistalLink(StrictModel):
     """A distal link as it was weighed: its mass, its centre of mass from the elbow, its inertia about that centre."""
 
@@ -84,48 +107,179 @@ class DistalLink(StrictModel):
     inertia_kg_m2: Positive
 
 
+class ProximalLinks(StrictModel):
+    """Section `proximal_links`: with `distal_links`, in place of the grouped parameters."""
+
+    leg_1: ProximalLink
+    leg_2: ProximalLink
+
+
 class DistalLinks(StrictModel):
-    """Section `distal_links`: for the URDF. The model has what the links add to the grouped parameters in those."""
+    """Section `distal_links`: beside grouped parameters, which contain what the links add to them, for the URDF."""
 
     leg_1: DistalLink
     leg_2: DistalLink
 
 
+class EndEffector(StrictModel):
+    """Section `end_effector` beside the links: mass at the platform point, inertia of what turns with leg 2 there."""
+
+    mass_kg: NotNegative
+    inertia_kg_m2: NotNegative = 0.0
+
+
+class Links(NamedTuple):
+    """All moving bodies, in place of grouped parameters."""
+
+    proximal: ProximalLinks
+    distal: DistalLinks
+    effector: EndEffector
+
+
+NO_EFFECTOR = EndEffector(mass_kg=0.0)
+"""Of a robot whose distal links end in a pin that belongs to one of them."""
+
+
 class RobotFile(StrictModel):
-    """One parameter file."""
+    """One parameter file, with the grouped parameters or with the links that they are made of."""
 
     name: Annotated[str, Field(min_length=1)]
     lengths_m: Lengths
-    inertias_kg_m2: Inertias
-    mass_kg: Mass
+    inertias_kg_m2: Inertias | None = None
+    mass_kg: Mass | None = None
+    proximal_links: ProximalLinks | None = None
     friction: Friction
     tolerances: Section[Tolerances] = EXACT
     loads: Section[Loads] = NO_LOADS
     distal_links: DistalLinks | None = None
+    end_effector: EndEffector | None = None
     sensors: Section[KnownSensors] = NOTHING_KNOWN
+    drives: Section[KnownDrives] = NO_DRIVES
+
+    @model_validator(mode="after")
+    def _moves_like_a_robot(self) -> RobotFile:
+        if self.proximal_links is None:
+            for key in ("inertias_kg_m2", "mass_kg"):
+                if getattr(self, key) is None:
+                    raise ValueError(f"{key}: is missing; or give proximal_links and distal_links in place of it")
+            if self.end_effector is not None:
+                raise ValueError("end_effector: expected only beside proximal_links and distal_links")
+        else:
+            if self.distal_links is None:
+                raise ValueError("distal_links: is missing beside proximal_links")
+            for key in ("inertias_kg_m2", "mass_kg"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key}: expected either grouped parameters or proximal_links, not both")
+            for name, link, length in self._distals(self.distal_links):
+                if link.centre_m > length:
+                    raise ValueError(
+                        f"distal_links.{name}.centre_m: {link.centre_m}: expected at most the length of the link,"
+                        f" {length} m"
+                    )
+        tip_masses(self.five_bar())
+        return self
 
     def five_bar(self) -> FiveBar:
         """Return the parameters as the plain numbers that the equations take."""
         lengths, friction = self.lengths_m, self.friction
+        grouped = self.grouped()
         leg1 = LegParameters(
             base_x=-lengths.a / 2.0,
             proximal=lengths.l_11,
             distal=lengths.l_12,
-            inertia=self.inertias_kg_m2.zz_11R,
+            inertia=grouped.inertia1,
             coulomb=friction.f_s11,
             offset=friction.f_off11,
             width=friction.width_rad_s,
+            residual=grouped.residual1,
         )
         leg2 = LegParameters(
             base_x=lengths.a / 2.0,
             proximal=lengths.l_21,
             distal=lengths.l_22,
-            inertia=self.inertias_kg_m2.zz_21R,
+            inertia=grouped.inertia2,
             coulomb=friction.f_s21,
             offset=friction.f_off21,
             width=friction.width_rad_s,
+            residual=grouped.residual2,
         )
-        return FiveBar(leg1, leg2, self.mass_kg.m)
+        return FiveBar(leg1, leg2, grouped.mass)
+
+    def grouped(self) -> Grouped:
+        """Return the grouped parameters, as they stand in the file or as the links add up to them."""
+        if self.inertias_kg_m2 is not None and self.mass_kg is not None:
+            zz = self.inertias_kg_m2
+            return Grouped(zz.zz_11R, zz.zz_21R, zz.zz_12R, zz.zz_22R, self.mass_kg.m)
+        links = self.weighed()
+        if not isinstance(links, Links):
+            raise AssertionError("a file without grouped parameters has all links")
+        near, far, lengths = links.proximal, links.distal, self.lengths_m
+        inertia1, residual1, tip1 = _of_links(near.leg_1, far.leg_1, lengths.l_11, lengths.l_12)
+        inertia2, residual2, tip2 = _of_links(near.leg_2, far.leg_2, lengths.l_21, lengths.l_22)
+        return Grouped(
+            inertia1,
+            inertia2,
+            residual1,
+            residual2 + links.effector.inertia_kg_m2,
+            tip1 + tip2 + links.effector.mass_kg,
+        )
+
+    def weighed(self) -> Links | DistalLinks | None:
+        """Return what the file knows of single bodies: all links, the distal ones only, or nothing."""
+        if self.proximal_links is None or self.distal_links is None:
+            return self.distal_links
+        return Links(self.proximal_links, self.distal_links, self.end_effector or NO_EFFECTOR)
+
+    def _distals(self, links: DistalLinks) -> tuple[tuple[str, DistalLink, float], ...]:
+        return ("leg_1", links.leg_1, self.lengths_m.l_12), ("leg_2", links.leg_2, self.lengths_m.l_22)
+
+
+def _of_links(near: ProximalLink, far: DistalLink, proximal: float, distal: float) -> tuple[float, float, float]:
+    """Return zz_i1R, zz_i2R (kg m^2) and the mass at the platform (kg) of a leg's links, of these lengths (m).
+
+    A rigid link moves like a mass at each of its ends, which have its mass and its centre of mass, and a massless
+    inertia that makes up for the difference.
+    """
+    tip = far.mass_kg * far.centre_m / distal
+    elbow = far.mass_kg - tip
+    return (
+        near.inertia_kg_m2 + near.mass_kg * near.centre_m**2 + elbow * proximal**2,
+        far.inertia_kg_m2 - far.mass_kg * far.centre_m * (distal - far.centre_m),
+        tip,
+    )
+
+
+def tip_masses(robot: FiveBar, share: float = 0.5) -> tuple[float, float]:
+    """Return shares of the mass m (kg) that, at the end of each distal link, give each leg alone a kinetic energy.
+
+    They are the same share of m, without residual inertias; a distal link that has less inertia than its two point
+    masses needs some mass beforehand.
+
+    Args:
+        robot: its parameters.
+        share: of either leg in what is not needed beforehand, at most a half.
+
+    Raises:
+        ValueError: the residual inertias are so negative that no bodies can have these parameters.
+    """
+    needed = []
+    for number, leg in enumerate((robot.leg1, robot.leg2), start=1):
+        # of the inertia matrix of (dq_i1, dtheta_i) for parallel links, where its determinant is least
+        held = leg.inertia * leg.distal**2 + leg.proximal**2 * leg.residual
+        if held <= 0.0:
+            raise ValueError(_no_body(number, leg))
+        needed.append(max(0.0, -leg.inertia * leg.residual / held))
+    spare = robot.mass - needed[0] - needed[1]
+    if spare <= 0.0:
+        raise ValueError(_no_body(1, robot.leg1) if needed[0] >= needed[1] else _no_body(2, robot.leg2))
+    return needed[0] + share * spare, needed[1] + share * spare
+
+
+def _no_body(number: int, leg: LegParameters) -> str:
+    return (
+        f"inertias_kg_m2.zz_{number}2R: {leg.residual:g}: no bodies have these parameters: expected less in magnitude"
+        f" for zz_{number}1R = {leg.inertia:g} kg m^2 and this m"
+    )
 
 
 def robot_path(robot: str) -> Path:
@@ -195,6 +349,11 @@ def scaled(robot: FiveBar, mass: float = 1.0, inertia: float = 1.0, friction: fl
     """Return the robot with its mass, inertias and friction multiplied: a plant with parameter errors."""
 
     def leg(one: LegParameters) -> LegParameters:
-        return one._replace(inertia=one.inertia * inertia, coulomb=one.coulomb * friction, offset=one.offset * friction)
+        return one._replace(
+            inertia=one.inertia * inertia,
+            coulomb=one.coulomb * friction,
+            offset=one.offset * friction,
+            residual=one.residual * inertia,
+        )
 
     return FiveBar(leg(robot.leg1), leg(robot.leg2), robot.mass * mass)

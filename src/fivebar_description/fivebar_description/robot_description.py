@@ -23,7 +23,7 @@ from xml.etree import ElementTree
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME, IMU_FRAME
 from fivebar_description.mass_split import Body, MassSplit, split_masses
-from fivebar_description.parameters import DistalLinks, FiveBar, LegParameters
+from fivebar_description.parameters import DistalLinks, FiveBar, LegParameters, Links
 from fivebar_description.urdf import JOINT_RANGE
 
 Element = ElementTree.Element
@@ -98,7 +98,7 @@ def frame_prefix(namespace: str) -> str:
 
 
 def robot_description(
-    robot: FiveBar, name: str, imu: ImuSettings | None = None, weighed: DistalLinks | None = None
+    robot: FiveBar, name: str, imu: ImuSettings | None = None, weighed: Links | DistalLinks | None = None
 ) -> str:
     """Return the URDF of a robot.
 
@@ -106,7 +106,7 @@ def robot_description(
         robot: its parameters.
         name: its name.
         imu: how the IMU is mounted, by default at the platform point.
-        weighed: its distal links, where they are known.
+        weighed: its distal links, or all its bodies, where they are known.
 
     Raises:
         InputError: the weighed links do not fit the parameters.
@@ -165,7 +165,8 @@ def _leg(root: Element, index: int, leg: LegParameters, split: MassSplit, width:
 
 def _platform(root: Element, leg: LegParameters, body: Body, width: float) -> None:
     link = ElementTree.SubElement(root, "link", name=PLATFORM_FRAME)
-    _inertial(link, body, width)
+    if body.mass > 0.0:
+        _inertial(link, body, width)
     _shape(link, "anodised_black", _cylinder(0.75 * width, THICKNESS), (0.0, 0.0, 0.0))
     _joint(root, "platform_mount", "fixed", "right_distal", PLATFORM_FRAME, (leg.distal, 0.0, 0.0))
 

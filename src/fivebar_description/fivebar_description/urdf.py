@@ -3,9 +3,9 @@
 For tools of ROS there is a URDF with shapes and sensors, :mod:`fivebar_description.robot_description`.
 
 URDF describes trees only, so the loop is left open at the platform: each chain ends in a tip frame and carries half
-of the platform mass there. Joining the two tips (see :mod:`fivebar_description.closed_loop`) gives the reduced model
-of the thesis exactly: the proximal links are pure inertias about their motor axes and the distal links carry no
-inertia besides the platform mass.
+of the platform mass there. Joining the two tips (see :mod:`fivebar_description.closed_loop`) gives the model of the
+grouped parameters exactly: the proximal links are pure inertias about their motor axes, and the distal links carry
+their residual inertia, which may be negative, besides the platform mass.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, tip_masses
 
 JOINT_RANGE = 12.0
 """Range of every joint, rad: wide enough for windings, since the closed loop is what limits the motion."""
@@ -29,8 +29,8 @@ def urdf_text(robot: FiveBar, name: str) -> str:
     """Return the URDF of both chains of a robot (lengths in m, frames as in figure 1.11 of the thesis)."""
     root = ElementTree.Element("robot", name=name)
     ElementTree.SubElement(root, "link", name="base_link")
-    for number, leg in enumerate((robot.leg1, robot.leg2), start=1):
-        _chain(root, number, leg, robot.mass / 2.0)
+    for number, (leg, tip_mass) in enumerate(zip(robot[:2], tip_masses(robot), strict=True), start=1):
+        _chain(root, number, leg, tip_mass)
     ElementTree.indent(root)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -38,7 +38,7 @@ def urdf_text(robot: FiveBar, name: str) -> str:
 def _chain(root: ElementTree.Element, number: int, leg: LegParameters, tip_mass: float) -> None:
     proximal, distal, tip = f"proximal_{number}", f"distal_{number}", f"tip_{number}"
     _link(root, proximal, _Mass(0.0, 0.0, leg.inertia))
-    _link(root, distal, _Mass(tip_mass, leg.distal, 0.0))
+    _link(root, distal, _Mass(tip_mass, leg.distal, leg.residual))
     ElementTree.SubElement(root, "link", name=tip)
     _revolute(root, f"q{number}1", "base_link", proximal, leg.base_x)
     _revolute(root, f"q{number}2", proximal, distal, leg.proximal)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import yaml
 
-from fivebar_description.parameters import load_robot, read_robot, robot_path, scaled, tolerances_of
+from fivebar_description.parameters import load_robot, read_robot, robot_path, scaled, tip_masses, tolerances_of
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 
 SRC = Path(__file__).parents[3] / "src"
 GOOD = robot_path("dextar").read_text(encoding="utf-8")
+
+MOTKIN = robot_path("motkin").read_text(encoding="utf-8")
 
 
 def replaced(old: str, new: str) -> str:
@@ -42,6 +45,65 @@ def test_a_path_reads_the_same_as_a_name(tmp_path: Path) -> None:
     path = tmp_path / "copy.yaml"
     path.write_text(GOOD, encoding="utf-8")
     assert load_robot(str(path)) == load_robot("dextar")
+
+
+def test_links_add_up_to_grouped_parameters() -> None:
+    """Two points with the link's mass and centre of mass, and what its inertia has beyond theirs."""
+    leg1, leg2, mass = load_robot("motkin")
+    assert mass == pytest.approx(8.37e-3 * 0.487 + 9.69e-3 * 0.557, rel=1e-14)
+    assert leg1.inertia == pytest.approx(1.354e-5 + 0.0422 * 0.00341**2 + 8.37e-3 * 0.513 * 0.0036, rel=1e-14)
+    assert leg1.residual == pytest.approx(1.316e-5 - 8.37e-3 * 0.0487 * 0.0513, rel=1e-14)
+    assert leg2.residual == pytest.approx(1.629e-5 - 9.69e-3 * 0.0557 * 0.0443, rel=1e-14)
+    assert load_robot("dextar").leg1.residual == load_robot("dextar").leg2.residual == 0.0
+
+
+def test_an_end_effector_adds_its_mass_and_turns_with_leg_2(tmp_path: Path) -> None:
+    path = tmp_path / "tool.yaml"
+    path.write_text(MOTKIN + "end_effector: {mass_kg: 0.02, inertia_kg_m2: 3.0e-6}\n", encoding="utf-8")
+    bare, tool = load_robot("motkin"), load_robot(str(path))
+    assert tool.mass == pytest.approx(bare.mass + 0.02, rel=1e-14)
+    assert tool.leg2.residual == pytest.approx(bare.leg2.residual + 3e-6, rel=1e-14)
+    assert tool.leg1 == bare.leg1
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (MOTKIN + "mass_kg: {m: 0.01}\n", "mass_kg: expected either grouped parameters or proximal_links, not both"),
+        (MOTKIN.replace("distal_links:", "tolerances: {}\nloads:"), "loads.leg_1: unknown key"),
+        (
+            re.sub(r"distal_links:(.*\n){3}", "", MOTKIN),
+            "distal_links: is missing beside proximal_links",
+        ),
+        (
+            MOTKIN.replace("0.0487", "0.187"),
+            "distal_links.leg_1.centre_m: 0.187: expected at most the length of the link, 0.1 m",
+        ),
+        (GOOD + "end_effector: {mass_kg: 1.0}\n", "end_effector: expected only beside proximal_links and distal_links"),
+        (
+            GOOD.replace("  zz_21R:", "  zz_22R: -4.0e-3\n  zz_21R:"),
+            "inertias_kg_m2.zz_22R: -0.004: no bodies have these parameters: expected less in magnitude for"
+            " zz_21R = 0.0142 kg m^2 and this m",
+        ),
+    ],
+)
+def test_links_that_do_not_make_a_robot_are_refused(text: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(words)):
+        load_robot(str(path))
+
+
+def test_a_residual_inertia_takes_the_mass_that_it_needs_from_the_platform() -> None:
+    robot = load_robot("dextar")
+    assert tip_masses(robot) == (0.5 * robot.mass, 0.5 * robot.mass)
+    least = load_robot("dextar")._replace(leg1=robot.leg1._replace(residual=-2.0e-3))
+    one, two = tip_masses(least)
+    assert one + two == pytest.approx(robot.mass, rel=1e-15)
+    l_1, l_2 = robot.leg1.proximal, robot.leg1.distal
+    tree = [robot.leg1.inertia + one * l_1**2, one * l_1 * l_2, one * l_2**2 - 2.0e-3]
+    assert tree[0] * tree[2] > tree[1] ** 2
+    assert one > two
 
 
 BAD_FILES = {
@@ -131,7 +193,7 @@ def test_a_folder_and_a_binary_file_are_refused(tmp_path: Path) -> None:
 
 
 def test_an_unknown_robot_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(InputError, match="robot 'dexter': expected one of dextar, unequal, or a path"):
+    with pytest.raises(InputError, match="robot 'dexter': expected one of dextar, motkin, unequal, or a path"):
         load_robot("dexter")
 
 

@@ -18,15 +18,17 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.model.dynamics import inverse_dynamics
+from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME, IMU_FRAME, JOINTS
 from fivebar_description.mass_split import split_masses
-from fivebar_description.parameters import DistalLink, DistalLinks, FiveBar, load_robot
+from fivebar_description.parameters import DistalLink, DistalLinks, FiveBar, read_robot
 from fivebar_description.robot_description import LOOP_FRAME, PLATFORM_FRAME, link_width, robot_description
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.urdf import urdf_text
 
 Vector = NDArray[np.float64]
 Vectors = Callable[[State], tuple[Vector, Vector]]
@@ -119,6 +121,25 @@ def test_the_closed_tree_moves_like_the_model(
         torques = rates.T @ pin.rnea(opened.model, opened.data, q, v, acceleration)
         wanted = inverse_dynamics(robot, state, acceleration[0], acceleration[2], 0.0, 0.0)
         np.testing.assert_allclose(torques, wanted, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_links_with_residual_inertia_move_like_their_grouped_parameters(kept: bool) -> None:
+    """As they were weighed, and as they are made up where only the sums are known."""
+    file = read_robot("motkin")
+    robot = file.five_bar()
+    posture = inverse_geometry(robot, 1, -1, 0.013, 0.09)
+    q = np.array(posture)
+    text = robot_description(robot, "motkin", weighed=file.weighed() if kept else None)
+    opened, reduced = OpenTree(text), pin.buildModelFromXML(urdf_text(robot, "motkin"))
+    reduced.gravity.setZero()
+    moments = [float(one.get("izz")) for one in ElementTree.fromstring(text).findall("link/inertial/inertia")]
+    assert min(moments) > 0.0
+    # the motion that keeps the loop closed, at a posture where it is: the tips' shares of the mass do not matter then
+    rates = opened.motion(q)
+    mass = rates.T @ pin.crba(opened.model, opened.data, q) @ rates
+    wanted = rates.T @ pin.crba(reduced, reduced.createData(), q) @ rates
+    np.testing.assert_allclose(mass, wanted, rtol=1e-12)
 
 
 def weighed_links(robot: FiveBar) -> DistalLinks:
@@ -223,8 +244,9 @@ def test_mujoco_loads_it_and_finds_the_same_masses(text: str, robot: FiveBar) ->
     np.testing.assert_allclose(np.triu(mass), upper, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["dextar", "unequal"])
+@pytest.mark.parametrize("name", ["dextar", "unequal", "motkin"])
 def test_the_shipped_file_is_what_the_parameter_file_gives(name: str) -> None:
     """`fivebar urdf NAME > src/fivebar_description/urdf/NAME.urdf` makes it anew."""
     shipped = share_file("fivebar_description", "urdf", f"{name}.urdf").read_text(encoding="utf-8")
-    assert shipped == robot_description(load_robot(name), name)
+    file = read_robot(name)
+    assert shipped == robot_description(file.five_bar(), name, weighed=file.weighed())

@@ -21,7 +21,7 @@ def described_robot(robot: str = "", scenario: str = "") -> str:
     loaded = load_scenario(scenario) if scenario else None
     chosen = robot or (loaded.robot if loaded else DEFAULT_ROBOT)
     file = read_robot(chosen)
-    return robot_description(file.five_bar(), file.name, loaded.imu if loaded else ImuSettings(), file.distal_links)
+    return robot_description(file.five_bar(), file.name, loaded.imu if loaded else ImuSettings(), file.weighed())
 
 
 def rviz_configuration(namespace: str) -> str:

@@ -64,17 +64,22 @@ class IdentificationResult(NamedTuple):
     def robot_file(self) -> RobotFile:
         """Return the identified robot: what is not identified is that of the initial file."""
         value = {one.name: round(one.value, one.decimals + 1) for one in self.parameters()}
+        grouped = self.start.grouped()
         friction = {name: value[name] for name in ("f_s11", "f_s21", "f_off11", "f_off21")}
         return RobotFile(
             name=f"{self.start.name}_identified",
             lengths_m=self.start.lengths_m,
-            inertias_kg_m2=Inertias(zz_11R=value["zz_11R"], zz_21R=value["zz_21R"]),
+            inertias_kg_m2=Inertias(
+                zz_11R=value["zz_11R"], zz_21R=value["zz_21R"], zz_12R=grouped.residual1, zz_22R=grouped.residual2
+            ),
             mass_kg=Mass(m=value["m"]),
             friction=Friction(**friction, width_rad_s=self.start.friction.width_rad_s),
-            distal_links=self.start.distal_links,
+            # beside all links, which the identified sums need not fit, the distal ones say nothing more
+            distal_links=self.start.distal_links if self.start.proximal_links is None else None,
             tolerances=self.start.tolerances,
             loads=self.start.loads,
             sensors=self.start.sensors,
+            drives=self.start.drives,
         )
 
     def encoder(self) -> str:

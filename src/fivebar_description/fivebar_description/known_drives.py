@@ -1,0 +1,39 @@
+"""What is known of a robot's motors, encoders and drives: the section `drives` of a robot file."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from fivebar_description.settings import Setting
+from fivebar_description.shared_settings import EncoderCounts
+
+NO_INTERFACE, CANOPEN, MOTKIN = "none", "canopen", "motkin"
+"""Interfaces of drives: none that is known, CANopen drives behind `dextar_bridge`, the motor board of MOTKIN."""
+
+
+class KnownDrives(NamedTuple):
+    """Motors, encoders and drives of the robot. What is left out has the default of the setting that it stands for."""
+
+    interface: Annotated[str, Setting("How the drives are reached.", choices=(NO_INTERFACE, CANOPEN, MOTKIN))] = (
+        NO_INTERFACE
+    )
+    torque_limit: Annotated[float | None, Setting("Largest torque of either motor.", "Nm", above=0.0, at_most=1e6)] = (
+        None
+    )
+    joint_speed_limit: Annotated[
+        float | None, Setting("Largest speed of either motor.", "rad/s", above=0.0, at_most=1e4)
+    ] = None
+    encoder_counts: EncoderCounts = None
+    crossing_torque: Annotated[
+        float | None,
+        Setting(
+            "Largest torque, beyond friction, of a nominal crossing: what the torques of this robot compare with.",
+            "Nm",
+            above=0.0,
+            at_most=1e6,
+        ),
+    ] = None
+
+
+NO_DRIVES = KnownDrives()
+"""Nothing is known."""
