@@ -23,19 +23,9 @@ from fivebar_bringup.live.recovery import advice
 from fivebar_bringup.live.samples import COLUMNS, Messages, Posture, row, thinned
 from fivebar_bringup.live.server import LiveServer
 from fivebar_bringup.nodes.diagnostics_listener import LEVELS
-from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.step import Drives
-from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Conditions, PlanningProcess
-from fivebar_control.planning.predicted_estimate import Sensing
-from fivebar_control.ros.node_settings import (
-    GOAL_PREFIX,
-    GOAL_RISK_PREFIX,
-    GOAL_TOLERANCE_PREFIX,
-    NOT_OF_THE_FILTER,
-    GoalSettings,
-)
+from fivebar_control.planning.planning_process import PlanningProcess
+from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -54,14 +44,13 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
     Topic,
 )
-from fivebar_description.parameters import FiveBar, load_robot, tolerances_of
+from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.ros.messages import MessageError, read_fields
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
-from fivebar_description.settings import Setting, from_parameters
+from fivebar_description.settings import Setting
 from fivebar_description.strict_yaml import InputError
-from fivebar_description.tolerances import Tolerances
 
 GENERATOR = "trajectory_generator"
 """The node whose parameters say which robot moves, and how requests are judged."""
@@ -218,26 +207,6 @@ class Viewer(GraphNode):
         goals = bool(values.get("takes_goals"))
         self._server.send(json.dumps({**scene, "goals": goals}), "scene")
 
-    def _conditions(self) -> Conditions:
-        """Return by what the generator judges requests."""
-        values = self._values
-        settings = from_parameters(GoalSettings, values)
-        sensing = Sensing(
-            from_parameters(Drives, values, GOAL_PREFIX),
-            from_parameters(EkfSettings, values, GOAL_PREFIX, NOT_OF_THE_FILTER),
-            tolerances_of(values["robot"], from_parameters(Tolerances, values, GOAL_TOLERANCE_PREFIX)),
-            settings.goal_gyro_every,
-        )
-        return Conditions(
-            values["robot"],
-            values["rate_hz"],
-            settings.goal_torque_limit,
-            settings.goal_speed_limit,
-            settings.goal_error_tolerance,
-            from_parameters(Risk, values, GOAL_RISK_PREFIX),
-            sensing if settings.goal_estimated else None,
-        )
-
     def _take_commands(self) -> None:
         while self._commands:
             command = self._commands.popleft()
@@ -273,7 +242,7 @@ class Viewer(GraphNode):
             return
         assert rest is not None
         if self._planning is None:
-            self._planning = PlanningProcess(self._conditions())
+            self._planning = PlanningProcess(conditions_of(self._values))
         mode1, mode2 = self._values["working_mode"][:2]
         self._goal = command
         self._planning.ask(
