@@ -38,8 +38,10 @@ from fivebar_description.interface import (
     NANOSECONDS,
     REFERENCE,
     REFERENCE_NAMES,
+    RUN_EPOCH,
     RUN_STATUS,
     SAFETY_STATE,
+    START_STAMP_NS,
     SUPERVISOR_NAMES,
     SUPERVISOR_STATE,
     Topic,
@@ -49,6 +51,7 @@ from fivebar_description.ros.messages import MessageError, read_fields
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
+from fivebar_description.run_plan import read_epoch
 from fivebar_description.settings import Setting
 from fivebar_description.strict_yaml import InputError
 
@@ -110,6 +113,7 @@ class Viewer(GraphNode):
         self._commands: deque[Command] = deque()
         self._messages = {topic.name: Messages() for topic in (JOINT_STATES, REFERENCE, SUPERVISOR_STATE)}
         self._shown = self._newest = -1
+        self._epoch_ns = START_STAMP_NS
         self._texts: dict[str, str] = {}
         self._faults: list[str] = []
         self._nodes: dict[str, tuple[float, str, str]] = {}
@@ -120,6 +124,7 @@ class Viewer(GraphNode):
             self.create_subscription(JointState, name, self._keeper(name), BEST_EFFORT, raw=True)
         for topic in (SAFETY_STATE, DRIVES_STATE, RUN_STATUS, GOAL_STATUS):
             self._follow(topic)
+        self.create_subscription(String, RUN_EPOCH.name, self._on_epoch, qos_profile(RUN_EPOCH.qos))
         self.create_subscription(String, FAULTS.name, self._on_fault, qos_profile(FAULTS.qos))
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, QUEUE_DEPTH)
         self._goals = self.create_publisher(JointState, GOAL.name, qos_profile(GOAL.qos))
@@ -156,6 +161,17 @@ class Viewer(GraphNode):
             messages.put(stamp, data)
 
         return keep
+
+    def _on_epoch(self, message: String) -> None:
+        try:
+            epoch_ns = read_epoch(message.data)
+        except ValueError as error:
+            self.drop(RUN_EPOCH, str(error))
+            return
+        # while no run is on, the samples of the last one are still shown
+        if epoch_ns is not None and epoch_ns != self._epoch_ns:
+            self._epoch_ns = epoch_ns
+            self._begin_again()
 
     def _begin_again(self) -> None:
         """Forget the samples of the run before."""
@@ -290,7 +306,8 @@ class Viewer(GraphNode):
         if self._robot is None:
             return []
         joints, supervisor = self._messages[JOINT_STATES.name], self._messages[SUPERVISOR_STATE.name]
-        stamps = joints.after(self._shown)
+        # what is older than sample 0 belongs to no run
+        stamps = joints.after(max(self._shown, self._epoch_ns - 1))
         if not stamps:
             return []
         self._newest = stamps[-1]
@@ -307,7 +324,7 @@ class Viewer(GraphNode):
             answer = self._read(supervisor.get(stamp), SUPERVISOR_NAMES, "position")
             place = None if reference is None else (reference[0], reference[1])
             weights = None if answer is None else (answer[0], answer[1])
-            rows.append(row(self._robot, stamp, sample, place, weights))
+            rows.append(row(self._robot, stamp - self._epoch_ns, sample, place, weights))
         if stamps:
             self._shown = stamps[-1]
         return rows
