@@ -11,7 +11,6 @@ from typing import Annotated, Any, NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.parameter import parameter_value_to_python
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -49,7 +48,7 @@ from fivebar_description.interface import (
 from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.ros.messages import MessageError, read_fields
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.qos import best_effort, qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.run_plan import read_epoch
 from fivebar_description.settings import Setting
@@ -75,9 +74,6 @@ QUEUE_DEPTH = 50
 
 PATIENCE = NANOSECONDS // 4
 """How long (ns) a sample may wait for what answers it before it is shown without."""
-
-BEST_EFFORT = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=QUEUE_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Of topics of the control cycle: their publishers neither wait for this node nor keep anything for it."""
 
 STAMP = struct.Struct("<iI")
 STAMP_PLACE = 4
@@ -121,7 +117,7 @@ class Viewer(GraphNode):
         self._watched = False
         self._asked: Any = None
         for name in self._messages:
-            self.create_subscription(JointState, name, self._keeper(name), BEST_EFFORT, raw=True)
+            self.create_subscription(JointState, name, self._keeper(name), best_effort(QUEUE_DEPTH), raw=True)
         for topic in (SAFETY_STATE, DRIVES_STATE, RUN_STATUS, GOAL_STATUS):
             self._follow(topic)
         self.create_subscription(String, RUN_EPOCH.name, self._on_epoch, qos_profile(RUN_EPOCH.qos))
