@@ -11,12 +11,22 @@ from typing import Any
 
 import pytest
 from graph_probe import DEADLINE, Bench, Probe
-from middle_motion import MiddleMotion
+from middle_motion import RATE_HZ, MiddleMotion
 from std_msgs.msg import String
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
-from fivebar_description.interface import GOAL, JOINT_STATES, SAFETY_STATE, SUPERVISOR_STATE
+from fivebar_description.interface import (
+    GOAL,
+    JOINT_STATES,
+    NANOSECONDS,
+    RUN_EPOCH,
+    SAFETY_STATE,
+    SUPERVISOR_STATE,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.messages import to_stamp
+from fivebar_description.run_plan import epoch_text
 
 
 class Page:
@@ -109,14 +119,26 @@ def test_its_rows_are_the_samples(bench: Bench, motion: MiddleMotion) -> None:
         page.next_of("scene", probe)
         probe.join("viewer", [JOINT_STATES], [])
 
-        rows: dict[str, list[float]] = {"time": []}
-        while not rows["time"]:
-            # again and again, because the viewer does not ask for what is lost
-            probe.publish(JOINT_STATES, motion.joint_states_message(100))
-            rows = page.next_of("rows", probe)
+        def rows_of(message: Any) -> dict[str, list[float]]:
+            rows: dict[str, list[float]] = {"time": []}
+            while not rows["time"]:
+                # again and again, because the viewer does not ask for what is lost
+                probe.publish(JOINT_STATES, message)
+                rows = page.next_of("rows", probe)
+            return rows
+
+        message = motion.joint_states_message(100)
+        rows = rows_of(message)
         assert rows["time"] == [0.2]
         state = motion.state(100)
         assert (rows["x"][0], rows["y"][0]) == pytest.approx((1e3 * state.x, 1e3 * state.y), abs=1e-6)
         assert rows["sigma"] == [None]
+
+        # in real time, where stamps are those of the clock
+        epoch_ns = 1_700_000_000 * NANOSECONDS
+        probe.publish(RUN_EPOCH, String(data=epoch_text(epoch_ns)))
+        page.next_of("restart", probe)
+        message.header.stamp = to_stamp(sample_stamp_ns(200, RATE_HZ, epoch_ns))
+        assert rows_of(message)["time"] == [0.4]
     finally:
         page.close()

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from fivebar_control.model.kinematics import det_a, state_from_joints
-from fivebar_description.interface import NANOSECONDS, START_STAMP_NS
+from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar
 
 KEPT = 2000
@@ -67,17 +67,17 @@ def thinned(stamps: Sequence[int]) -> list[int]:
 
 def row(
     robot: FiveBar,
-    stamp: int,
+    since_begin: int,
     joints: Posture,
     reference: tuple[float, float] | None,
     supervisor: tuple[float, float] | None,
 ) -> Mapping[str, float | None]:
-    """Return one row; None where something is not known."""
+    """Return one row, of a sample so long (ns) after sample 0; None where something is not known."""
     state = state_from_joints(robot, *joints.position, 0.0, 0.0, 0.0, 0.0)
     error = math.nan if reference is None else 1e3 * math.hypot(state.x - reference[0], state.y - reference[1])
     sigma, kappa = supervisor or (math.nan, math.nan)
     values = (
-        (stamp - START_STAMP_NS) / NANOSECONDS,
+        since_begin / NANOSECONDS,
         1e3 * state.x,
         1e3 * state.y,
         joints.position[0],

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
+from fivebar_description.interface import DIAGNOSTICS
 from fivebar_description.ros.domain_member import DomainMember
 
 LEVELS = {
@@ -35,7 +36,7 @@ class DiagnosticsListener(DomainMember):
         """Join a DDS domain."""
         super().__init__("fivebar_status", domain)
         self._reports: dict[str, tuple[float, NodeReport]] = {}
-        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, DEPTH)
+        self.node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, DEPTH)
 
     def wait_for_report(self, seconds: float) -> bool:
         """Wait for the first report, for at most some time (s); return whether one has arrived."""

@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from geometry_msgs.msg import Point as PointMessage
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA
@@ -37,6 +36,7 @@ from fivebar_description.interface import (
 from fivebar_description.robot_description import frame_prefix
 from fivebar_description.ros.messages import MessageError, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node
 
 BACKLOG = 256
@@ -55,13 +55,7 @@ class Inbox:
     def __init__(self, node: GraphNode, topic: Topic) -> None:
         """Subscribe without acknowledgement, so that a publisher never has to do with a slow picture."""
         self._messages: deque[bytes] = deque(maxlen=BACKLOG)
-        profile = QoSProfile(
-            history=HistoryPolicy.KEEP_LAST,
-            depth=BACKLOG,
-            reliability=ReliabilityPolicy.BEST_EFFORT,
-            durability=DurabilityPolicy.VOLATILE,
-        )
-        node.create_subscription(JointState, topic.name, self._keep, profile, raw=True)
+        node.create_subscription(JointState, topic.name, self._keep, best_effort(BACKLOG), raw=True)
 
     def _keep(self, message: bytes) -> None:
         self._messages.append(message)

@@ -19,14 +19,10 @@ from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import LAWS
+from fivebar_control.ros import goal_conditions
 from fivebar_control.ros.node_settings import (
     BLENDED,
     CONTINUE,
-    GOAL_LOAD_PREFIX,
-    GOAL_PASSIVE_PREFIX,
-    GOAL_PREFIX,
-    GOAL_RISK_PREFIX,
-    GOAL_TOLERANCE_PREFIX,
     HOLD,
     NOT_OF_THE_FILTER,
     NOT_OF_THE_GUARD,
@@ -337,13 +333,13 @@ def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
         goal_gyro_every=scenario.imu.schedule(scenario.rate_hz).every,
     )
     return {
-        **to_parameters(goals if limit is None else goals._replace(goal_torque_limit=limit)),
-        **to_parameters(scenario.drives(), GOAL_PREFIX),
-        **to_parameters(scenario.ekf, GOAL_PREFIX, without=NOT_OF_THE_FILTER),
-        **to_parameters(scenario.known_within(), GOAL_TOLERANCE_PREFIX),
-        **to_parameters(scenario.passive, GOAL_PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION),
-        **to_parameters(scenario.risk, GOAL_RISK_PREFIX),
-        **to_parameters(scenario.to_bear(), GOAL_LOAD_PREFIX),
+        **goal_conditions.GOALS.parameters(goals if limit is None else goals._replace(goal_torque_limit=limit)),
+        **goal_conditions.DRIVES.parameters(scenario.drives()),
+        **goal_conditions.EKF.parameters(scenario.ekf),
+        **goal_conditions.TOLERANCES.parameters(scenario.known_within()),
+        **goal_conditions.PASSIVE.parameters(scenario.passive),
+        **goal_conditions.RISK.parameters(scenario.risk),
+        **goal_conditions.LOADS.parameters(scenario.to_bear()),
     }
 
 

@@ -8,30 +8,14 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.step import Drives
-from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
-from fivebar_control.planning.planning_process import Conditions, PlanningProcess
-from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.planning.planning_process import PlanningProcess
+from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
 from fivebar_control.ros.motion_parameters import Motion
-from fivebar_control.ros.node_settings import (
-    GOAL_LOAD_PREFIX,
-    GOAL_PASSIVE_PREFIX,
-    GOAL_PREFIX,
-    GOAL_RISK_PREFIX,
-    GOAL_TOLERANCE_PREFIX,
-    NOT_OF_THE_FILTER,
-    GoalSettings,
-)
 from fivebar_description.interface import GOAL, GOAL_STATUS
-from fivebar_description.loads import Loads
-from fivebar_description.parameters import loads_of, tolerances_of
-from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PassiveEncoder
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import specs_of
 from fivebar_description.ros.qos import qos_profile
-from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
-from fivebar_description.tolerances import Tolerances
 
 NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
@@ -45,27 +29,13 @@ class GoalServer:
 
     def __init__(self, node: GraphNode, motion: Motion, queue: MotionQueue) -> None:
         """Declare the parameters and join the topics, on a node that has declared the motion."""
-        settings = node.declare_settings(GoalSettings)
-        robot = node.get_parameter("robot").value
-        drives = node.declare_settings(Drives, GOAL_PREFIX, torque_limit=DRIVE_TORQUE_LIMIT)
-        ekf = node.declare_settings(EkfSettings, GOAL_PREFIX, without=NOT_OF_THE_FILTER)
-        tolerances = node.declare_settings(Tolerances, GOAL_TOLERANCE_PREFIX)
-        passive = node.declare_settings(PassiveEncoder, GOAL_PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION)
-        sensing = Sensing(drives, ekf, tolerances_of(str(robot), tolerances), settings.goal_gyro_every, passive)
-        conditions = Conditions(
-            str(robot),
-            motion.rate_hz,
-            settings.goal_torque_limit,
-            settings.goal_speed_limit,
-            settings.goal_error_tolerance,
-            node.declare_settings(Risk, GOAL_RISK_PREFIX),
-            sensing if settings.goal_estimated else None,
-            loads_of(str(robot), node.declare_settings(Loads, GOAL_LOAD_PREFIX)),
-        )
-        self._open = settings.takes_goals
+        values = {"robot": node.get_parameter("robot").value, "rate_hz": motion.rate_hz}
+        for group in GROUPS:
+            values |= node.parameters(specs_of(group.settings, group.prefix, group.without, **group.defaults))
+        self._open: bool = GOALS.read(values).takes_goals
         self._rate_hz = motion.rate_hz
         self._queue = queue
-        self._planning = PlanningProcess(conditions)
+        self._planning = PlanningProcess(conditions_of(values))
         self._sample = -1
         self._held = False
         self._goal: Goal | None = None

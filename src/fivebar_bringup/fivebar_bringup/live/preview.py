@@ -1,0 +1,52 @@
+"""A motion that somebody asks for on the live page: planned as the graph would, without moving anything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from fivebar_bringup.live.commands import Command
+from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.planning_process import Conditions, PlanningProcess
+
+
+class Preview:
+    """Plans one motion at a time; no method waits for a plan."""
+
+    def __init__(self, conditions: Conditions, working_mode: Sequence[int]) -> None:
+        """Plan by what the graph judges requests, in the working mode (two signs) that the robot is in."""
+        self._planning = PlanningProcess(conditions)
+        self._working_mode = (working_mode[0], working_mode[1])
+        self._goal: Command | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a motion is being planned."""
+        return self._goal is not None
+
+    def ask(self, goal: Command, start: tuple[float, float]) -> None:
+        """Plan a motion from where the reference rests (m)."""
+        self._goal = goal
+        self._planning.ask(PlanningRequest(start, self._working_mode, (goal.x, goal.y), goal.assembly, 0.0))
+
+    def answer(self) -> dict[str, Any] | None:
+        """Return the plan or its refusal as the page takes it, once; None while there is none."""
+        planned = None if self._goal is None else self._planning.answer()
+        if planned is None or self._goal is None:
+            return None
+        goal, self._goal = self._goal, None
+        return answer_to(goal, planned.refused, planned.waypoints, planned.durations)
+
+    def close(self) -> None:
+        """End the planning."""
+        self._planning.close()
+
+
+def answer_to(
+    goal: Command,
+    refused: str,
+    waypoints: Sequence[tuple[float, float]] = (),
+    durations: Sequence[float] = (),
+) -> dict[str, Any]:
+    """Return an answer as the page takes it: a motion (m, s), or the reason why there is none."""
+    return {"plan": {"refused": refused, "waypoints": waypoints, "durations": durations, "goal": goal._asdict()}}

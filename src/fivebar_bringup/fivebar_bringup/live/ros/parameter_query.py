@@ -1,0 +1,41 @@
+"""Asks another node for its parameters, without waiting for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.parameter import parameter_value_to_python
+
+from fivebar_description.ros.node import GraphNode
+
+ASK_PERIOD = 0.1
+"""Period (s) of asking, until the node has answered."""
+
+
+class ParameterQuery:
+    """Asks until the node is there, once for the names and once for the values."""
+
+    def __init__(self, node: GraphNode, of: str, take: Callable[[dict[str, Any]], None]) -> None:
+        """Begin to ask on behalf of a node; `take` is called once, with the values by name."""
+        self._take = take
+        self._answer: Any = None
+        self._names: list[str] = []
+        self._list_names = node.create_client(ListParameters, f"{of}/list_parameters")
+        self._get_values = node.create_client(GetParameters, f"{of}/get_parameters")
+        self._timer = node.every(ASK_PERIOD, self._ask)
+
+    def _ask(self) -> None:
+        if self._answer is not None and not self._answer.done():
+            return
+        answer = None if self._answer is None else self._answer.result()
+        if isinstance(answer, ListParameters.Response):
+            self._names = list(answer.result.names)
+            self._answer = self._get_values.call_async(GetParameters.Request(names=self._names))
+        elif isinstance(answer, GetParameters.Response):
+            self._timer.cancel()
+            values = [parameter_value_to_python(value) for value in answer.values]
+            self._take(dict(zip(self._names, values, strict=True)))
+        elif self._list_names.service_is_ready() and self._get_values.service_is_ready():
+            self._answer = self._list_names.call_async(ListParameters.Request())

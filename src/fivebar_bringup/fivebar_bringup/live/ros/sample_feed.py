@@ -1,0 +1,124 @@
+"""The samples of the control cycle for the live page: taken as they come, read only where they are drawn."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping
+
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from fivebar_bringup.live.samples import Messages, Posture, row, thinned
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    JOINT_STATES,
+    JOINTS,
+    NANOSECONDS,
+    REFERENCE,
+    REFERENCE_NAMES,
+    RUN_EPOCH,
+    START_STAMP_NS,
+    SUPERVISOR_NAMES,
+    SUPERVISOR_STATE,
+)
+from fivebar_description.parameters import FiveBar
+from fivebar_description.ros.messages import MessageError, read_fields
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.qos import best_effort, qos_profile
+from fivebar_description.run_plan import read_epoch
+
+QUEUE_DEPTH = 50
+
+PATIENCE = NANOSECONDS // 4
+"""How long (ns) a sample may wait for what answers it before it is shown without."""
+
+STAMP = struct.Struct("<iI")
+STAMP_PLACE = 4
+"""Where a stamped message in little-endian CDR has its stamp: after the encapsulation."""
+
+
+class SampleFeed:
+    """Joins measurement, reference and supervisor of a sample to a row."""
+
+    def __init__(self, node: GraphNode, begin_again: Callable[[], None]) -> None:
+        """Subscribe on behalf of a node; `begin_again` is called when the samples of another run come."""
+        self._node = node
+        self._begin_again = begin_again
+        self._joints, self._references, self._supervisor = Messages(), Messages(), Messages()
+        self._epoch_ns = START_STAMP_NS
+        self._shown = -1
+        for topic, messages in (
+            (JOINT_STATES, self._joints),
+            (REFERENCE, self._references),
+            (SUPERVISOR_STATE, self._supervisor),
+        ):
+            node.create_subscription(JointState, topic.name, self._keeper(messages), best_effort(QUEUE_DEPTH), raw=True)
+        node.create_subscription(String, RUN_EPOCH.name, self._on_epoch, qos_profile(RUN_EPOCH.qos))
+
+    def reference(self) -> tuple[float, float] | None:
+        """Return the newest reference (m), None where there is none."""
+        newest = _read(self._references.get(self._references.newest), REFERENCE_NAMES, "position")
+        return None if newest is None else (newest[0], newest[1])
+
+    def rows(self, robot: FiveBar) -> list[Mapping[str, float | None]]:
+        """Return rows of the samples since the last time that the supervisor has answered, if it answers at all."""
+        # what is older than sample 0 belongs to no run
+        stamps = self._joints.after(max(self._shown, self._epoch_ns - 1))
+        if not stamps:
+            return []
+        if self._supervisor.newest > stamps[-1] - PATIENCE:
+            stamps = [stamp for stamp in stamps if stamp <= self._supervisor.newest]
+        rows = []
+        for stamp in thinned(stamps):
+            values = _read(self._joints.get(stamp), JOINTS, "position", "effort")
+            if values is None:
+                continue
+            torque = (values[4 + JOINTS.index(ACTIVE_JOINTS[0])], values[4 + JOINTS.index(ACTIVE_JOINTS[1])])
+            sample = Posture((values[0], values[1], values[2], values[3]), torque)
+            reference = _read(self._references.get(stamp), REFERENCE_NAMES, "position")
+            answer = _read(self._supervisor.get(stamp), SUPERVISOR_NAMES, "position")
+            place = None if reference is None else (reference[0], reference[1])
+            weights = None if answer is None else (answer[0], answer[1])
+            rows.append(row(robot, stamp - self._epoch_ns, sample, place, weights))
+        if stamps:
+            self._shown = stamps[-1]
+        return rows
+
+    def _keeper(self, messages: Messages) -> Callable[[bytes], None]:
+        def keep(data: bytes) -> None:
+            seconds, nanoseconds = STAMP.unpack_from(data, STAMP_PLACE)
+            stamp = seconds * NANOSECONDS + nanoseconds
+            if stamp < self._shown - NANOSECONDS:
+                self._forget()
+            messages.put(stamp, data)
+
+        return keep
+
+    def _on_epoch(self, message: String) -> None:
+        try:
+            epoch_ns = read_epoch(message.data)
+        except ValueError as error:
+            self._node.drop(RUN_EPOCH, str(error))
+            return
+        # while no run is on, the samples of the last one are still shown
+        if epoch_ns is not None and epoch_ns != self._epoch_ns:
+            self._epoch_ns = epoch_ns
+            self._forget()
+
+    def _forget(self) -> None:
+        """Forget the samples of the run before."""
+        self._shown = -1
+        for messages in (self._joints, self._references, self._supervisor):
+            messages.clear()
+        self._begin_again()
+
+
+def _read(data: bytes | None, names: tuple[str, ...], *fields: str) -> tuple[float, ...] | None:
+    """Return the fields of a message one after the other, None where there is none or it is malformed."""
+    if data is None:
+        return None
+    try:
+        return sum(read_fields(deserialize_message(data, JointState), names, fields, allow_nan=True), ())
+    except MessageError:
+        return None

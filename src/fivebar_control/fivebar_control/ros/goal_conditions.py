@@ -1,0 +1,85 @@
+"""By what requests for a motion are judged, as parameters of the node that takes them.
+
+Whoever plans the same requests, without being that node, reads its parameters. Nothing here imports ROS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.step import Drives
+from fivebar_control.planning.limits import Risk
+from fivebar_control.planning.planning_process import Conditions
+from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.ros.node_settings import (
+    GOAL_LOAD_PREFIX,
+    GOAL_PASSIVE_PREFIX,
+    GOAL_PREFIX,
+    GOAL_RISK_PREFIX,
+    GOAL_TOLERANCE_PREFIX,
+    NOT_OF_THE_FILTER,
+    GoalSettings,
+)
+from fivebar_description.loads import Loads
+from fivebar_description.parameters import loads_of, tolerances_of
+from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PassiveEncoder
+from fivebar_description.settings import from_parameters, to_parameters
+from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
+from fivebar_description.tolerances import Tolerances
+
+
+class Group(NamedTuple):
+    """Settings among the parameters: their prefix, what is left out, and what has another default."""
+
+    settings: type[tuple[Any, ...]]
+    prefix: str = ""
+    without: tuple[str, ...] = ()
+    defaults: Mapping[str, Any] = {}
+
+    def read(self, values: Mapping[str, Any]) -> Any:
+        """Return the settings from parameters, which may be among others."""
+        return from_parameters(self.settings, values, self.prefix, self.without)
+
+    def parameters(self, settings: tuple[Any, ...]) -> dict[str, Any]:
+        """Return settings as the parameters that `read` takes them from."""
+        return to_parameters(settings, self.prefix, self.without)
+
+
+GOALS = Group(GoalSettings)
+DRIVES = Group(Drives, GOAL_PREFIX, defaults={"torque_limit": DRIVE_TORQUE_LIMIT})
+EKF = Group(EkfSettings, GOAL_PREFIX, NOT_OF_THE_FILTER)
+TOLERANCES = Group(Tolerances, GOAL_TOLERANCE_PREFIX)
+PASSIVE = Group(PassiveEncoder, GOAL_PASSIVE_PREFIX, PASSIVE_OF_SIMULATION)
+RISK = Group(Risk, GOAL_RISK_PREFIX)
+LOADS = Group(Loads, GOAL_LOAD_PREFIX)
+
+GROUPS = (GOALS, DRIVES, EKF, TOLERANCES, PASSIVE, RISK, LOADS)
+"""All parameters that decide, besides `robot` and `rate_hz` of the motion."""
+
+
+def conditions_of(values: Mapping[str, Any]) -> Conditions:
+    """Return by what requests are judged from parameters by name: those of `GROUPS`, `robot` and `rate_hz`.
+
+    Raises:
+        InputError: the robot's file cannot be read.
+    """
+    robot, settings = values["robot"], GOALS.read(values)
+    sensing = Sensing(
+        DRIVES.read(values),
+        EKF.read(values),
+        tolerances_of(robot, TOLERANCES.read(values)),
+        settings.goal_gyro_every,
+        PASSIVE.read(values),
+    )
+    return Conditions(
+        robot,
+        values["rate_hz"],
+        settings.goal_torque_limit,
+        settings.goal_speed_limit,
+        settings.goal_error_tolerance,
+        RISK.read(values),
+        sensing if settings.goal_estimated else None,
+        loads_of(robot, LOADS.read(values)),
+    )

@@ -1,0 +1,33 @@
+"""By what the node that takes requests, and whoever plans the same ones, judges them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.scenario import load_scenario
+from fivebar_control.ros.goal_conditions import conditions_of
+from fivebar_description.loads import Loads
+from fivebar_description.passive_encoder import PassiveEncoder, Sensors
+from fivebar_description.tolerances import Tolerances
+
+
+def test_they_are_what_the_scenario_declares(tmp_path: Path) -> None:
+    scenario = load_scenario("unified_middle").model_copy(
+        update={
+            "estimator": "ekf",
+            "sensors": Sensors(PassiveEncoder(leg=2, counts=4000)),
+            "loads": Loads(tilt=0.02, push=0.3),
+            "tolerances": Tolerances(length=2e-5),
+        }
+    )
+    (values,) = (
+        node.parameters
+        for node in crossing_graph(scenario, Mode.LOCKSTEP, tmp_path)
+        if node.executable == "trajectory_generator"
+    )
+    conditions = conditions_of(values)
+    assert (conditions.robot, conditions.rate_hz) == (scenario.robot, scenario.rate_hz)
+    assert conditions.error_tolerance == scenario.error_tolerance
+    assert conditions.loads == Loads(tilt=0.02, push=0.3)
+    assert conditions.sensing == scenario.sensing()
