@@ -39,13 +39,11 @@ reproduce: setup ## make the figures and claims of the thesis again, a few minut
 	@$(BIN)/fivebar reproduce
 
 .PHONY: test
-test: setup ## lint and run the tests
+test: setup ## run the tests
 	@# three at a time on two processors, because tests also wait; what follows the clock by itself, one after the other,
 	# and also where the others have failed
 	status=0
-	$(MAKE) lint & lint=$$!
 	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
-	wait $$lint || status=$$?
 	$(BIN)/python -m pytest tests/ros tests/system -q -m "clock and not extra" --durations=10 || status=$$?
 	exit $$status
 
