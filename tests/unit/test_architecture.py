@@ -170,6 +170,7 @@ ROSDEP = {
 
 FROM_PIP = {
     "annotated_types": "pydantic",
+    "cv2": "opencv",
     "pydantic": "pydantic",
     "pydantic_core": "pydantic",
     "mcap": "mcap",

@@ -36,6 +36,7 @@ from fivebar_control.trajectory.planner import (
     ZoneSettings,
     plan_motion,
 )
+from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
@@ -122,6 +123,7 @@ class Scenario(StrictModel):
     plant: Section[PlantSettings] = PlantSettings()
     imu: Section[ImuSettings] = ImuSettings()
     sensors: Section[Sensors] = Sensors()
+    camera: Section[CameraSettings] = NO_CAMERA
     estimator: Annotated[
         str,
         Setting(

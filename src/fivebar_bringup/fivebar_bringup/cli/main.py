@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fivebar_bringup.cli import (
     calibrate,
+    camera,
     compare,
     estimate,
     goto,
@@ -23,6 +24,7 @@ from fivebar_bringup.cli.app import app
 
 __all__ = [
     "calibrate",
+    "camera",
     "compare",
     "estimate",
     "goto",

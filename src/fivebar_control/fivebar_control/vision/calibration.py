@@ -1,0 +1,170 @@
+"""Calibration of a camera from pictures of a ChArUco board, and its file, which is that of camera_info_manager."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from fivebar_control.vision.detector import Picture
+from fivebar_description.camera_model import Optics, Points
+from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
+
+LEAST_PICTURES = 6
+LEAST_CORNERS = 12
+"""Of the board in a picture."""
+
+TOO_WRONG = 1.0
+"""Root mean square of the corners' deviations (px) beyond which a calibration is refused."""
+
+MARKER_SHARE = 0.75
+"""Edge of a marker over that of a square."""
+
+
+class Board(NamedTuple):
+    """A ChArUco board of AprilTags 36h11: squares in a row, rows, and the edge of a square (m)."""
+
+    columns: int = 11
+    rows: int = 8
+    square: float = 0.025
+
+    def made(self) -> cv2.aruco.CharucoBoard:
+        """Return the board as OpenCV has it."""
+        names = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+        return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, MARKER_SHARE * self.square, names)
+
+    def picture(self, pixels: int) -> Picture:
+        """Return the board to be printed, with so many pixels in a square."""
+        size = self.columns * pixels, self.rows * pixels
+        return np.asarray(self.made().generateImage(size), np.uint8)
+
+
+class Calibration(NamedTuple):
+    """A calibrated camera.
+
+    Attributes:
+        width, height: of its pictures (px).
+        optics: the projection.
+        deviation: root mean square of the corners' deviations from it (px), NaN where it is not known.
+        pictures: those that were used.
+    """
+
+    width: int
+    height: int
+    optics: Optics
+    deviation: float
+    pictures: int
+
+    def as_json(self) -> dict[str, float | None]:
+        """Return the calibration's values by name."""
+        deviation = self.deviation if math.isfinite(self.deviation) else None
+        return {
+            "width": self.width,
+            "height": self.height,
+            **self.optics._asdict(),
+            "deviation_px": deviation,
+            "pictures": self.pictures,
+        }
+
+    def write(self, path: Path) -> None:
+        """Write the calibration as a file of camera_info."""
+        path.write_text(calibration_text(self), encoding="utf-8")
+
+
+def board_corners(board: Board, picture: Picture) -> tuple[Points, Points] | None:
+    """Return the corners of a board in a picture, [n, 3] on the board (m) and [n, 2] (px); None for too few."""
+    made = board.made()
+    corners, numbers, _, _ = cv2.aruco.CharucoDetector(made).detectBoard(picture)
+    if numbers is None or len(numbers) < LEAST_CORNERS:
+        return None
+    on_board = np.asarray(made.getChessboardCorners(), np.float64)[np.ravel(numbers)]
+    return on_board, np.asarray(corners, np.float64).reshape(-1, 2)
+
+
+def calibrated(board: Board, pictures: list[Picture]) -> Calibration:
+    """Return the camera that took pictures of a board, from different sides.
+
+    Raises:
+        InputError: the board is in too few of them, they differ in size, or no camera explains them.
+    """
+    shapes = {picture.shape for picture in pictures}
+    if len(shapes) > 1:
+        raise InputError(f"pictures of different sizes: {sorted(shapes)}: expected those of one camera")
+    seen = [corners for corners in (board_corners(board, picture) for picture in pictures) if corners is not None]
+    if len(seen) < LEAST_PICTURES:
+        raise InputError(
+            f"the board is in {len(seen)} of {len(pictures)} pictures: expected {LEAST_PICTURES} at least, with"
+            f" {LEAST_CORNERS} corners each, of a board of {board.columns} x {board.rows} squares"
+        )
+    ((height, width),) = shapes
+    deviation, matrix, distortion, _, _ = cv2.calibrateCamera(
+        [on_board.astype(np.float32) for on_board, _ in seen],
+        [corners.astype(np.float32) for _, corners in seen],
+        (width, height),
+        np.eye(3),
+        np.zeros(5),
+        flags=cv2.CALIB_FIX_K3,
+    )
+    if not deviation < TOO_WRONG:
+        raise InputError(f"the corners are {deviation:.2f} px from any camera: expected less than {TOO_WRONG:g}")
+    k = np.asarray(matrix, np.float64)
+    rest = [float(one) for one in np.ravel(distortion)[:5]]
+    optics = Optics(float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2]), *rest)
+    return Calibration(width, height, optics, float(deviation), len(seen))
+
+
+class _Matrix(StrictModel):
+    rows: int
+    cols: int
+    data: Annotated[tuple[float, ...], Field(strict=False)]
+
+
+class _CameraFile(StrictModel):
+    image_width: int
+    image_height: int
+    camera_name: str = "camera"
+    camera_matrix: _Matrix
+    distortion_model: str = "plumb_bob"
+    distortion_coefficients: _Matrix
+    rectification_matrix: _Matrix | None = None
+    projection_matrix: _Matrix | None = None
+
+
+def calibration_text(calibration: Calibration) -> str:
+    """Return a calibration as YAML in the format of ROS' camera_info_manager."""
+    o = calibration.optics
+    k = [float(one) for one in o.matrix().ravel()]
+
+    def matrix(rows: int, data: list[float]) -> dict[str, object]:
+        return {"rows": rows, "cols": len(data) // rows, "data": data}
+
+    content = {
+        "image_width": calibration.width,
+        "image_height": calibration.height,
+        "camera_name": "camera",
+        "camera_matrix": matrix(3, k),
+        "distortion_model": "plumb_bob",
+        "distortion_coefficients": matrix(1, [float(one) for one in o.distortion()]),
+        "rectification_matrix": matrix(3, [float(one) for one in np.eye(3).ravel()]),
+        "projection_matrix": matrix(3, [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0]),
+    }
+    return yaml_text(content)
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a calibration.
+
+    Raises:
+        InputError: there is no such file, or it is not one of a camera with a `plumb_bob` lens.
+    """
+    read = read_yaml(path, _CameraFile)
+    k, distortion = read.camera_matrix.data, read.distortion_coefficients.data
+    if read.distortion_model != "plumb_bob" or len(k) != 9 or len(distortion) != 5:
+        raise InputError(f"{path}: expected distortion_model plumb_bob, 9 values of the matrix and 5 coefficients")
+    return Calibration(
+        read.image_width, read.image_height, Optics(k[0], k[4], k[2], k[5], *distortion), float("nan"), 0
+    )

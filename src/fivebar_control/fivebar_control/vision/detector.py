@@ -1,0 +1,190 @@
+"""Finds AprilTags in a picture and measures their corners to a few hundredths of a pixel.
+
+OpenCV reads the tags. Its corners are good to about half a pixel, with an offset that has changed between releases, so
+only the search begins there: along each edge of the black square, profiles across it tell where dark becomes bright,
+the lens is taken out, a line is fitted, and neighbouring lines meet in the corners. A blur that is symmetrical, of the
+lens or of a motion, moves none of these lines.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_description.camera_model import Optics, Points
+
+Picture = NDArray[np.uint8]
+
+CELLS = 8
+"""Of an AprilTag 36h11 in a row; a profile stays within the outer one."""
+
+PROFILES = 32
+"""Across each edge."""
+
+MARGIN = 0.1
+"""Part of an edge at either end that has no profile: the neighbouring edge is too near."""
+
+REACH = 5.0
+"""Longest half of a profile (px)."""
+
+STEP = 0.5
+"""Between the points of a profile (px)."""
+
+PASSES = 2
+
+LEAST_CONTRAST = 25.0
+"""Grey levels between the black square and the paper."""
+
+OUTLIERS = 4.0
+"""Profiles that are so many deviations off the line are dropped."""
+
+LEAST_PROFILES = PROFILES // 2
+
+LEAST_DEVIATION = 0.01
+"""Of an edge's place in a profile (px): a simulated picture without noise is not exact either."""
+
+
+class Tag(NamedTuple):
+    """A tag in a picture.
+
+    Attributes:
+        number: in the dictionary.
+        corners: pixel coordinates, [4, 2], clockwise from the upper left corner of the tag.
+        rays: of the corners, (x / z, y / z) without the lens, [4, 2].
+        deviation: standard deviation of an edge's line (px).
+    """
+
+    number: int
+    corners: Points
+    rays: Points
+    deviation: float
+
+
+class Window(NamedTuple):
+    """Part of a picture (px): first column and row, and the ones after the last."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+class TagDetector:
+    """Finds tags of the dictionary AprilTag 36h11."""
+
+    def __init__(self, optics: Optics) -> None:
+        """Prepare for pictures of a camera."""
+        # results do not depend on the number of threads, but a fork with running ones would hang
+        cv2.setNumThreads(1)
+        self._optics = optics
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
+        names = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+        self._detector = cv2.aruco.ArucoDetector(names, parameters)
+
+    def find(self, picture: Picture, within: Window | None = None) -> dict[int, Tag]:
+        """Return the tags of a picture, [h, w], or of a part of it, by number; one that appears twice is left out."""
+        left = top = 0
+        part = picture
+        if within is not None:
+            left, top = max(0, within.left), max(0, within.top)
+            part = picture[top : max(0, within.bottom), left : max(0, within.right)]
+        if min(part.shape) < 2 * CELLS:
+            return {}
+        found, numbers, _ = self._detector.detectMarkers(np.ascontiguousarray(part))
+        if numbers is None:
+            return {}
+        ids = [int(number) for number in np.ravel(numbers)]
+        tags: dict[int, Tag] = {}
+        for number, corners in zip(ids, found, strict=True):
+            if ids.count(number) > 1:
+                continue
+            begun = np.asarray(corners, np.float64).reshape(4, 2) + np.array([left, top])
+            tag = self._measured(picture, number, begun)
+            if tag is not None:
+                tags[number] = tag
+        return tags
+
+    def _measured(self, picture: Picture, number: int, corners: Points) -> Tag | None:
+        """Return a tag with its corners measured, begun at those that were found; None where an edge is not to see."""
+        deviation = math.inf
+        for _ in range(PASSES):
+            lines = []
+            for one in range(4):
+                line = self._line(picture, corners[one], corners[(one + 1) % 4])
+                if line is None:
+                    return None
+                lines.append(line)
+            rays = np.array([_meeting(lines[one - 1], lines[one]) for one in range(4)])
+            if not np.isfinite(rays).all():
+                return None
+            deviation = math.sqrt(sum(line.variance for line in lines) / 4.0) * self._optics.fx
+            corners = self._optics.pixels(rays)
+        return Tag(number, corners, rays, deviation)
+
+    def _line(self, picture: Picture, start: Points, end: Points) -> _Line | None:
+        """Return the line of an edge between two corners (px); clockwise, so that the paper is to its left."""
+        along = end - start
+        length = float(np.hypot(*along))
+        reach = min(REACH, 0.4 * length / CELLS)
+        if reach < 2.0 * STEP:
+            return None
+        along /= length
+        outwards = np.array([along[1], -along[0]])
+        at = start + np.linspace(MARGIN, 1.0 - MARGIN, PROFILES)[:, np.newaxis] * length * along
+        steps = np.arange(-math.floor(reach / STEP), math.floor(reach / STEP) + 1) * STEP
+        points = (at[:, np.newaxis] + steps[:, np.newaxis] * outwards).astype(np.float32)
+        values = cv2.remap(
+            picture, points[..., 0], points[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        ).astype(np.float64)
+        black, white = float(np.median(values[:, :2])), float(np.median(values[:, -2:]))
+        if white - black < LEAST_CONTRAST:
+            return None
+        # where the step of a profile is: its dark part has this length
+        dark = ((white - values) / (white - black)).clip(-0.3, 1.3)
+        places = steps[0] + STEP * (dark.sum(axis=1) - 0.5)
+        edge = at + places[:, np.newaxis] * outwards
+        return _fitted(self._optics.rays(edge), LEAST_DEVIATION / self._optics.fx)
+
+
+class _Line(NamedTuple):
+    """n . p = distance, n of length 1, in rays; and the variance of its place."""
+
+    x: float
+    y: float
+    distance: float
+    variance: float
+
+
+def _fitted(points: Points, least: float) -> _Line | None:
+    """Return the line through points [n, 2] without those that are off it, of a least deviation; None for too few."""
+    keep = np.ones(len(points), np.bool_)
+    for _ in range(3):
+        chosen = points[keep]
+        if len(chosen) < LEAST_PROFILES:
+            return None
+        centre = chosen.mean(axis=0)
+        spread = (chosen - centre).T @ (chosen - centre)
+        angle = 0.5 * math.atan2(2.0 * spread[0, 1], spread[0, 0] - spread[1, 1])
+        n_x, n_y = -math.sin(angle), math.cos(angle)
+        off = (points - centre) @ (n_x, n_y)
+        deviation = max(least, 1.4826 * float(np.median(np.abs(off[keep]))))
+        now = np.abs(off) < OUTLIERS * deviation
+        if bool((now == keep).all()):
+            break
+        keep = now
+    rest = max(least, float(np.sqrt(np.mean(off[keep] ** 2))))
+    return _Line(n_x, n_y, n_x * centre[0] + n_y * centre[1], rest * rest / int(keep.sum()))
+
+
+def _meeting(one: _Line, two: _Line) -> tuple[float, float]:
+    """Return where two lines meet; NaN where they do not."""
+    determinant = one.x * two.y - one.y * two.x
+    if abs(determinant) < 1e-6:
+        return math.nan, math.nan
+    x = (one.distance * two.y - two.distance * one.y) / determinant
+    return x, (one.x * two.distance - two.x * one.distance) / determinant

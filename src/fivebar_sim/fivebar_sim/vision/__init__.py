@@ -1,0 +1,1 @@
+"""The simulated camera: pictures of the robot, rendered on the processor."""

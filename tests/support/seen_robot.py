@@ -1,0 +1,52 @@
+"""Pictures of the robot from the camera at known places, for the tests of detection and estimation."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.vision.localisation import PlatformSight, PlatformTracker
+from fivebar_description.camera import CameraSettings
+from fivebar_description.parameters import load_robot
+from fivebar_sim.vision.renderer import Posture, Renderer, posture_of
+
+CAMERA = CameraSettings(on=True)
+
+
+@functools.cache
+def renderer(settings: CameraSettings = CAMERA) -> Renderer:
+    return Renderer(load_robot("dextar"), settings, seed=0)
+
+
+def posture_at(x: float, y: float) -> Posture:
+    robot = load_robot("dextar")
+    joints = inverse_geometry(robot, 1, -1, x, y)
+    return posture_of(robot, joints.q11, joints.q21, joints.q22)
+
+
+def places(number: int, seed: int) -> list[tuple[float, float]]:
+    """Places (m) that the robot reaches with 20 mm to spare, so that it can move through them."""
+    random, found = np.random.default_rng(seed), []
+    while len(found) < number:
+        x, y = random.uniform(-0.09, 0.09), random.uniform(-0.02, 0.16)
+        corners = [(x + dx, y + dy) for dx in (-0.02, 0.02) for dy in (-0.02, 0.02)]
+        reached = [inverse_geometry(load_robot("dextar"), 1, -1, *corner) for corner in corners]
+        if all(math.isfinite(angle) for joints in reached for angle in joints):
+            found.append((x, y))
+    return found
+
+
+def sights(
+    number: int, speed: float, settings: CameraSettings = CAMERA, seed: int = 1
+) -> list[tuple[tuple[float, float], PlatformSight | None]]:
+    """Pairs of a place (m) and what the camera saw of a robot that moved through it at a speed (m/s)."""
+    random, tracker, pairs = np.random.default_rng(seed), PlatformTracker(settings, settings.optics()), []
+    for k, (x, y) in enumerate(places(number, seed)):
+        heading = random.uniform(0.0, 2.0 * math.pi)
+        vx, vy = speed * math.cos(heading), speed * math.sin(heading)
+        picture = renderer(settings).picture(k, lambda t, x=x, y=y, vx=vx, vy=vy: posture_at(x + t * vx, y + t * vy))
+        pairs.append(((x, y), tracker.seen(picture)))
+    return pairs

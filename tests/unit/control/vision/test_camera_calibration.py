@@ -1,0 +1,59 @@
+"""Calibration with a ChArUco board, against the camera that rendered the pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivebar_control.vision.calibration import (
+    Board,
+    Calibration,
+    board_corners,
+    calibrated,
+    calibration_text,
+    read_calibration,
+)
+from fivebar_description.camera import CameraSettings
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.vision.board import board_views
+
+SMALL = CameraSettings(on=True, width=640, height=480, focal=960.0, defocus=0.4)
+BOARD = Board()
+
+
+@pytest.fixture(scope="module")
+def found() -> Calibration:
+    return calibrated(BOARD, board_views(BOARD.picture(48), BOARD.square, 48, SMALL, 8, seed=0))
+
+
+def test_the_calibrated_camera_is_the_true_one(found: Calibration) -> None:
+    """Over the whole picture, and with pixels counted from the centre of the first one."""
+    true, columns, rows = SMALL.optics(), np.linspace(0, 639, 9), np.linspace(0, 479, 9)
+    grid = np.array([(u, v) for u in columns for v in rows])
+    assert found.deviation < 0.1
+    # turned and moved a little, another camera sees nearly the same; what remains shows in the middle of the picture
+    off = np.abs(found.optics.pixels(true.rays(grid)) - grid)
+    assert float(off.max()) < 1.0
+    assert (found.optics.cx, found.optics.cy) == pytest.approx((true.cx, true.cy), abs=0.4)
+    assert found.optics.fx == pytest.approx(true.fx, rel=1e-3)
+
+
+def test_the_file_is_read_again(found: Calibration, tmp_path: Path) -> None:
+    path = tmp_path / "camera.yaml"
+    path.write_text(calibration_text(found), encoding="utf-8")
+    again = read_calibration(path)
+    assert (again.width, again.height, again.optics) == (found.width, found.height, found.optics)
+
+
+def test_too_few_pictures_are_refused() -> None:
+    blank = np.full((480, 640), 128, np.uint8)
+    assert board_corners(BOARD, blank) is None
+    with pytest.raises(InputError, match="the board is in 0 of 8 pictures"):
+        calibrated(BOARD, [blank] * 8)
+
+
+def test_pictures_of_different_sizes_are_refused() -> None:
+    with pytest.raises(InputError, match="different sizes"):
+        calibrated(BOARD, [np.zeros((480, 640), np.uint8), np.zeros((960, 1280), np.uint8)])
