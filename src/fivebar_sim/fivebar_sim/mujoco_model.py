@@ -120,7 +120,7 @@ def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float) -> str:
             leg,
             (1.0 - share) * leg.inertia,
             half_mass - pin_mass if number == 1 else half_mass,
-            settings.links.distal_inertia,
+            leg.residual + settings.links.distal_inertia,
             settings.tilt.leg_moment,
         )
         if elastic:

@@ -1,6 +1,6 @@
 """The direct dynamics in platform coordinates without angles, and its derivatives: the process model of the filter.
 
-M(x) xddot = N^T (tau + d - f - ZZ B^-1 c), N = B^-1 A, as in `fivebar_control.model.dynamics`, but with every unit
+M(x) xddot + h = N^T (tau + d - f), N = B^-1 A, as in `fivebar_control.model.dynamics`, but with every unit
 vector taken from the platform's position by algebra (one square root per leg), because the filter evaluates it eight
 times per sample. Regular on the Type 2 locus, NaN at Type 1 and out of reach.
 """
@@ -10,7 +10,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.model.dynamics import platform_model_of_rows, platform_motion
+from fivebar_control.model.dynamics import (
+    DistalRow,
+    PlatformModel,
+    platform_model_of_rows,
+    platform_motion,
+    with_residual_rows,
+)
+from fivebar_control.model.residual import has_residual
 from fivebar_description.friction import friction_slope, friction_torque
 from fivebar_description.parameters import FiveBar, LegParameters
 
@@ -82,8 +89,23 @@ def platform_acceleration(
     one, two = robot.leg1, robot.leg2
     leg1 = leg_motion(one, mode1, x, y, vx, vy)
     leg2 = leg_motion(two, mode2, x, y, vx, vy)
-    model = platform_model_of_rows(robot, leg1.n_x, leg1.n_y, leg1.drift, leg2.n_x, leg2.n_y, leg2.drift)
+    model = _model(robot, leg1, leg2)
     return platform_motion(model, tau1 - friction_torque(one, leg1.dq1), tau2 - friction_torque(two, leg2.dq1))
+
+
+def _model(robot: FiveBar, leg1: LegMotion, leg2: LegMotion) -> PlatformModel:
+    model = platform_model_of_rows(robot, leg1.n_x, leg1.n_y, leg1.drift, leg2.n_x, leg2.n_y, leg2.drift)
+    if has_residual(robot):
+        row1 = DistalRow(leg1.w_x, leg1.w_y, _distal_drift(robot.leg1, leg1))
+        row2 = DistalRow(leg2.w_x, leg2.w_y, _distal_drift(robot.leg2, leg2))
+        return with_residual_rows(robot, model, row1, row2)
+    return model
+
+
+def _distal_drift(leg: LegParameters, moving: LegMotion) -> float:
+    """Return d2 theta_i / dt2 (rad/s^2) for xddot = 0."""
+    ratio = leg.proximal / leg.distal
+    return -(ratio * moving.dq1 * moving.dq1 + moving.cos_q2 * moving.dtheta * moving.dtheta) / moving.sin_q2
 
 
 class Derivatives(NamedTuple):
@@ -112,11 +134,12 @@ def acceleration_derivatives(
     """Return the derivatives of `platform_acceleration`, analytically.
 
     From m a = sum_i n_i p_i with p_i = tau_i - f_i - zz_i (n_i . a + drift_i), differentiated along a direction e:
-    M da = sum_i [ dn_i p_i - n_i (f_i' d(dq_i) + zz_i (dn_i . a + d(drift_i))) ].
+    M da = sum_i [ dn_i p_i - n_i (f_i' d(dq_i) + zz_i (dn_i . a + d(drift_i))) ]. A residual inertia zz_i2 adds
+    w_i s_i to the sum, s_i = -zz_i2 (w_i . a + e_i), e_i the drift of dtheta_i, and likewise dw_i s_i + w_i ds_i.
     """
     leg1 = leg_motion(robot.leg1, mode1, x, y, vx, vy)
     leg2 = leg_motion(robot.leg2, mode2, x, y, vx, vy)
-    model = platform_model_of_rows(robot, leg1.n_x, leg1.n_y, leg1.drift, leg2.n_x, leg2.n_y, leg2.drift)
+    model = _model(robot, leg1, leg2)
     f1, f2 = friction_torque(robot.leg1, leg1.dq1), friction_torque(robot.leg2, leg2.dq1)
     ax, ay = platform_motion(model, tau1 - f1, tau2 - f2)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
@@ -140,6 +163,22 @@ def acceleration_derivatives(
         vx_y -= n_y * load_x
         vy_x -= n_x * load_y
         vy_y -= n_y * load_y
+        if leg.residual != 0.0:
+            w_x, w_y = moving.w_x, moving.w_y
+            s = -leg.residual * (w_x * ax + w_y * ay + _distal_drift(leg, moving))
+            x_wx, x_wy, x_load = _moment_along(leg, moving, vx, vy, ax, ay, 1.0, 0.0)
+            y_wx, y_wy, y_load = _moment_along(leg, moving, vx, vy, ax, ay, 0.0, 1.0)
+            px_x += x_wx * s - w_x * x_load
+            px_y += x_wy * s - w_y * x_load
+            py_x += y_wx * s - w_x * y_load
+            py_y += y_wy * s - w_y * y_load
+            lever = -2.0 * leg.residual / moving.sin_q2
+            swing, turn = lever * leg.proximal / leg.distal * moving.dq1, lever * moving.cos_q2 * moving.dtheta
+            load_x, load_y = swing * n_x + turn * w_x, swing * n_y + turn * w_y
+            vx_x -= w_x * load_x
+            vx_y -= w_y * load_x
+            vy_x -= w_x * load_y
+            vy_y -= w_y * load_y
     determinant = model.m_xx * model.m_yy - model.m_xy * model.m_xy
     i_xx, i_xy, i_yy = model.m_yy / determinant, -model.m_xy / determinant, model.m_xx / determinant
     return Derivatives(
@@ -191,6 +230,29 @@ def _along(
     )
     d_drift = d_c / moving.b - moving.drift * stretch
     return dn_x, dn_y, slope * d_speed + leg.inertia * (dn_x * ax + dn_y * ay + d_drift)
+
+
+def _moment_along(
+    leg: LegParameters, moving: LegMotion, vx: float, vy: float, ax: float, ay: float, e_x: float, e_y: float
+) -> tuple[float, float, float]:
+    """Return dw (1/m^2 per m) and the change of the distal link's moment (Nm/m) when the platform moves along e."""
+    d_q1 = moving.n_x * e_x + moving.n_y * e_y
+    d_theta = moving.w_x * e_x + moving.w_y * e_y
+    d_q2 = d_theta - d_q1
+    stretch = moving.cos_q2 * d_q2 / moving.sin_q2
+    dn_x = -moving.u_y * d_theta / moving.b - moving.n_x * stretch
+    dn_y = moving.u_x * d_theta / moving.b - moving.n_y * stretch
+    lever = -1.0 / (leg.distal * moving.sin_q2)
+    dw_x = -moving.r_y * d_q1 * lever - moving.w_x * stretch
+    dw_y = moving.r_x * d_q1 * lever - moving.w_y * stretch
+    d_speed, d_turn = dn_x * vx + dn_y * vy, dw_x * vx + dw_y * vy
+    change = (
+        2.0 * leg.proximal / leg.distal * moving.dq1 * d_speed
+        - moving.sin_q2 * d_q2 * moving.dtheta * moving.dtheta
+        + 2.0 * moving.cos_q2 * moving.dtheta * d_turn
+    )
+    d_drift = -change / moving.sin_q2 - _distal_drift(leg, moving) * stretch
+    return dw_x, dw_y, leg.residual * (dw_x * ax + dw_y * ay + d_drift)
 
 
 def turn_gradient(leg: LegParameters, moving: LegMotion, vx: float, vy: float) -> tuple[float, float]:

@@ -18,10 +18,11 @@ from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
-from fivebar_control.model.dynamics import constraint_form
+from fivebar_control.model.constraint_form import ConstraintForm, constraint_form, response_to
 from fivebar_control.model.geometry import wrap
+from fivebar_control.model.residual import has_residual, moment_ratio, with_residuals
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
 
 
@@ -50,6 +51,8 @@ def input_map(robot: FiveBar, state: State) -> InputMap | None:
     determinant = k11 * k22 - k12 * k12
     if determinant <= 0.0:
         return None
+    if has_residual(robot):
+        return _input_map_with_residuals(robot, state, form)
     scale = form.per_mass / determinant
     # columns of A^T K^-1 / m
     e1_x, e1_y = scale * (k22 * leg1.u_x - k12 * leg2.u_x), scale * (k22 * leg1.u_y - k12 * leg2.u_y)
@@ -62,6 +65,17 @@ def input_map(robot: FiveBar, state: State) -> InputMap | None:
         a0_x=-(e1_x * leg1.c + e2_x * leg2.c),
         a0_y=-(e1_y * leg1.c + e2_y * leg2.c),
     )
+
+
+def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm) -> InputMap:
+    leg1, leg2 = state.leg1, state.leg2
+    one = response_to(form, state, form.per_zz1, 0.0, form.lever1, 0.0, 0.0, 0.0)
+    two = response_to(form, state, 0.0, form.per_zz2, 0.0, form.lever2, 0.0, 0.0)
+    free = response_to(form, state, 0.0, 0.0, -leg1.c, -leg2.c, 0.0, 0.0)
+    one = with_residuals(robot, state, form, one, 0.0)
+    two = with_residuals(robot, state, form, two, 0.0)
+    free = with_residuals(robot, state, form, free, 1.0)
+    return InputMap(one.ax, two.ax, one.ay, two.ay, free.ax, free.ay)
 
 
 class Box(NamedTuple):
@@ -239,8 +253,8 @@ def unified_step(
     target_y = reference.ay + kd * (desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
     held1, held2 = 0.0, 0.0
     if reference.by_motors:
-        held1 = reference.u1 + robot.leg1.inertia * _motor_feedback(desired.leg1, state.leg1, kp, kd)
-        held2 = reference.u2 + robot.leg2.inertia * _motor_feedback(desired.leg2, state.leg2, kp, kd)
+        held1 = reference.u1 + _held_inertia(robot.leg1, state.leg1) * _motor_feedback(desired.leg1, state.leg1, kp, kd)
+        held2 = reference.u2 + _held_inertia(robot.leg2, state.leg2) * _motor_feedback(desired.leg2, state.leg2, kp, kd)
     # tau = u + off: friction and disturbance are compensated besides
     off1, off2 = reference.f1 - d1, reference.f2 - d2
     h11, h12, h22 = _normal_matrix(mapped, weight)
@@ -273,6 +287,12 @@ def _normal_matrix(mapped: InputMap, weight: float) -> tuple[float, float, float
         mapped.g_x1 * mapped.g_x2 + mapped.g_y1 * mapped.g_y2,
         mapped.g_x2 * mapped.g_x2 + mapped.g_y2 * mapped.g_y2 + weight,
     )
+
+
+def _held_inertia(parameters: LegParameters, leg: Leg) -> float:
+    """Return the inertia (kg m^2) of a motor with its leg while the platform stays where it is, at Type 1."""
+    ratio = moment_ratio(parameters, leg)
+    return parameters.inertia + parameters.residual * ratio * ratio
 
 
 def _motor_feedback(desired: Leg, measured: Leg, kp: float, kd: float) -> float:

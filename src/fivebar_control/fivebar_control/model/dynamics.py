@@ -1,5 +1,7 @@
 """Inverse and direct dynamics (1.30, 1.31): tau = ZZ qddot + B lambda + f, A^T lambda = m xddot.
 
+Residual inertias of the distal links add the terms of :mod:`fivebar_control.model.residual`, where a robot has them.
+
 The printed B^T lambda equals B lambda since B is diagonal. The robot lies in a horizontal plane: no gravity. The direct
 model has two forms: the constraint form is regular at Types 1 and 2, the platform form (in x) at Type 2.
 """
@@ -9,22 +11,19 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.model.kinematics import det_a, joint_acceleration, platform_acceleration
-from fivebar_control.model.state import State
-from fivebar_description.parameters import FiveBar
+from fivebar_control.model.constraint_form import DynamicResponse, constraint_form, response_to
+from fivebar_control.model.kinematics import det_a, distal_acceleration, joint_acceleration, platform_acceleration
+from fivebar_control.model.residual import (
+    distal_moments,
+    has_residual,
+    moment_multipliers,
+    moment_torques,
+    with_residuals,
+)
+from fivebar_control.model.state import Leg, State
+from fivebar_description.parameters import FiveBar, LegParameters
 
 NAN = math.nan
-
-
-class DynamicResponse(NamedTuple):
-    """Accelerations and multipliers: qddot (rad/s^2), xddot (m/s^2), lambda (N)."""
-
-    ddq11: float
-    ddq21: float
-    ax: float
-    ay: float
-    lambda1: float
-    lambda2: float
 
 
 def multipliers(robot: FiveBar, state: State, ax: float, ay: float) -> tuple[float, float]:
@@ -42,61 +41,30 @@ def inverse_dynamics(
 ) -> tuple[float, float]:
     """Return the motor torques (Nm) for motor accelerations (rad/s^2) and friction f (Nm); NaN on the locus."""
     ax, ay = platform_acceleration(state, ddq11, ddq21)
-    lambda1, lambda2 = multipliers(robot, state, ax, ay)
-    return (
-        robot.leg1.inertia * ddq11 + state.leg1.b * lambda1 + f1,
-        robot.leg2.inertia * ddq21 + state.leg2.b * lambda2 + f2,
-    )
+    return _torques(robot, state, ddq11, ddq21, ax, ay, f1, f2)
 
 
 def inverse_dynamics_of_platform(
     robot: FiveBar, state: State, ax: float, ay: float, f1: float, f2: float
 ) -> tuple[float, float]:
     """Return the motor torques (Nm) for a platform acceleration (m/s^2); NaN on the locus and at Type 1."""
+    ddq11, ddq21 = joint_acceleration(state.leg1, ax, ay), joint_acceleration(state.leg2, ax, ay)
+    return _torques(robot, state, ddq11, ddq21, ax, ay, f1, f2)
+
+
+def _torques(
+    robot: FiveBar, state: State, ddq11: float, ddq21: float, ax: float, ay: float, f1: float, f2: float
+) -> tuple[float, float]:
     lambda1, lambda2 = multipliers(robot, state, ax, ay)
+    if has_residual(robot) and not math.isnan(lambda1):
+        moments = distal_moments(robot, state, ddq11, ddq21, ax, ay)
+        more1, more2 = moment_multipliers(robot, state, moments)
+        lambda1, lambda2 = lambda1 + more1, lambda2 + more2
+        on1, on2 = moment_torques(robot, state, moments)
+        f1, f2 = f1 + on1, f2 + on2
     return (
-        robot.leg1.inertia * joint_acceleration(state.leg1, ax, ay) + state.leg1.b * lambda1 + f1,
-        robot.leg2.inertia * joint_acceleration(state.leg2, ax, ay) + state.leg2.b * lambda2 + f2,
-    )
-
-
-class ConstraintForm(NamedTuple):
-    """The matrix K of the constraint form K lambda = B ZZ^-1 (tau - f) - c, symmetric, and what it is made of.
-
-    K = A A^T / m + B ZZ^-1 B.
-
-    Attributes:
-        k11, k12, k22: entries of K (1/kg).
-        per_mass: 1 / m (1/kg).
-        per_zz1, per_zz2: diagonal of ZZ^-1 (1/(kg m^2)).
-        lever1, lever2: diagonal of ZZ^-1 B (1/(kg m)).
-    """
-
-    k11: float
-    k12: float
-    k22: float
-    per_mass: float
-    per_zz1: float
-    per_zz2: float
-    lever1: float
-    lever2: float
-
-
-def constraint_form(robot: FiveBar, state: State) -> ConstraintForm:
-    """Return the constraint form of the direct dynamics; regular on the Type 1 and Type 2 loci."""
-    leg1, leg2 = state.leg1, state.leg2
-    # divisions are slow, and these are the same for a whole run: a compiler takes them out of its loops
-    per_mass, per_zz1, per_zz2 = 1.0 / robot.mass, 1.0 / robot.leg1.inertia, 1.0 / robot.leg2.inertia
-    lever1, lever2 = per_zz1 * leg1.b, per_zz2 * leg2.b
-    return ConstraintForm(
-        k11=per_mass + leg1.b * lever1,
-        k12=per_mass * (leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y),
-        k22=per_mass + leg2.b * lever2,
-        per_mass=per_mass,
-        per_zz1=per_zz1,
-        per_zz2=per_zz2,
-        lever1=lever1,
-        lever2=lever2,
+        robot.leg1.inertia * ddq11 + state.leg1.b * lambda1 + f1,
+        robot.leg2.inertia * ddq21 + state.leg2.b * lambda2 + f2,
     )
 
 
@@ -107,30 +75,18 @@ def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: 
     xddot = A^T lambda / m. Regular on the Type 1 and Type 2 loci; NaN only where both legs are folded or stretched on
     the Type 2 locus: the determinant there is (beta1 + beta2) / m + beta1 beta2 with beta_i = b_i^2 / zz_i.
     """
-    leg1, leg2 = state.leg1, state.leg2
     form = constraint_form(robot, state)
-    determinant = form.k11 * form.k22 - form.k12 * form.k12
-    if determinant <= 0.0:
-        return DynamicResponse(NAN, NAN, NAN, NAN, NAN, NAN)
-    inverse = 1.0 / determinant
     drive1, drive2 = form.per_zz1 * (tau1 - f1), form.per_zz2 * (tau2 - f2)
-    right1, right2 = leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c
-    lambda1 = inverse * (form.k22 * right1 - form.k12 * right2)
-    lambda2 = inverse * (form.k11 * right2 - form.k12 * right1)
-    return DynamicResponse(
-        ddq11=drive1 - form.lever1 * lambda1,
-        ddq21=drive2 - form.lever2 * lambda2,
-        ax=form.per_mass * (leg1.u_x * lambda1 + leg2.u_x * lambda2),
-        ay=form.per_mass * (leg1.u_y * lambda1 + leg2.u_y * lambda2),
-        lambda1=lambda1,
-        lambda2=lambda2,
-    )
+    right1, right2 = state.leg1.b * drive1 - state.leg1.c, state.leg2.b * drive2 - state.leg2.c
+    response = response_to(form, state, drive1, drive2, right1, right2, 0.0, 0.0)
+    return with_residuals(robot, state, form, response, 1.0) if has_residual(robot) else response
 
 
 class PlatformModel(NamedTuple):
     """The model in platform coordinates, M xddot + h = N^T (tau - f), with N = B^-1 A (2x2, rows n1, n2).
 
-    M = m I + N^T ZZ N is symmetric and never loses rank; h = N^T ZZ B^-1 c; only N^T loses rank on the locus.
+    M = m I + N^T ZZ N + P^T ZZ_2 P is symmetric and never loses rank, P with rows p_i, dtheta_i = p_i . xdot;
+    h = N^T ZZ B^-1 c + P^T ZZ_2 e with e the distal accelerations for xddot = 0; only N^T loses rank on the locus.
     """
 
     m_xx: float
@@ -149,7 +105,7 @@ def platform_model(robot: FiveBar, state: State) -> PlatformModel:
     leg1, leg2 = state.leg1, state.leg2
     if leg1.b == 0.0 or leg2.b == 0.0:
         return PlatformModel(NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
-    return platform_model_of_rows(
+    model = platform_model_of_rows(
         robot,
         leg1.u_x / leg1.b,
         leg1.u_y / leg1.b,
@@ -158,12 +114,51 @@ def platform_model(robot: FiveBar, state: State) -> PlatformModel:
         leg2.u_y / leg2.b,
         leg2.c / leg2.b,
     )
+    if has_residual(robot):
+        return with_residual_rows(robot, model, distal_row(robot.leg1, leg1), distal_row(robot.leg2, leg2))
+    return model
+
+
+class DistalRow(NamedTuple):
+    """Motion of a distal link, d2 theta_i / dt2 = p . xddot + drift: p in rad/m, drift in rad/s^2."""
+
+    p_x: float
+    p_y: float
+    drift: float
+
+
+def distal_row(parameters: LegParameters, leg: Leg) -> DistalRow:
+    """Return the row of a leg; NaN at Type 1."""
+    if leg.sin_q2 == 0.0:
+        return DistalRow(NAN, NAN, NAN)
+    lever = -1.0 / (parameters.distal * leg.sin_q2)
+    return DistalRow(lever * leg.r_x, lever * leg.r_y, distal_acceleration(parameters, leg, 0.0, 0.0))
+
+
+def with_residual_rows(robot: FiveBar, model: PlatformModel, row1: DistalRow, row2: DistalRow) -> PlatformModel:
+    """Return the model with the residual inertias, whose links move by these rows."""
+    zz1, zz2 = robot.leg1.residual, robot.leg2.residual
+    load1, load2 = zz1 * row1.drift, zz2 * row2.drift
+    return PlatformModel(
+        m_xx=model.m_xx + zz1 * row1.p_x * row1.p_x + zz2 * row2.p_x * row2.p_x,
+        m_xy=model.m_xy + zz1 * row1.p_x * row1.p_y + zz2 * row2.p_x * row2.p_y,
+        m_yy=model.m_yy + zz1 * row1.p_y * row1.p_y + zz2 * row2.p_y * row2.p_y,
+        h_x=model.h_x + row1.p_x * load1 + row2.p_x * load2,
+        h_y=model.h_y + row1.p_y * load1 + row2.p_y * load2,
+        n1_x=model.n1_x,
+        n1_y=model.n1_y,
+        n2_x=model.n2_x,
+        n2_y=model.n2_y,
+    )
 
 
 def platform_model_of_rows(
     robot: FiveBar, n1_x: float, n1_y: float, drift1: float, n2_x: float, n2_y: float, drift2: float
 ) -> PlatformModel:
-    """Return the model from the rows of N (rad/m) and the motor accelerations c_i / b_i (rad/s^2) for xddot = 0."""
+    """Return the model without residual inertias.
+
+    From the rows of N (rad/m) and the motor accelerations c_i / b_i (rad/s^2) for xddot = 0.
+    """
     zz1, zz2 = robot.leg1.inertia, robot.leg2.inertia
     load1, load2 = zz1 * drift1, zz2 * drift2
     return PlatformModel(

@@ -184,7 +184,7 @@ def _leg(
         rotor=share * leg.inertia,
         inertia=link + tip_mass * leg.proximal**2,
         coupling=tip_mass * leg.proximal * leg.distal,
-        distal_inertia=tip_mass * leg.distal**2 + settings.links.distal_inertia,
+        distal_inertia=tip_mass * leg.distal**2 + (leg.residual + settings.links.distal_inertia),
         stiffness=leg.inertia * pulsation**2,
         damping=2.0 * transmission.damping * leg.inertia * pulsation,
         moment=float(settings.tilt.leg_moment),
@@ -197,6 +197,7 @@ def _leg(
         raise InputError(
             f"plant.links.distal_inertia: {settings.links.distal_inertia:g} kg m^2 leaves a leg without positive"
             " inertia: expected less in magnitude"
+            + (f", besides the model's {leg.residual:g} kg m^2" if leg.residual != 0.0 else "")
         )
     return numbers
 

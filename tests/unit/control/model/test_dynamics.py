@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fivebar_control.model.constraint_form import DynamicResponse
 from fivebar_control.model.dynamics import (
-    DynamicResponse,
     direct_dynamics,
     direct_dynamics_of_platform,
     inverse_dynamics,
