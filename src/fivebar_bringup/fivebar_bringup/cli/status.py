@@ -32,17 +32,21 @@ COLUMNS = ("answered", "rate_hz", "jitter_ms", "interval_max_ms", "late", "dropp
 """Diagnostics that every node publishes; the others follow in a last column."""
 
 
+DomainOption = Annotated[
+    int | None,
+    typer.Option(
+        "--domain",
+        min=0,
+        max=101,
+        help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
+    ),
+]
+"""Which running graph is meant; `graph_domain` says what it is by default."""
+
+
 @app.command()
 def status(
-    domain: Annotated[
-        int | None,
-        typer.Option(
-            "--domain",
-            min=0,
-            max=101,
-            help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
-        ),
-    ] = None,
+    domain: DomainOption = None,
     watch: Annotated[bool, typer.Option("--watch", help="Keep updating until Ctrl-C.")] = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import select
 import signal
@@ -16,10 +15,10 @@ from typing import Annotated
 import typer
 
 from fivebar_bringup.cli.app import NamespaceOption, app, input_errors
-from fivebar_bringup.cli.status import graph_domain
+from fivebar_bringup.cli.status import DomainOption, graph_domain
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.namespace import read_namespace, remapping
-from fivebar_bringup.runs.node_starter import PR_SET_PDEATHSIG
+from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.strict_yaml import InputError
 
 VIEWER = "fivebar_bringup.nodes.viewer"
@@ -46,15 +45,7 @@ ViewOption = Annotated[
 
 @app.command()
 def view(
-    domain: Annotated[
-        int | None,
-        typer.Option(
-            "--domain",
-            min=0,
-            max=101,
-            help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
-        ),
-    ] = None,
+    domain: DomainOption = None,
     namespace: NamespaceOption = "",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1, 0 for a free one.")] = 0,
 ) -> None:
@@ -91,7 +82,7 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
             stdout=subprocess.PIPE,
             # Ctrl-C is for the run, at whose end the page ends
             start_new_session=True,
-            preexec_fn=_end_with_this_process,
+            preexec_fn=end_with_parent,
         )
         try:
             address = _wait_for_line(viewer, ADDRESS, START_TIMEOUT)
@@ -107,11 +98,6 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
             except subprocess.TimeoutExpired:
                 viewer.kill()
                 viewer.wait()
-
-
-def _end_with_this_process() -> None:
-    """Have the kernel end the viewer where this process is killed."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _wait_for_line(process: subprocess.Popen[bytes], beginning: str, seconds: float) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_bringup.runs.graph import Mode, has_compiled_estimator
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_bringup.simulation.estimator import estimator_of
 
 
 def compile_for(scenario: Scenario, mode: Mode) -> None:
@@ -14,5 +14,4 @@ def compile_for(scenario: Scenario, mode: Mode) -> None:
     # numba takes most of a second to import
     from fivebar_control.estimation.compiled import compiled_steps
 
-    settings = (scenario.rate_hz, scenario.drives(), scenario.ekf, scenario.known_within(), scenario.passive)
-    StateEstimator(scenario.five_bar(), scenario.homing(), *settings, steps=compiled_steps()).warm_up()
+    estimator_of(scenario, compiled_steps()).warm_up()

@@ -7,17 +7,17 @@ fork. Since the launcher adopts orphans while it waits for this process, the nod
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import inspect
 import json
 import os
-import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
+
+from fivebar_bringup.runs.parent_death import end_with_parent
 
 COMMON_MODULES = (
     "diagnostic_msgs.msg",
@@ -34,8 +34,6 @@ COMMON_MODULES = (
     "fivebar_sim.plant",
 )
 """What takes most of the time in which a node starts; none of it loads ROS libraries."""
-
-PR_SET_PDEATHSIG = 1
 
 LONGEST_NAME = 15
 """Characters that Linux keeps of the name of a process."""
@@ -115,7 +113,7 @@ def _run(request: StartRequest, node: NodeCommand) -> NoReturn:
     for descriptor in (log, request.reported, request.gate):
         os.close(descriptor)
     # not before the gate opens: until then the parent is the starter, which ends
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    end_with_parent()
     if not opened or os.getppid() != request.launcher:
         os._exit(0)
     sys.argv = [node.module, *node.arguments]

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.estimator import estimator_model_of
 from fivebar_bringup.simulation.settings import cycle_settings
-from fivebar_control.estimation.step import EstimatorModel, estimator_model
+from fivebar_control.estimation.step import EstimatorModel
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
@@ -186,17 +187,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         estimation=Estimation(
             scenario.estimated,
             scenario.compensates_disturbance,
-            estimator_model(
-                nominal,
-                control.mode1,
-                control.mode2,
-                scenario.rate_hz,
-                scenario.drives(),
-                scenario.ekf,
-                scenario.known_within(),
-                scenario.passive,
-                scenario.known_sensors(),
-            ),
+            estimator_model_of(scenario, nominal),
             scenario.imu.schedule(scenario.rate_hz).latency,
             _stamps(scenario),
             readings_of_gyro(scenario),

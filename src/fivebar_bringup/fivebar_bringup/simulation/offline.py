@@ -9,8 +9,9 @@ from typing import NamedTuple
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.settings import cycle_settings
-from fivebar_control.estimation.estimator import StateEstimator, Vector6
+from fivebar_control.estimation.estimator import Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
@@ -154,20 +155,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu)
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
-    estimator = (
-        StateEstimator(
-            robot,
-            scenario.homing(),
-            rate_hz,
-            scenario.drives(),
-            scenario.ekf,
-            scenario.known_within(),
-            scenario.passive,
-            scenario.known_sensors(),
-        )
-        if scenario.estimated
-        else None
-    )
+    estimator = estimator_of(scenario) if scenario.estimated else None
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     passive_queue: ReadingQueue[float] = ReadingQueue(scenario.passive, rate_hz, scenario.plant.seed, PASSIVE_LOSSES)
     encoder = passive_numbers(scenario.passive, scenario.plant.seed)

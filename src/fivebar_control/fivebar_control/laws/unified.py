@@ -213,7 +213,7 @@ def observed_disturbance(
     expected_y = 0.5 * (memory.ay + mapped.g_y1 * net1 + mapped.g_y2 * net2 + mapped.a0_y)
     r_x = (state.vx - memory.vx) / period - expected_x
     r_y = (state.vy - memory.vy) / period - expected_y
-    h11, h12, h22 = _normal_matrix(mapped, settings.weight)
+    h11, h12, h22 = normal_matrix(mapped, settings.weight)
     right1 = mapped.g_x1 * r_x + mapped.g_y1 * r_y
     right2 = mapped.g_x2 * r_x + mapped.g_y2 * r_y
     gain = (1.0 - math.exp(-settings.observer_rate * period)) / (h11 * h22 - h12 * h12)
@@ -257,7 +257,7 @@ def unified_step(
         held2 = reference.u2 + _held_inertia(robot.leg2, state.leg2) * _motor_feedback(desired.leg2, state.leg2, kp, kd)
     # tau = u + off: friction and disturbance are compensated besides
     off1, off2 = reference.f1 - d1, reference.f2 - d2
-    h11, h12, h22 = _normal_matrix(mapped, weight)
+    h11, h12, h22 = normal_matrix(mapped, weight)
     u1, u2 = box_least_squares(
         h11,
         h12,
@@ -280,7 +280,7 @@ def unified_step(
     return Torque(u1 + off1, u2 + off2), kept
 
 
-def _normal_matrix(mapped: InputMap, weight: float) -> tuple[float, float, float]:
+def normal_matrix(mapped: InputMap, weight: float) -> tuple[float, float, float]:
     """Return the entries 11, 12 and 22 of G^T G + w."""
     return (
         mapped.g_x1 * mapped.g_x1 + mapped.g_y1 * mapped.g_y1 + weight,

@@ -14,17 +14,16 @@ from typing import NamedTuple
 
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.laws.unified import Box, InputMap, UnifiedSettings, box_least_squares, input_map
+from fivebar_control.laws.unified import Box, InputMap, UnifiedSettings, box_least_squares, input_map, normal_matrix
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import ParallelSvd, parallel_svd
 from fivebar_control.model.state import Leg
 from fivebar_control.planning.predicted_run import Peak
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Crossing, Plan
+from fivebar_description.imu import STANDARD_GRAVITY
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar, LegParameters
-
-GRAVITY = 9.80665
 
 BEFORE, AFTER = 0.08, 0.12
 """Time (s) about a crossing in which the response is followed: the loads' build-up, and the return to the path."""
@@ -55,6 +54,17 @@ class Feedback(NamedTuple):
     kd: float
     weight: float
     observer_rate: float
+
+
+class Judged(NamedTuple):
+    """A plan with all that its crossings are judged by: the arguments of `displacement`."""
+
+    robot: FiveBar
+    plan: Plan
+    rate_hz: int
+    follower: TunedController
+    torque_limit: float
+    loads: Loads
 
 
 class Instant(NamedTuple):
@@ -99,10 +109,11 @@ def displacement(
         torque_limit: of the drives (Nm).
         loads: that act at once, along t_s at the crossing.
     """
+    judged = Judged(robot, plan, rate_hz, follower, torque_limit, loads)
     start = plan.path.at(0.0)
     worst = Peak(0.0, 0.0, start.x, start.y)
     for crossing in plan.crossings:
-        value = _displacement_at(robot, plan, crossing, rate_hz, follower, torque_limit, loads)
+        value = _displacement_at(judged, crossing)
         worst = worst.or_larger(value, crossing.time, crossing.x, crossing.y)
     return worst
 
@@ -133,19 +144,11 @@ def feedback_of(follower: TunedController) -> Feedback:
     )
 
 
-def _displacement_at(
-    robot: FiveBar,
-    plan: Plan,
-    crossing: Crossing,
-    rate_hz: int,
-    follower: TunedController,
-    torque_limit: float,
-    loads: Loads,
-) -> float:
-    feedback = feedback_of(follower)
-    instants = _instants(robot, plan, crossing, rate_hz, follower, torque_limit, loads, feedback)
-    here = parallel_svd(desired_at(robot, plan, crossing.time, plan.path.at(crossing.time)).state)
-    lasting = GRAVITY * math.sin(loads.tilt)
+def _displacement_at(judged: Judged, crossing: Crossing) -> float:
+    robot, loads, feedback = judged.robot, judged.loads, feedback_of(judged.follower)
+    here = parallel_svd(_reference_at(judged, crossing.time).state)
+    instants = _instants(judged, crossing, here, feedback.weight)
+    lasting = STANDARD_GRAVITY * math.sin(loads.tilt)
     push = loads.push / robot.mass
     onsets = ONSETS if push > 0.0 else ONSETS[:1]
     worst = 0.0
@@ -157,41 +160,37 @@ def _displacement_at(
     return worst
 
 
-def _instants(
-    robot: FiveBar,
-    plan: Plan,
-    crossing: Crossing,
-    rate_hz: int,
-    follower: TunedController,
-    torque_limit: float,
-    loads: Loads,
-    feedback: Feedback,
-) -> list[Instant]:
-    """Return the robot on its reference about a crossing, in even steps."""
-    period = _step(rate_hz)
-    supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
+def _reference_at(judged: Judged, time: float) -> Reference:
+    return desired_at(judged.robot, judged.plan, time, judged.plan.path.at(time))
+
+
+def _instants(judged: Judged, crossing: Crossing, here: ParallelSvd, weight: float) -> list[Instant]:
+    """Return the robot on its reference about a crossing, in even steps.
+
+    Args:
+        judged: the plan.
+        crossing: which of the plan's.
+        here: at the crossing.
+        weight: of the law on torque.
+    """
+    period, limit, controller = _step(judged.rate_hz), judged.torque_limit, judged.follower.controller
+    supervise = Supervisor(judged.plan, judged.rate_hz, controller.weighting)
     first = -math.floor(min(BEFORE, crossing.time) / period)
-    here = parallel_svd(desired_at(robot, plan, crossing.time, plan.path.at(crossing.time)).state)
     found = []
     for step in range(first, math.ceil(AFTER / period) + 1):
         time = step * period
         t = crossing.time + time
-        reference = desired_at(robot, plan, t, plan.path.at(t))
-        mapped = input_map(robot, reference.state)
+        reference = _reference_at(judged, t)
+        mapped = input_map(judged.robot, reference.state)
         if mapped is None:
             continue
         svd = parallel_svd(reference.state)
-        held = 1.0 - supervise.at(t, reference.state).sigma if follower.controller.blended else 1.0
-        box = Box(
-            -torque_limit - reference.f1,
-            torque_limit - reference.f1,
-            -torque_limit - reference.f2,
-            torque_limit - reference.f2,
-        )
-        load = _passive_load(robot, reference, here, loads.passive)
+        held = 1.0 - supervise.at(t, reference.state).sigma if controller.blended else 1.0
+        box = Box(-limit - reference.f1, limit - reference.f1, -limit - reference.f2, limit - reference.f2)
+        load = _passive_load(judged.robot, reference, here, judged.loads.passive)
         motion = (reference.state.vx, reference.state.vy, reference.ax, reference.ay)
         instant = Instant(time, *motion, mapped, svd.t_x, svd.t_y, held, box, 0.0, 0.0, load)
-        lost_x, lost_y = _acceleration_error(instant, instant, feedback.weight, (0.0, 0.0), (0.0, 0.0))
+        lost_x, lost_y = _acceleration_error(instant, instant, weight, (0.0, 0.0), (0.0, 0.0))
         found.append(instant._replace(lost_x=lost_x, lost_y=lost_y))
     return found
 
@@ -257,7 +256,7 @@ def _acceleration_error(
     free = (place.held - 1.0) * (target_x * place.t_x + target_y * place.t_y)
     target_x, target_y = target_x + free * place.t_x, target_y + free * place.t_y
     u1, u2 = box_least_squares(
-        *_normal(mapped, weight),
+        *normal_matrix(mapped, weight),
         mapped.g_x1 * target_x + mapped.g_y1 * target_y,
         mapped.g_x2 * target_x + mapped.g_y2 * target_y,
         Box(box.low1 + d1, box.high1 + d1, box.low2 + d2, box.high2 + d2),
@@ -267,18 +266,10 @@ def _acceleration_error(
 
 
 def _inverse(mapped: InputMap, weight: float, ax: float, ay: float) -> tuple[float, float]:
-    h11, h12, h22 = _normal(mapped, weight)
+    h11, h12, h22 = normal_matrix(mapped, weight)
     right1, right2 = mapped.g_x1 * ax + mapped.g_y1 * ay, mapped.g_x2 * ax + mapped.g_y2 * ay
     determinant = h11 * h22 - h12 * h12
     return (h22 * right1 - h12 * right2) / determinant, (h11 * right2 - h12 * right1) / determinant
-
-
-def _normal(mapped: InputMap, weight: float) -> tuple[float, float, float]:
-    return (
-        mapped.g_x1 * mapped.g_x1 + mapped.g_y1 * mapped.g_y1 + weight,
-        mapped.g_x1 * mapped.g_x2 + mapped.g_y1 * mapped.g_y2,
-        mapped.g_x2 * mapped.g_x2 + mapped.g_y2 * mapped.g_y2 + weight,
-    )
 
 
 def _passive_load(robot: FiveBar, reference: Reference, here: ParallelSvd, friction: float) -> float:

@@ -20,26 +20,20 @@ from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,
     GROUND_TRUTH,
-    IMU_DATA,
-    IMU_FRAME,
     JOINTS,
     MOTOR_STATES,
-    PASSIVE_STATES,
     RUN_READY,
     RUN_STATUS,
     TORQUE_COMMAND,
-    late_stamp_ns,
 )
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import (
     JointMessage,
-    JointSample,
     MessageError,
     joint_sample,
     read_fields,
     stamp_of,
-    to_stamp,
 )
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
@@ -51,8 +45,7 @@ from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import TURN
 from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
 from fivebar_sim.imu import gyro_errors, gyro_stream
-from fivebar_sim.passive_encoder import passive_numbers, passive_reading
-from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
+from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 
 STATUS_PERIOD = 0.1
@@ -95,11 +88,9 @@ class EmulatedRobot(GraphNode):
         self._began: float | None = None
         self._truth = self.advertise(GROUND_TRUTH)
         self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=("noise",))
-        self._passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
-        self._encoder = passive_numbers(self._passive, settings.seed)
-        self._passive_states = self.advertise(PASSIVE_STATES) if self._passive.leg else None
+        passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
         self._seed = settings.seed
-        self._imu_data = self.advertise(IMU_DATA)
+        self._late = LateSensors(self, self._run, self._rate_hz, self._imu, passive, settings.seed)
         self._begin_run()
         self._faults = self.advertise(FAULTS)
         self._status = self.advertise(RUN_STATUS)
@@ -117,8 +108,7 @@ class EmulatedRobot(GraphNode):
         """Count samples and make the late sensors' readings from sample 0 on."""
         self._sample, self._commanded, self._last_reading = 0, -1, -1
         self._gyro_random = gyro_stream(self._seed)
-        self._readings: ReadingQueue[Imu] = ReadingQueue(self._imu, self._rate_hz, self._seed)
-        self._angles: ReadingQueue[JointSample] = ReadingQueue(self._passive, self._rate_hz, self._seed, PASSIVE_LOSSES)
+        self._late.restart()
 
     def stop(self) -> None:
         """Leave the bus."""
@@ -175,23 +165,14 @@ class EmulatedRobot(GraphNode):
         if sample > self._last_reading:
             self._last_reading = sample
             rate = self._gyro_reading(sample, velocity[2] + velocity[3])
-            for _, message in self._readings.arrived(sample, rate):
-                self._imu_data.publish(message)
-            if self._passive_states is not None:
-                angle = passive_reading(self._encoder, position[self._passive.place])
-                for _, reading in self._angles.arrived(sample, joint_sample(stamp, (self._passive.joint,), (angle,))):
-                    self._passive_states.publish(reading)
+            self._late.publish(self._late.arrived(sample, rate, position))
         self.note_answer()
 
     def _gyro_reading(self, sample: int, rate: float) -> Imu:
         """Return the gyroscope's message for the rate (rad/s) of the distal link of leg 2; it has no accelerometer."""
-        message = Imu()
-        message.header.stamp = to_stamp(
-            late_stamp_ns(sample, self._rate_hz, self._imu.clock_offset, self._run.epoch_ns)
-        )
-        message.header.frame_id = IMU_FRAME
+        message = self._late.imu_message(sample)
         # -1 means that there is no such measurement (sensor_msgs/Imu)
-        message.orientation_covariance[0] = message.linear_acceleration_covariance[0] = -1.0
+        message.linear_acceleration_covariance[0] = -1.0
         turning = rate + float(gyro_errors(self._imu, self._gyro_random, 1)[0])
         vector = message.angular_velocity
         vector.x, vector.y, vector.z = (axis * turning for axis in self._imu.rotation()[2])

@@ -19,19 +19,16 @@ from fivebar_description.interface import (
     DRIVES_STATE,
     FAULTS,
     GROUND_TRUTH,
-    IMU_DATA,
     IMU_FRAME,
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
     NANOSECONDS,
-    PASSIVE_STATES,
     READINGS_RELEASED,
     RUN_READY,
     RUN_STATUS,
     START_STAMP_NS,
     TORQUE_COMMAND,
-    late_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
@@ -49,9 +46,8 @@ from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
-from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.plant import Plant, PlantDiverged
-from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
+from fivebar_sim.ros.late_sensors import Arrived, LateSensors
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
 from fivebar_sim.settings import PlantSettings, has_effects
 
@@ -82,7 +78,7 @@ class PlantNode(GraphNode):
         settings = self.declare_settings(PlantNodeSettings)
         plant = self.declare_settings(PlantSettings)
         imu = self.declare_settings(ImuSettings, IMU_PREFIX)
-        self._passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
+        passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
         self._rate_hz = settings.rate_hz
         # in lockstep time is simulated, and every run has the same stamps
         epoch_ns = START_STAMP_NS if settings.mode == LOCKSTEP else None
@@ -105,18 +101,13 @@ class PlantNode(GraphNode):
         self._overruns = 0
         self._latency = LatencyWatch()
         self._published = 0.0
-        self._readings: ReadingQueue[Imu] = ReadingQueue(imu, self._rate_hz, plant.seed)
-        self._clock_offset = imu.clock_offset
-        self._encoder = passive_numbers(self._passive, plant.seed)
-        self._angles: ReadingQueue[JointSample] = ReadingQueue(self._passive, self._rate_hz, plant.seed, PASSIVE_LOSSES)
-        self._arrived: tuple[list[tuple[int, Imu]], list[tuple[int, JointSample]]] | None = None
+        self._arrived: Arrived | None = None
         self._began = self._heard = time.monotonic()
         self._motors_only = settings.publishes == MOTORS
         self._time = self.advertise(CLOCK) if self._lockstep else None
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only or has_effects(plant) else None
-        self._imu = self.advertise(IMU_DATA)
-        self._passive_states = self.advertise(PASSIVE_STATES) if self._passive.leg else None
+        self._late = LateSensors(self, self._run, self._rate_hz, imu, passive, plant.seed)
         self._released = self.advertise(READINGS_RELEASED) if settings.announces_readings else None
         self._faults = self.advertise(FAULTS)
         self._state = self.advertise(DRIVES_STATE)
@@ -196,43 +187,23 @@ class PlantNode(GraphNode):
         self._joint_states.publish(joints)
         self._published = time.monotonic()
         if self._arrived is None:
-            angles = []
-            if self._passive.leg:
-                angles = self._angles.arrived(self._sample, self._read_passive())
-            self._arrived = self._readings.arrived(self._sample, self._read_imu()), angles
+            position = self._plant.truth().position if self._late.passive.leg else ()
+            self._arrived = self._late.arrived(self._sample, self._read_imu(), position)
         if self._released is not None:
-            self._release(*self._arrived)
-        for _, message in self._arrived[0]:
-            self._imu.publish(message)
-        if self._passive_states is not None:
-            for _, reading in self._arrived[1]:
-                self._passive_states.publish(reading)
+            self._released.publish(self._announcement(self._arrived))
+        self._late.publish(self._arrived)
         if self._ground_truth is not None:
             self._ground_truth.publish(truth)
 
-    def _release(self, imu: list[tuple[int, Imu]], angles: list[tuple[int, JointSample]]) -> None:
-        """Announce which late readings come with the sample."""
-        assert self._released is not None
-        names = [IMU_FRAME] * len(imu) + [self._passive.joint] * len(angles)
-        moments = [self._run.moment(stamp_of(message)) for _, message in imu]
-        moments += [self._run.moment(message.stamp_ns) for _, message in angles]
-        self._released.publish(joint_sample(self._run.stamp(self._sample), names, moments))
-
-    def _read_passive(self) -> JointSample:
-        angle = passive_reading(self._encoder, self._plant.truth().position[self._passive.place])
-        return joint_sample(self._run.stamp(self._sample), (self._passive.joint,), (angle,))
-
-    def _late_stamp(self) -> int:
-        """Return the stamp (ns) of the sample by the IMU's clock."""
-        return late_stamp_ns(self._sample, self._rate_hz, self._clock_offset, self._run.epoch_ns)
+    def _announcement(self, arrived: Arrived) -> JointSample:
+        """Return which late readings come with the sample."""
+        names = [IMU_FRAME] * len(arrived.imu) + [self._late.passive.joint] * len(arrived.angles)
+        moments = [self._run.moment(stamp_of(message)) for message in (*arrived.imu, *arrived.angles)]
+        return joint_sample(self._run.stamp(self._sample), names, moments)
 
     def _read_imu(self) -> Imu:
         reading = self._plant.measure_imu()
-        message = Imu()
-        message.header.stamp = to_stamp(self._late_stamp())
-        message.header.frame_id = IMU_FRAME
-        # -1 means that there is no orientation (sensor_msgs/Imu)
-        message.orientation_covariance[0] = -1.0
+        message = self._late.imu_message(self._sample)
         vector = message.linear_acceleration
         vector.x, vector.y, vector.z = reading.acceleration
         vector = message.angular_velocity

@@ -10,8 +10,8 @@ import numpy as np
 
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.studies.estimate.record import EstimatorRecord
-from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
@@ -68,17 +68,7 @@ def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -
     Raises:
         InputError: the first reading is not that of the posture in which the robot was to start.
     """
-    robot = scenario.five_bar()
-    estimator = StateEstimator(
-        robot,
-        scenario.homing(),
-        scenario.rate_hz,
-        scenario.drives(),
-        scenario.ekf,
-        scenario.known_within(),
-        scenario.passive,
-        scenario.known_sensors(),
-    )
+    robot, estimator = scenario.five_bar(), estimator_of(scenario)
     count = len(record.samples)
     joints, squared = np.full((count, 8), math.nan), np.full((count, 3), math.nan)
     difference, error, position, velocity = (np.full(count, math.nan) for _ in range(4))

@@ -1,0 +1,51 @@
+"""The state estimator of a scenario, for every runner that is not its node."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, StateEstimator
+from fivebar_control.estimation.step import Drives, EstimatorModel, estimator_model
+from fivebar_description.known_sensors import KnownSensors
+from fivebar_description.parameters import FiveBar
+from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.tolerances import Tolerances
+
+
+class _Declared(NamedTuple):
+    """What an estimator knows besides the robot, in the order of the arguments of `estimator_model`."""
+
+    rate_hz: int
+    drives: Drives
+    settings: EkfSettings
+    tolerances: Tolerances
+    passive: PassiveEncoder
+    known: KnownSensors
+
+
+def estimator_of(scenario: Scenario, steps: EstimatorSteps = PLAIN) -> StateEstimator:
+    """Return a new estimator for a run of a scenario; `steps` may be machine code.
+
+    Raises:
+        HomingContradicted: the declared posture contradicts itself.
+    """
+    return StateEstimator(scenario.five_bar(), scenario.homing(), *_declared(scenario), steps=steps)
+
+
+def estimator_model_of(scenario: Scenario, robot: FiveBar) -> EstimatorModel:
+    """Return the constants of that estimator, for a robot that is the scenario's, maybe with other types of number."""
+    mode1, mode2 = scenario.working_mode
+    return estimator_model(robot, mode1, mode2, *_declared(scenario))
+
+
+def _declared(scenario: Scenario) -> _Declared:
+    return _Declared(
+        scenario.rate_hz,
+        scenario.drives(),
+        scenario.ekf,
+        scenario.known_within(),
+        scenario.passive,
+        scenario.known_sensors(),
+    )

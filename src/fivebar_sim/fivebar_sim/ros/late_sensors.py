@@ -1,0 +1,77 @@
+"""Messages of the sensors whose readings come late: the IMU, and the encoder on a passive joint."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sensor_msgs.msg import Imu
+
+from fivebar_description.imu import ImuSettings
+from fivebar_description.interface import IMU_DATA, IMU_FRAME, PASSIVE_STATES, late_stamp_ns
+from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.ros.messages import JointSample, joint_sample, to_stamp
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_sim.passive_encoder import passive_numbers, passive_reading
+from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
+
+
+class Arrived(NamedTuple):
+    """The readings that come with a sample, each stamped with the moment at which it was made."""
+
+    imu: list[Imu]
+    angles: list[JointSample]
+
+
+class LateSensors:
+    """Makes the readings, keeps them until they are due, and publishes them."""
+
+    def __init__(
+        self, node: GraphNode, run: RunAgreement, rate_hz: int, imu: ImuSettings, passive: PassiveEncoder, seed: int
+    ) -> None:
+        """Advertise the topics on behalf of a node; the seed is that of losses and of the encoder's phase."""
+        self._run = run
+        self._rate_hz = rate_hz
+        self._settings = imu
+        self.passive = passive
+        self._seed = seed
+        self._encoder = passive_numbers(passive, seed)
+        self._imu = node.advertise(IMU_DATA)
+        self._passive_states = node.advertise(PASSIVE_STATES) if passive.leg else None
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again with sample 0."""
+        self._readings: ReadingQueue[Imu] = ReadingQueue(self._settings, self._rate_hz, self._seed)
+        self._angles: ReadingQueue[JointSample] = ReadingQueue(self.passive, self._rate_hz, self._seed, PASSIVE_LOSSES)
+
+    def imu_message(self, sample: int) -> Imu:
+        """Return an empty message of the IMU for a reading that is made at a sample, stamped by the IMU's clock."""
+        message = Imu()
+        message.header.stamp = to_stamp(
+            late_stamp_ns(sample, self._rate_hz, self._settings.clock_offset, self._run.epoch_ns)
+        )
+        message.header.frame_id = IMU_FRAME
+        # -1 means that there is no orientation (sensor_msgs/Imu)
+        message.orientation_covariance[0] = -1.0
+        return message
+
+    def arrived(self, sample: int, imu: Imu, position: tuple[float, ...]) -> Arrived:
+        """Return what comes with a sample, given its own IMU message.
+
+        Call it once per sample. With an encoder on a passive joint, it needs the true joint angles (rad).
+        """
+        angles: list[tuple[int, JointSample]] = []
+        if self.passive.leg:
+            angle = passive_reading(self._encoder, position[self.passive.place])
+            message = joint_sample(self._run.stamp(sample), (self.passive.joint,), (angle,))
+            angles = self._angles.arrived(sample, message)
+        return Arrived([one for _, one in self._readings.arrived(sample, imu)], [one for _, one in angles])
+
+    def publish(self, arrived: Arrived) -> None:
+        """Publish readings."""
+        for message in arrived.imu:
+            self._imu.publish(message)
+        if self._passive_states is not None:
+            for reading in arrived.angles:
+                self._passive_states.publish(reading)
