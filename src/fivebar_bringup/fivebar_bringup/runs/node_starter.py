@@ -11,6 +11,7 @@ import gc
 import inspect
 import json
 import os
+import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
