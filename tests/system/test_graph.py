@@ -118,6 +118,8 @@ def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, w
     command = run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": "7"})
     assert list(command[:3]) == [sys.executable, "-m", "fivebar_bringup.cli.main"]
     assert list(command[3:]) == words
+    # ROS takes an empty variable for the domain 0, like one that is not set
+    assert run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": ""})[6] == "0"
     more = run_command("middle", mode, "there", hardware, {}, scene=True, namespace="robot1")
     assert {"--scene", "--namespace", "robot1"} <= set(more)
 

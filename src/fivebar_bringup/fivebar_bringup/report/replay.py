@@ -124,8 +124,8 @@ def _columns(run: RunAnalysis) -> dict[str, FloatArray]:
     posture = {
         "x": 1e3 * series.platform[:, 0],
         "y": 1e3 * series.platform[:, 1],
-        "q11": series.joint_position[:, 0],
-        "q21": series.joint_position[:, 2],
+        "q11": _unwrapped(series.joint_position[:, 0]),
+        "q21": _unwrapped(series.joint_position[:, 2]),
         "mode": np.sign(series.det_a),
     }
     charted = {
@@ -151,6 +151,14 @@ def _filled(values: FloatArray) -> FloatArray:
         return np.zeros_like(values)
     last = np.maximum.accumulate(np.where(known, np.arange(values.size), 0))
     return np.where(known[last], values[last], values[known][0])
+
+
+def _unwrapped(angles: FloatArray) -> FloatArray:
+    """Return angles without jumps by a turn, so that an angle between two rows lies between theirs."""
+    known = np.isfinite(angles)
+    whole = angles.copy()
+    whole[known] = np.unwrap(angles[known])
+    return whole
 
 
 def _packed(values: FloatArray) -> str:

@@ -41,7 +41,7 @@ def run_command(
     It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 if the run
     completed.
     """
-    words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID", "0")]
+    words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID") or "0"]
     if mode is Mode.REALTIME and hardware is Hardware.SIMULATED:
         words.append("--realtime")
     if hardware is Hardware.EMULATED:

@@ -77,6 +77,15 @@ def test_the_robot_stands_where_the_bag_says(analysis: RunAnalysis) -> None:
     assert set(column(data, "mode").tolist()) == {1.0, -1.0}
 
 
+def test_a_motor_that_turns_past_half_a_turn_takes_the_short_way(analysis: RunAnalysis) -> None:
+    """The page draws postures between two rows: from 3.1 to -3.1 rad it would turn the link all the way round."""
+    series = analysis.series
+    turned = vars(series) | {"joint_position": np.array(series.joint_position)}
+    turned["joint_position"][:, 0] = np.angle(np.exp(1j * np.linspace(3.0, 3.3, series.sample.size)))
+    data = replay_data([("turned", analysis._replace(series=RunSeries(**turned)), [])])
+    assert np.max(np.abs(np.diff(column(data, "q11")))) < 0.01
+
+
 def test_the_locus_is_where_the_robot_crosses_it(analysis: RunAnalysis) -> None:
     crossing = next(row for row in range(700) if analysis.series.det_a[row] * analysis.series.det_a[row + 1] <= 0.0)
     here = 1e3 * analysis.series.platform[crossing, :2]
