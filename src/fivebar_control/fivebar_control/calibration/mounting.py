@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.calibration.calibration import QUANTILE, Calibration
 from fivebar_control.calibration.record import CalibrationRecord, Turning
+from fivebar_control.calibration.result import QUANTILE, Calibration
 from fivebar_description.imu import STANDARD_GRAVITY
 
 FloatArray = NDArray[np.float64]

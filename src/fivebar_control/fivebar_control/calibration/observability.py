@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.calibration.calibration import Calibration
 from fivebar_control.calibration.closure import BASE_1, BASE_2, GEOMETRY, ZERO_1
+from fivebar_control.calibration.result import Calibration
 
 FloatArray = NDArray[np.float64]
 

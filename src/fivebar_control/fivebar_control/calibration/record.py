@@ -54,6 +54,16 @@ class CalibrationRecord(NamedTuple):
     acceleration: FloatArray
 
 
+class TouchedPoint(NamedTuple):
+    """A measured place of the platform: readings of both motors there (rad), x and y (m), and their deviation (m)."""
+
+    q11: float
+    q21: float
+    x: float
+    y: float
+    deviation: float
+
+
 class Turning(NamedTuple):
     """The gyroscope's readings about the axis of the distal link.
 

@@ -16,8 +16,7 @@ from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
-from fivebar_control.calibration.calibration import TouchedPoint
-from fivebar_control.calibration.record import CalibrationRecord
+from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.imu import ImuSettings

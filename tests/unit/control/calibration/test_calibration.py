@@ -6,17 +6,14 @@ import numpy as np
 import pytest
 from led_robot import BIAS, PATH, led, with_errors
 
-from fivebar_control.calibration.calibration import (
-    PARAMETERS,
-    Calibration,
-    TouchedPoint,
-    calibrate,
-    calibrate_by_turning_points,
-)
+from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
+from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles, geometry_of
 from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import SCALE, SHIFT, unseen
-from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable
+from fivebar_control.calibration.parameters import PARAMETERS
+from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable, TouchedPoint
+from fivebar_control.calibration.result import Calibration
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar

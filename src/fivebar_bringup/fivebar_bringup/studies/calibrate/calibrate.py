@@ -9,7 +9,8 @@ from fivebar_bringup.studies.calibrate.reading import read_record, read_touched
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
 from fivebar_bringup.studies.identify.reading import find_bag, read_start
 from fivebar_bringup.studies.study_directory import StudyDirectory
-from fivebar_control.calibration.calibration import calibrate, calibrate_by_turning_points
+from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
+from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import unseen
 from fivebar_control.calibration.record import NotCalibratable

@@ -11,8 +11,7 @@ from pydantic import Field, model_validator
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.studies.identify.reading import Source, joint_columns
-from fivebar_control.calibration.calibration import TouchedPoint
-from fivebar_control.calibration.record import CalibrationRecord
+from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint
 from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, JOINT_STATES, MOTOR_STATES, NANOSECONDS
 from fivebar_description.parameters import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml

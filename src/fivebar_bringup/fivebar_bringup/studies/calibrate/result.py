@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.calibration.calibration import CONFIDENCE, PARAMETERS, QUANTILE, Calibration
 from fivebar_control.calibration.closure import BASE_1, BASE_2, GEOMETRY, ZERO_1, ZERO_2, locus_rows
 from fivebar_control.calibration.mounting import Mounting, tilt_angle
 from fivebar_control.calibration.observability import Unseen
+from fivebar_control.calibration.parameters import PARAMETERS
+from fivebar_control.calibration.result import CONFIDENCE, QUANTILE, Calibration
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import Lengths, RobotFile
 from fivebar_description.strict_yaml import yaml_text

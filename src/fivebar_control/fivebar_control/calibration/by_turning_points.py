@@ -1,0 +1,64 @@
+"""Calibration of the geometry from the motors' encoders alone, by their turning points on the Type 2 locus."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles
+from fivebar_control.calibration.parameters import PARAMETERS, deviations_before, values_before
+from fivebar_control.calibration.record import CalibrationRecord
+from fivebar_control.calibration.result import Calibration, Crossing, covariance_of
+from fivebar_control.calibration.turning_points import turning_points
+from fivebar_control.identification.cutoff import encoder_resolution
+from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import Tolerances
+
+
+def calibrate_by_turning_points(robot: FiveBar, tolerances: Tolerances, record: CalibrationRecord) -> Calibration:
+    """Return the geometry that explains the motors' turning points on the Type 2 locus; the IMU is not used.
+
+    Only the elbow gap at the places of the crossings is seen; the platform and theta_2 are those of the locus.
+
+    Args:
+        robot: the geometry before.
+        tolerances: how exactly it is known.
+        record: readings of a motion through the locus.
+
+    Raises:
+        NotCalibratable: it does not cross the locus.
+    """
+    points = turning_points(robot, record)
+    count = len(GEOMETRY)
+    start = values_before(robot)
+    before = deviations_before(tolerances)
+    deviation = np.array([one.deviation for one in points])
+    rows = np.zeros((len(points), len(PARAMETERS)))
+    rows[:, :count] = np.array([one.row for one in points]) / deviation[:, None]
+    gaps = np.array([one.gap for one in points]) / deviation
+    prior = np.diag(1.0 / before**2)
+    information = rows.T @ rows
+    covariance = covariance_of(information + prior, before)
+    change = -covariance @ (rows.T @ gaps)
+    left = gaps + rows @ change
+    misfit = float(left @ left) / len(left)
+    samples = np.array([one.sample for one in points])
+    theta = distal_angles(start[:count], record.motors[samples]).mean(axis=1)
+    closed = closure((start + change)[:count], record.motors[samples], theta)
+    return Calibration(
+        start=start,
+        values=start + change,
+        covariance=covariance,
+        before=before,
+        information=information,
+        times=record.times[samples],
+        theta=theta,
+        platform=closed.platform,
+        residuals=left * deviation,
+        across=np.zeros(len(points)),
+        yielding=0.0,
+        crossings=[Crossing(number, one.row) for number, one in enumerate(points)],
+        misfit=misfit,
+        colour=1.0,
+        turning=None,
+        resolution=encoder_resolution(record.motors),
+    )
