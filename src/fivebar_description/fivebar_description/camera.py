@@ -31,6 +31,10 @@ def _turned(axis: str) -> Setting:
     return Setting(f"Rotation of the camera about its {axis} axis.", "rad", at_least=-0.8, at_most=0.8)
 
 
+def _pairs_of_base_tags(value: tuple[float, ...]) -> str | None:
+    return None if len(value) == 2 * len(BASE_TAGS) else f"expected {len(BASE_TAGS)} pairs x, y"
+
+
 Pixels = Annotated[int, Setting("Pixels of a row or column.", "px", at_least=64, at_most=8192)]
 Coordinate = Annotated[float, Setting("Place of the camera's centre.", "m", at_least=-10.0, at_most=10.0)]
 
@@ -120,7 +124,7 @@ class CameraSettings(NamedTuple):
         Setting(
             "Centres x, y of the base's tags, the first four of the numbers 1, 2, ...",
             "m",
-            check=lambda value: None if len(value) == 2 * len(BASE_TAGS) else f"expected {len(BASE_TAGS)} pairs x, y",
+            check=_pairs_of_base_tags,
         ),
     ] = (-0.17, -0.06, 0.17, -0.06, -0.17, 0.18, 0.17, 0.18)
     deviation: Annotated[
