@@ -11,8 +11,9 @@ from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.laws import plain_speed
-from fivebar_bringup.studies.bench.processes import HOPS, GraphSpeed, bare_chain_p50_ms, graph_speed, stamp
-from fivebar_bringup.studies.bench.stalls import Stalls, bare_loop
+from fivebar_bringup.studies.bench.processes import HOPS, bare_chain_p50_ms, graph_speed, stamp
+from fivebar_bringup.studies.bench.real_time import real_time_rows
+from fivebar_bringup.studies.bench.stalls import bare_loop
 
 
 def main() -> None:
@@ -39,10 +40,12 @@ def main() -> None:
     table.add_row("cycle / bare ring", f"{graph.cycle_p50_ms / ring:.2f}", "at most 2")
     for name, cpu_ms in graph.cpu_ms.items():
         table.add_row(f"processor time of {name}", f"{cpu_ms:.3f} ms per cycle", "")
-    _add_realtime(table, clocked, longer.rate_hz, samples)
-    _add_stalls(table, stalls, samples)
     _add_engine(table, engine)
     console.print(table)
+    beside = Table("what", "control chain", stalls.name, "target", title=f"Real time at {longer.rate_hz} Hz")
+    for row in real_time_rows(clocked, stalls, samples):
+        beside.add_row(*row)
+    console.print(beside)
     periods = {"control chain": clocked.periods_ms, stalls.name: stalls.periods_ms}
     console.print(histogram("From one sample to the next, as recorded", 1e3 / longer.rate_hz, periods))
 
@@ -55,22 +58,6 @@ def _add_engine(table: Table, speed: EngineSpeed) -> None:
     table.add_row("compiled closed loop / MuJoCo", f"{speed.ratio:.1f}", "at least 25")
     table.add_row("largest gap of the closed loop", f"{speed.engine_gap:.0e} m", gap)
     table.add_row("first call of the compiled loop", f"{speed.compile_s:.1f} s", "")
-
-
-def _add_stalls(table: Table, stalls: Stalls, beats: int) -> None:
-    lateness = f"{stalls.longest_ms:.2f} ms late at most, {stalls.late} of {beats} beats missed"
-    table.add_row(stalls.name, lateness, "what no program here can do better")
-
-
-def _add_realtime(table: Table, clocked: GraphSpeed, rate_hz: int, samples: int) -> None:
-    outcome = "; ".join(clocked.faults) or "no fault"
-    table.add_row(f"real time at {rate_hz} Hz", outcome, "no fault")
-    table.add_row("missed deadlines", f"{clocked.missed} of {samples} samples", "")
-    if clocked.latency_ms is not None:
-        p50, p99, most = (clocked.latency_ms[name] for name in ("p50", "p99", "max"))
-        table.add_row("from sample to torque", f"{p50:.2f} ms median, {p99:.2f} ms p99, {most:.2f} ms at most", "")
-    for name, cpu_ms in clocked.cpu_ms.items():
-        table.add_row(f"processor time of {name}, real time", f"{cpu_ms:.3f} ms per cycle", "")
 
 
 if __name__ == "__main__":

@@ -14,14 +14,14 @@ class Stalls(NamedTuple):
 
     Attributes:
         late: how often it woke after the next beat was due.
-        longest_ms: largest lateness (ms).
         prioritized: whether the system granted the priority.
+        lateness_ms: times from when a beat was due to when the loop woke (ms).
         periods_ms: times from one beat to the next (ms).
     """
 
     late: int
-    longest_ms: float
     prioritized: bool
+    lateness_ms: list[float]
     periods_ms: list[float]
 
     @property
@@ -39,7 +39,8 @@ def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
     except OSError:
         prioritized = False
     period = 1.0 / rate_hz
-    late, longest = 0, 0.0
+    late = 0
+    latenesses: list[float] = []
     periods: list[float] = []
     try:
         due = woke = time.monotonic()
@@ -49,10 +50,10 @@ def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
             last, woke = woke, time.monotonic()
             periods.append((woke - last) * 1e3)
             lateness = woke - due
-            longest = max(longest, lateness)
+            latenesses.append(lateness * 1e3)
             if lateness > period:
                 late += 1
                 due = time.monotonic()
     finally:
         os.sched_setscheduler(0, *before)
-    return Stalls(late, longest * 1e3, prioritized, periods)
+    return Stalls(late, prioritized, latenesses, periods)

@@ -1,0 +1,46 @@
+"""What a run in real time reached, figure by figure beside a bare loop of the same priority on the same machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fivebar_bringup.runs.processes import CONTROLLERS
+from fivebar_bringup.studies.bench.processes import GraphSpeed
+from fivebar_bringup.studies.bench.stalls import Stalls
+
+Row = tuple[str, str, str, str]
+"""What was measured, of the control chain, of the bare loop, and the target; "" for none."""
+
+NO_MORE = "what no program here can do better"
+
+CHAIN_CPU_MS = 0.45
+"""Processor time (ms) of the control chain per cycle that is aimed at."""
+
+
+def real_time_rows(graph: GraphSpeed, loop: Stalls, samples: int) -> list[Row]:
+    """Return the table of a run in real time with so many samples, and of a bare loop with as many beats."""
+    rows = [
+        ("faults", "; ".join(graph.faults) or "none", "", "none"),
+        ("missed deadlines", f"{graph.missed} of {samples}", f"{loop.late} of {samples}", NO_MORE),
+        ("from one sample to the next", _times(graph.periods_ms), _times(loop.periods_ms), NO_MORE),
+    ]
+    if graph.latency_ms is not None:
+        latency = _spread(graph.latency_ms["p50"], graph.latency_ms["p99"], graph.latency_ms["max"])
+        wanted = "at most 0.45 ms median, 1.00 ms p99"
+        rows.append(("from sample to torque; loop: from due to awake", latency, _times(loop.lateness_ms), wanted))
+    for name, cpu_ms in graph.cpu_ms.items():
+        wanted = f"at most {CHAIN_CPU_MS:g} ms" if name == CONTROLLERS else ""
+        rows.append((f"processor time of {name} per cycle", f"{cpu_ms:.3f} ms", "", wanted))
+    return rows
+
+
+def _times(times_ms: Sequence[float]) -> str:
+    if not times_ms:
+        return "none"
+    return _spread(float(np.percentile(times_ms, 50)), float(np.percentile(times_ms, 99)), max(times_ms))
+
+
+def _spread(median: float, p99: float, most: float) -> str:
+    return f"{median:.2f} ms median, {p99:.2f} ms p99, {most:.2f} ms at most"

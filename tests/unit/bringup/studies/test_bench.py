@@ -1,0 +1,28 @@
+"""What `make bench` says of real time."""
+
+from __future__ import annotations
+
+from fivebar_bringup.studies.bench.processes import GraphSpeed
+from fivebar_bringup.studies.bench.real_time import real_time_rows
+from fivebar_bringup.studies.bench.stalls import Stalls, bare_loop
+
+
+def test_each_figure_of_real_time_stands_beside_that_of_a_bare_loop() -> None:
+    periods = [2.0] * 98 + [3.5, 8.0]
+    latency = {"p50": 0.4, "p99": 0.9, "max": 7.25}
+    graph = GraphSpeed(2.0, 3.5, 1.0, 2, latency, {"controllers": 0.4, "plant": 0.5}, [], periods)
+    loop = Stalls(1, True, [0.05] * 99 + [6.5], [2.0] * 99 + [8.5])
+    rows = {name: (chain, bare, target) for name, chain, bare, target in real_time_rows(graph, loop, 100)}
+    assert rows["missed deadlines"][:2] == ("2 of 100", "1 of 100")
+    chain, bare, _ = rows["from one sample to the next"]
+    assert (chain[-15:], bare[-15:]) == ("8.00 ms at most", "8.50 ms at most")
+    chain, bare, target = rows["from sample to torque; loop: from due to awake"]
+    assert chain == "0.40 ms median, 0.90 ms p99, 7.25 ms at most"
+    assert bare.startswith("0.05 ms median") and bare.endswith("6.50 ms at most")
+    assert target == "at most 0.45 ms median, 1.00 ms p99"
+    assert [target for name, (_, _, target) in rows.items() if name.startswith("processor")] == ["at most 0.45 ms", ""]
+
+
+def test_a_bare_loop_notes_every_beat() -> None:
+    loop = bare_loop(1000, 5, 50)
+    assert len(loop.lateness_ms) == len(loop.periods_ms) == 5
