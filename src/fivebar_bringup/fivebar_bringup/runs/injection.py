@@ -26,7 +26,7 @@ class Injection(NamedTuple):
         return node.strip() if word == KILL else None
 
     def __str__(self) -> str:
-        return f"{self.seconds:g} {self.command}"
+        return f"{self.seconds!r} {self.command}"
 
 
 def read_injection(text: str) -> Injection:

@@ -27,6 +27,7 @@ WAIT = 10.0
         (" 0 late 2 5 ", 0.0, "late 2 5", None),
         ("3 late_sync 2.5", 3.0, "late_sync 2.5", None),
         ("0.5 bus_off", 0.5, "bus_off", None),
+        ("1234.567 bus_off", 1234.567, "bus_off", None),
         ("0.5 kill blender", 0.5, "kill blender", "blender"),
     ],
 )
