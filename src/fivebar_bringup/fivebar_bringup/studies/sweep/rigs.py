@@ -13,6 +13,7 @@ import numpy as np
 
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_sim.effects.loads import LOCUS
+from fivebar_sim.effects.timing import Timing
 
 ENCODER_COUNTS, DELAY_SAMPLES = 20_000, 1
 PUSH_LENGTH = 0.05
@@ -315,9 +316,7 @@ def drawn_effects(spread: Spread, random: np.random.Generator, crossing: float) 
             "current_loop_hz": 1000.0,
         }
     if spread.late > 0.0:
-        half = 0.5 * spread.late
-        names = ("command_delay", "command_jitter", "reading_age", "reading_jitter")
-        effects["timing"] = dict.fromkeys(names, half)
+        effects["timing"] = dict.fromkeys(Timing._fields, 0.5 * spread.late)
     if spread.tilt > 0.0:
         effects["tilt"] = {"angle": spread.tilt * tilt, "heading": tilted}
     if spread.force > 0.0:
