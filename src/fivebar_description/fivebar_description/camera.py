@@ -27,6 +27,11 @@ def _distortion(name: str) -> Setting:
     return Setting(f"Coefficient {name} of the lens (Brown-Conrady).", at_least=-10.0, at_most=10.0)
 
 
+def _places_problem(value: tuple[float, ...]) -> str | None:
+    # a function and no lambda in the annotation, which would not see this module's names
+    return None if len(value) == 2 * len(BASE_TAGS) else f"expected {len(BASE_TAGS)} pairs x, y"
+
+
 def _turned(axis: str) -> Setting:
     return Setting(f"Rotation of the camera about its {axis} axis.", "rad", at_least=-0.8, at_most=0.8)
 
@@ -120,7 +125,7 @@ class CameraSettings(NamedTuple):
         Setting(
             "Centres x, y of the base's tags, the first four of the numbers 1, 2, ...",
             "m",
-            check=lambda value: None if len(value) == 2 * len(BASE_TAGS) else f"expected {len(BASE_TAGS)} pairs x, y",
+            check=_places_problem,
         ),
     ] = (-0.17, -0.06, 0.17, -0.06, -0.17, 0.18, 0.17, 0.18)
     deviation: Annotated[
