@@ -9,6 +9,7 @@ constant error for noise that averages out.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -28,11 +29,12 @@ joints (m), actual minus nominal; relative error of the gyroscope's sensitivity.
 
 CONSIDERED_END = 16
 
-CLOCK, PASSIVE = range(CONSIDERED_END, 18)
+CLOCK, PASSIVE, FX, FY = range(CONSIDERED_END, 20)
 """Estimated constants of optional sensors: by how much the gyroscope's stamps are late (s), and the zero of a passive
-joint's encoder (rad). They come last, so that without them all sums round as if they did not exist."""
+joint's encoder (rad); and the force on the platform (N). They come last, so that without them all sums round as if they
+did not exist."""
 
-SIZE = 18
+SIZE = 20
 
 
 class ProcessNoise(NamedTuple):
@@ -43,6 +45,8 @@ class ProcessNoise(NamedTuple):
         disturbance: variance of each disturbance (Nm^2).
         bias: variance of the gyroscope's bias (rad^2/s^2).
         clock: variance of the offset of its clock (s^2).
+        force: variance of each component of the force on the platform (N^2).
+        force_kept: share of that force that is still there after the period.
     """
 
     position: float
@@ -51,10 +55,18 @@ class ProcessNoise(NamedTuple):
     disturbance: float
     bias: float
     clock: float
+    force: float = 0.0
+    force_kept: float = 1.0
 
 
 def process_noise(
-    acceleration_density: float, disturbance_rate: float, bias_rate: float, clock_rate: float, period: float
+    acceleration_density: float,
+    disturbance_rate: float,
+    bias_rate: float,
+    clock_rate: float,
+    period: float,
+    force_deviation: float = 0.0,
+    force_time: float = 1.0,
 ) -> ProcessNoise:
     """Return the process noise over a period.
 
@@ -64,8 +76,11 @@ def process_noise(
         bias_rate: of the bias' random walk (rad/s per root s).
         clock_rate: of the random walk of the clock's offset (s per root s).
         period: sampling period (s).
+        force_deviation: standard deviation of each component of the force on the platform (N).
+        force_time: its correlation time (s).
     """
     power = acceleration_density * acceleration_density
+    force_kept = math.exp(-period / force_time)
     return ProcessNoise(
         position=power * period * period * period / 3.0,
         mixed=power * period * period / 2.0,
@@ -73,6 +88,8 @@ def process_noise(
         disturbance=disturbance_rate * disturbance_rate * period,
         bias=bias_rate * bias_rate * period,
         clock=clock_rate * clock_rate * period,
+        force=force_deviation * force_deviation * (1.0 - force_kept * force_kept),
+        force_kept=force_kept,
     )
 
 
@@ -81,8 +98,8 @@ def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> M
 
     Args:
         covariance: P, [SIZE, SIZE].
-        transition: the rows of F for x, y, vx, vy over the columns x, y, vx, vy, d1, d2: [4, 6]; all other entries
-            are constant over a period.
+        transition: the rows of F for x, y, vx, vy over the columns x, y, vx, vy, d1, d2 and the force: [4, 8]; all
+            other entries are constant over a period, the force but for its decay.
         noise: of the period.
     """
     f = np.eye(SIZE)
@@ -90,6 +107,8 @@ def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> M
     for row in range(4):
         for column in range(6):
             f[row, column] = transition[row, column]
+        f[row, FX], f[row, FY] = transition[row, 6], transition[row, 7]
+    f[FX, FX] = f[FY, FY] = noise.force_kept
     p = f @ covariance @ f.T
     # rounding makes it asymmetric, which no measurement takes back and an unstable motion lets grow
     p = 0.5 * (p + p.T)
@@ -99,6 +118,7 @@ def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> M
         p[X + axis, VX + axis] += noise.mixed
         p[VX + axis, X + axis] += noise.mixed
         p[D1 + axis, D1 + axis] += noise.disturbance
+        p[FX + axis, FX + axis] += noise.force
     p[BIAS, BIAS] += noise.bias
     p[CLOCK, CLOCK] += noise.clock
     return p
@@ -109,7 +129,7 @@ def with_torque_noise(covariance: Matrix, transition: Matrix, variance1: float, 
 
     Args:
         covariance: P after the period, [SIZE, SIZE].
-        transition: as for :func:`propagated`; its last two columns are the effect of each motor's torque.
+        transition: as for :func:`propagated`; its columns `D1` and `D2` are the effect of each motor's torque.
         variance1, variance2: of the torques (Nm^2).
     """
     p = covariance.copy()

@@ -29,6 +29,8 @@ from fivebar_control.estimation.covariance import (
     CONSIDERED_END,
     D1,
     D2,
+    FX,
+    FY,
     L11,
     L12,
     L21,
@@ -83,6 +85,7 @@ class Estimate(NamedTuple):
         bias: of the gyroscope (rad/s).
         clock: by how much the stamps of the gyroscope's clock are late (s), beyond what is known of it.
         passive: reading of the passive joint's encoder where the angle is 0 (rad), beyond what is known of it.
+        fx, fy: force on the platform (N).
     """
 
     x: float
@@ -94,6 +97,8 @@ class Estimate(NamedTuple):
     bias: float = 0.0
     clock: float = 0.0
     passive: float = 0.0
+    fx: float = 0.0
+    fy: float = 0.0
 
 
 class Belief(NamedTuple):
@@ -126,6 +131,19 @@ class EkfSettings(NamedTuple):
     disturbance_initial: Annotated[
         float,
         Setting("Standard deviation of the disturbance torques at the start.", "Nm", at_least=0.0, at_most=1e3),
+    ] = 0.1
+    force_deviation: Annotated[
+        float,
+        Setting(
+            "Standard deviation of each component of an unknown force on the platform, 0 for none.",
+            "N",
+            at_least=0.0,
+            at_most=1e3,
+        ),
+    ] = 0.0
+    force_time: Annotated[
+        float,
+        Setting("Correlation time of that force.", "s", at_least=1e-3, at_most=1e3),
     ] = 0.1
     play: Annotated[
         float,
@@ -252,6 +270,7 @@ class FilterModel(NamedTuple):
         step, steps: of the integration, over half a period (s).
         noise: process noise of one period.
         disturbance_initial: standard deviation of each disturbance at the start (Nm).
+        force_deviation: of each component of the force on the platform at the start (N).
         gyro_noise, gyro_bias: standard deviations of a gyroscope reading and of its bias at the start (rad/s).
         gyro_clock: standard deviation of the offset of its clock at the start (s).
         passive_zero: standard deviation of the zero of the passive joint's encoder (rad).
@@ -266,6 +285,7 @@ class FilterModel(NamedTuple):
     steps: int
     noise: ProcessNoise
     disturbance_initial: float
+    force_deviation: float
     gyro_noise: float
     gyro_bias: float
     gyro_clock: float
@@ -282,7 +302,13 @@ def filter_model(
     steps = max(1, math.ceil(0.5 * period * stiffness / STIFFNESS_LIMIT))
     clock_rate = settings.gyro_clock_rate if settings.gyro_clock > 0.0 else 0.0
     noise = process_noise(
-        settings.acceleration_noise, settings.disturbance_rate, settings.gyro_bias_rate, clock_rate, period
+        settings.acceleration_noise,
+        settings.disturbance_rate,
+        settings.gyro_bias_rate,
+        clock_rate,
+        period,
+        settings.force_deviation,
+        settings.force_time,
     )
     return FilterModel(
         robot=robot,
@@ -293,6 +319,7 @@ def filter_model(
         steps=steps,
         noise=noise,
         disturbance_initial=settings.disturbance_initial,
+        force_deviation=settings.force_deviation,
         gyro_noise=settings.gyro_noise,
         gyro_bias=settings.gyro_bias,
         gyro_clock=settings.gyro_clock,
@@ -332,7 +359,8 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     p[BIAS, BIAS] = model.gyro_bias * model.gyro_bias
     p[CLOCK, CLOCK] = model.gyro_clock * model.gyro_clock
     p[PASSIVE, PASSIVE] = model.passive_zero * model.passive_zero
-    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), p)
+    p[FX, FX] = p[FY, FY] = model.force_deviation * model.force_deviation
+    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), p)
 
 
 def predicted(model: FilterModel, belief: Belief, tau1: float, tau2: float) -> Belief:
@@ -363,33 +391,34 @@ def advanced(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -
 def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
     """Integrate over half a period by classical Runge-Kutta."""
     robot, mode1, mode2 = model.robot, model.mode1, model.mode2
-    x, y, vx, vy, d1, d2, bias, clock, passive = estimate
+    x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy = estimate
     g1, g2 = tau1 + d1, tau2 + d2
     h = model.step
     half, sixth = 0.5 * h, h / 6.0
     for _ in range(model.steps):
-        ax1, ay1 = platform_acceleration(robot, mode1, mode2, x, y, vx, vy, g1, g2)
+        ax1, ay1 = platform_acceleration(robot, mode1, mode2, x, y, vx, vy, g1, g2, fx, fy)
         vx2, vy2 = vx + half * ax1, vy + half * ay1
-        ax2, ay2 = platform_acceleration(robot, mode1, mode2, x + half * vx, y + half * vy, vx2, vy2, g1, g2)
+        ax2, ay2 = platform_acceleration(robot, mode1, mode2, x + half * vx, y + half * vy, vx2, vy2, g1, g2, fx, fy)
         vx3, vy3 = vx + half * ax2, vy + half * ay2
-        ax3, ay3 = platform_acceleration(robot, mode1, mode2, x + half * vx2, y + half * vy2, vx3, vy3, g1, g2)
+        ax3, ay3 = platform_acceleration(robot, mode1, mode2, x + half * vx2, y + half * vy2, vx3, vy3, g1, g2, fx, fy)
         vx4, vy4 = vx + h * ax3, vy + h * ay3
-        ax4, ay4 = platform_acceleration(robot, mode1, mode2, x + h * vx3, y + h * vy3, vx4, vy4, g1, g2)
+        ax4, ay4 = platform_acceleration(robot, mode1, mode2, x + h * vx3, y + h * vy3, vx4, vy4, g1, g2, fx, fy)
         x, y = x + sixth * (vx + 2.0 * (vx2 + vx3) + vx4), y + sixth * (vy + 2.0 * (vy2 + vy3) + vy4)
         vx, vy = vx + sixth * (ax1 + 2.0 * (ax2 + ax3) + ax4), vy + sixth * (ay1 + 2.0 * (ay2 + ay3) + ay4)
-    return Estimate(x, y, vx, vy, d1, d2, bias, clock, passive)
+    kept = math.sqrt(model.noise.force_kept)
+    return Estimate(x, y, vx, vy, d1, d2, bias, clock, passive, kept * fx, kept * fy)
 
 
 def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -> Matrix:
-    """Return the rows of F for x, y, vx, vy over one period, [4, 6].
+    """Return the rows of F for x, y, vx, vy over one period, [4, 8].
 
     From the derivatives in its middle by the implicit trapezoidal rule.
 
     With da = P dp + V dv + G dd and W = 1 - V h/2 - P h^2/4: W dv' = (2 - W) dv + P h dp + G h dd and
     dp' = dp + (dv + dv') h/2. Second order, and bounded however steep the friction is around zero speed.
     """
-    x, y, vx, vy, d1, d2, _, _, _ = middle
-    a = acceleration_derivatives(model.robot, model.mode1, model.mode2, x, y, vx, vy, tau1 + d1, tau2 + d2)
+    x, y, vx, vy, d1, d2, _, _, _, fx, fy = middle
+    a = acceleration_derivatives(model.robot, model.mode1, model.mode2, x, y, vx, vy, tau1 + d1, tau2 + d2, fx, fy)
     h = model.period
     half, quarter = 0.5 * h, 0.25 * h * h
     w_xx = 1.0 - half * a.v_xx - quarter * a.p_xx
@@ -406,6 +435,8 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
         2.0 * i_xy,
         h * (i_xx * a.t_x1 + i_xy * a.t_y1),
         h * (i_xx * a.t_x2 + i_xy * a.t_y2),
+        h * (i_xx * a.f_xx + i_xy * a.f_xy),
+        h * (i_xx * a.f_xy + i_xy * a.f_yy),
     )
     v = (
         h * (i_yx * a.p_xx + i_yy * a.p_yx),
@@ -414,9 +445,11 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
         2.0 * i_yy - 1.0,
         h * (i_yx * a.t_x1 + i_yy * a.t_y1),
         h * (i_yx * a.t_x2 + i_yy * a.t_y2),
+        h * (i_yx * a.f_xx + i_yy * a.f_xy),
+        h * (i_yx * a.f_xy + i_yy * a.f_yy),
     )
-    rows = np.empty((4, 6))
-    for column in range(6):
+    rows = np.empty((4, 8))
+    for column in range(8):
         rows[0, column], rows[1, column] = half * u[column], half * v[column]
         rows[2, column], rows[3, column] = u[column], v[column]
     # dp' = dp + (dv + dv') h/2
@@ -429,7 +462,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
 
 def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
     """Return dq11 and dq21 (rad/s)."""
-    x, y, vx, vy, _, _, _, _, _ = estimate
+    x, y, vx, vy, _, _, _, _, _, _, _ = estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     return leg1.dq1, leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dq1
 
@@ -463,7 +496,7 @@ class Corrected(NamedTuple):
 
 def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
     """Return the effect of the measured angles of both motors, in any turn."""
-    x, y, _, _, _, _, _, _, _ = belief.estimate
+    x, y, _, _, _, _, _, _, _, _, _ = belief.estimate
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
     # one after the other, which for independent encoders is the same as both at once
@@ -499,6 +532,8 @@ def changed(estimate: Estimate, change: Vector) -> Estimate:
         estimate.bias + float(change[BIAS]),
         estimate.clock + float(change[CLOCK]),
         estimate.passive + float(change[PASSIVE]),
+        estimate.fx + float(change[FX]),
+        estimate.fy + float(change[FY]),
     )
 
 
@@ -516,7 +551,7 @@ class Taken(NamedTuple):
 
 def turn_rate(model: FilterModel, estimate: Estimate) -> float:
     """Return the rate of the distal link of leg 2 (rad/s)."""
-    x, y, vx, vy, _, _, _, _, _ = estimate
+    x, y, vx, vy, _, _, _, _, _, _, _ = estimate
     return leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dtheta
 
 
@@ -530,7 +565,7 @@ def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: f
         lag: time (s) from the sample to the reading's stamp, negative for one before it.
         slope: change of the rate in that time (rad/s^2).
     """
-    x, y, vx, vy, _, _, bias, clock, _ = belief.estimate
+    x, y, vx, vy, _, _, bias, clock, _, _, _ = belief.estimate
     leg = model.robot.leg2
     moving = leg_motion(leg, model.mode2, x, y, vx, vy)
     row = np.zeros(SIZE)
@@ -560,7 +595,7 @@ def elbow_row(number: int, parameters: LegParameters, leg: LegMotion) -> Vector:
 
 def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle) -> Taken:
     """Return the effect of the measured angle of leg 1's or leg 2's passive joint, in any turn."""
-    x, y, vx, vy, _, _, _, _, passive = belief.estimate
+    x, y, vx, vy, _, _, _, _, passive, _, _ = belief.estimate
     robot = model.robot
     parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
     leg = leg_motion(parameters, mode, x, y, vx, vy)
@@ -571,7 +606,7 @@ def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle
 
 def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
     """Return the speed (rad/s) of the passive joint of leg 1 or leg 2."""
-    x, y, vx, vy, _, _, _, _, _ = estimate
+    x, y, vx, vy, _, _, _, _, _, _, _ = estimate
     robot = model.robot
     parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
     leg = leg_motion(parameters, mode, x, y, vx, vy)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_control.estimation.covariance import BIAS, CLOCK, D1, D2, PASSIVE, SIZE, VX, VY, Matrix, X, Y
+from fivebar_control.estimation.covariance import BIAS, CLOCK, D1, D2, FX, FY, PASSIVE, SIZE, VX, VY, Matrix, X, Y
 from fivebar_control.estimation.ekf import Belief, Estimate
 from fivebar_control.estimation.encoder import Angle
 
@@ -104,7 +104,7 @@ def keep_belief(history: History, entry: int, belief: Belief) -> None:
     estimates = history.estimates[row]
     estimates[X], estimates[Y], estimates[VX], estimates[VY] = e.x, e.y, e.vx, e.vy
     estimates[D1], estimates[D2], estimates[BIAS] = e.d1, e.d2, e.bias
-    estimates[CLOCK], estimates[PASSIVE] = e.clock, e.passive
+    estimates[CLOCK], estimates[PASSIVE], estimates[FX], estimates[FY] = e.clock, e.passive, e.fx, e.fy
     history.covariances[row] = belief.covariance.reshape(SIZE * SIZE)
 
 
@@ -113,6 +113,6 @@ def belief_at(history: History, entry: int) -> Belief:
     row = row_of(history, entry)
     e = history.estimates[row]
     return Belief(
-        Estimate(e[X], e[Y], e[VX], e[VY], e[D1], e[D2], e[BIAS], e[CLOCK], e[PASSIVE]),
+        Estimate(e[X], e[Y], e[VX], e[VY], e[D1], e[D2], e[BIAS], e[CLOCK], e[PASSIVE], e[FX], e[FY]),
         history.covariances[row].copy().reshape(SIZE, SIZE),
     )

@@ -82,15 +82,43 @@ def leg_motion(leg: LegParameters, mode: int, x: float, y: float, vx: float, vy:
     return LegMotion(r_x, r_y, u_x, u_y, cos_q2, sin_q2, b, n_x, n_y, w_x, w_y, dq1, dtheta, drift)
 
 
+def loaded(model: PlatformModel, fx: float, fy: float) -> PlatformModel:
+    """Return the model with a force (N) on the platform: M xddot + h - F = N^T (tau - f)."""
+    return PlatformModel(
+        model.m_xx,
+        model.m_xy,
+        model.m_yy,
+        model.h_x - fx,
+        model.h_y - fy,
+        model.n1_x,
+        model.n1_y,
+        model.n2_x,
+        model.n2_y,
+    )
+
+
 def platform_acceleration(
-    robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float, tau1: float, tau2: float
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    tau1: float,
+    tau2: float,
+    fx: float = 0.0,
+    fy: float = 0.0,
 ) -> tuple[float, float]:
-    """Return xddot (m/s^2) under motor torques (Nm), including modelled friction at the motor speeds."""
+    """Return xddot (m/s^2) under motor torques (Nm), including modelled friction at the motor speeds.
+
+    `fx` and `fy` are a force on the platform (N).
+    """
     one, two = robot.leg1, robot.leg2
     leg1 = leg_motion(one, mode1, x, y, vx, vy)
     leg2 = leg_motion(two, mode2, x, y, vx, vy)
-    model = _model(robot, leg1, leg2)
-    return platform_motion(model, tau1 - friction_torque(one, leg1.dq1), tau2 - friction_torque(two, leg2.dq1))
+    pushed = loaded(_model(robot, leg1, leg2), fx, fy)
+    return platform_motion(pushed, tau1 - friction_torque(one, leg1.dq1), tau2 - friction_torque(two, leg2.dq1))
 
 
 def _model(robot: FiveBar, leg1: LegMotion, leg2: LegMotion) -> PlatformModel:
@@ -109,9 +137,10 @@ def _distal_drift(leg: LegParameters, moving: LegMotion) -> float:
 
 
 class Derivatives(NamedTuple):
-    """Derivatives of xddot: by the position (1/s^2), by the velocity (1/s), by the motor torques (m/(s^2 Nm)).
+    """Derivatives of xddot by position (1/s^2), velocity (1/s), motor torques (m/(s^2 Nm)) and force (1/kg).
 
     Each is 2x2, row by row: xx is d ax / d x, xy is d ax / d y, yx is d ay / d x; of the torques x1 is d ax / d tau1.
+    That by the force on the platform, M^-1, is symmetric.
     """
 
     p_xx: float
@@ -126,14 +155,27 @@ class Derivatives(NamedTuple):
     t_x2: float
     t_y1: float
     t_y2: float
+    f_xx: float
+    f_xy: float
+    f_yy: float
 
 
 def acceleration_derivatives(
-    robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float, tau1: float, tau2: float
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    tau1: float,
+    tau2: float,
+    fx: float = 0.0,
+    fy: float = 0.0,
 ) -> Derivatives:
     """Return the derivatives of `platform_acceleration`, analytically.
 
-    From m a = sum_i n_i p_i with p_i = tau_i - f_i - zz_i (n_i . a + drift_i), differentiated along a direction e:
+    From m a = F + sum_i n_i p_i with p_i = tau_i - f_i - zz_i (n_i . a + drift_i), differentiated along a direction e:
     M da = sum_i [ dn_i p_i - n_i (f_i' d(dq_i) + zz_i (dn_i . a + d(drift_i))) ]. A residual inertia zz_i2 adds
     w_i s_i to the sum, s_i = -zz_i2 (w_i . a + e_i), e_i the drift of dtheta_i, and likewise dw_i s_i + w_i ds_i.
     """
@@ -141,7 +183,7 @@ def acceleration_derivatives(
     leg2 = leg_motion(robot.leg2, mode2, x, y, vx, vy)
     model = _model(robot, leg1, leg2)
     f1, f2 = friction_torque(robot.leg1, leg1.dq1), friction_torque(robot.leg2, leg2.dq1)
-    ax, ay = platform_motion(model, tau1 - f1, tau2 - f2)
+    ax, ay = platform_motion(loaded(model, fx, fy), tau1 - f1, tau2 - f2)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
     for leg, moving, net in ((robot.leg1, leg1, tau1 - f1), (robot.leg2, leg2, tau2 - f2)):
         n_x, n_y, zz = moving.n_x, moving.n_y, leg.inertia
@@ -194,6 +236,9 @@ def acceleration_derivatives(
         t_x2=i_xx * leg2.n_x + i_xy * leg2.n_y,
         t_y1=i_xy * leg1.n_x + i_yy * leg1.n_y,
         t_y2=i_xy * leg2.n_x + i_yy * leg2.n_y,
+        f_xx=i_xx,
+        f_xy=i_xy,
+        f_yy=i_yy,
     )
 
 

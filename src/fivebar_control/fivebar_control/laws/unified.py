@@ -195,9 +195,10 @@ def observed_disturbance(
     """Return the disturbance (Nm) on each motor after one more sample.
 
     With r the mean acceleration over the last period minus the expected one,
-    d+ = d + gamma (G^T G + w)^-1 G^T r. Its error obeys delta+ = (I - gamma S) delta, S = (G^T G + w)^-1 G^T G with
-    eigenvalues s^2 / (s^2 + w) from 0 to 1: it never grows, not even at a singularity, where S vanishes in the
-    direction that the law regularises. The limit keeps it bounded under other model errors.
+    d+ = d + gamma (G^T G + w)^-1 G^T r. At rest its error obeys delta+ = (I - gamma S) delta, S = (G^T G + w)^-1 G^T G
+    with eigenvalues s^2 / (s^2 + w) from 0 to 1: it does not grow, not even at a singularity, where S vanishes in the
+    direction that the law regularises. In motion G changes by dG within a period, and a step may let the error grow by
+    the factor 1 + gamma |dG| / (4 sqrt(w)) at most. The limit keeps it bounded under other model errors.
 
     Args:
         mapped: input map of the present state.

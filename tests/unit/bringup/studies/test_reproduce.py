@@ -44,6 +44,7 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     near_noise,
     only_one_side_finite,
     order_of_magnitude,
+    quartiles,
     shown_necessary,
     shown_unnecessary,
     some_fail,
@@ -149,9 +150,15 @@ def test_as_printed_the_joint_law_does_not_hold_an_oblique_crossing() -> None:
 
 
 def test_the_imu_may_see_a_fifth_more_than_noise() -> None:
-    assert near_noise([1.0, 1.2]).verdict == AGREED
-    assert near_noise([1.0, 1.21]).verdict == NOT
-    assert near_noise([None]).verdict == NOT
+    assert near_noise([1.0, 1.2], [1.1, 1.2]).verdict == AGREED
+    assert near_noise([1.0, 1.21], [1.1, 1.2]).verdict == NOT
+    assert near_noise([1.0, 1.2], [1.1, 1.21]).verdict == NOT
+    assert near_noise([1.0], [None]).verdict == NOT
+
+
+def test_what_depends_on_where_a_sample_falls_is_given_by_its_quartiles() -> None:
+    assert quartiles([4.0, None, 1.0, 2.0, 3.0, 100.0]) == (2.0, 3.0, 4.0)
+    assert quartiles([None]) is None
 
 
 def test_a_method_has_to_fail_on_one_side_only() -> None:

@@ -49,14 +49,14 @@ def model_of(robot: FiveBar, settings: EkfSettings | None = None) -> FilterModel
 
 def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float, steps: int = 200) -> Estimate:
     """One period in many small steps of the midpoint rule."""
-    x, y, vx, vy, d1, d2, bias, _, _ = estimate
+    x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy = estimate
     h = PERIOD / steps
     for _ in range(steps):
-        ax, ay = platform_acceleration(robot, *MODES, x, y, vx, vy, tau1 + d1, tau2 + d2)
+        ax, ay = platform_acceleration(robot, *MODES, x, y, vx, vy, tau1 + d1, tau2 + d2, fx, fy)
         middle = (x + 0.5 * h * vx, y + 0.5 * h * vy, vx + 0.5 * h * ax, vy + 0.5 * h * ay)
-        ax, ay = platform_acceleration(robot, *MODES, *middle, tau1 + d1, tau2 + d2)
+        ax, ay = platform_acceleration(robot, *MODES, *middle, tau1 + d1, tau2 + d2, fx, fy)
         x, y, vx, vy = x + h * middle[2], y + h * middle[3], vx + h * ax, vy + h * ay
-    return Estimate(x, y, vx, vy, d1, d2, bias)
+    return Estimate(x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy)
 
 
 @pytest.mark.parametrize(
@@ -67,6 +67,8 @@ def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float
         # motors that stop and turn round within the period: the friction's steepest part
         (Estimate(0.01, 0.12, 0.0005, -0.0005, 0.0, 0.0), (0.6, -0.7), 3e-4),
         (Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0), (0.3, -0.3), 1e-4),
+        # a force on the platform, which away from the locus the motors' disturbances could do as well
+        (Estimate(0.0, 0.0845, 0.01, -0.25, 0.0, 0.0, fx=2.0, fy=-1.0), (-0.2, 0.6), 1e-4),
     ],
 )
 def test_a_period_is_integrated_accurately(
@@ -81,27 +83,32 @@ def test_a_period_is_integrated_accurately(
 @pytest.mark.parametrize("place", [(0.02, 0.13), (0.0, 0.0845), (-0.02, 0.04)])
 def test_transition_is_the_derivative_of_a_period(dextar: FiveBar, place: tuple[float, float]) -> None:
     model = filter_model(dextar, *MODES, RATE_HZ, EkfSettings())
-    start = np.array([*place, 0.25, -0.2, 0.05, -0.05])
+    start = np.array([*place, 0.25, -0.2, 0.05, -0.05, 0.4, -0.7])
     torque = (0.4, -0.3)
 
+    def estimate_of(state: np.ndarray) -> Estimate:
+        *moving, fx, fy = state.tolist()
+        return Estimate(*moving, fx=fx, fy=fy)
+
     def after(state: np.ndarray) -> np.ndarray:
-        return np.array(finely_advanced(dextar, Estimate(*state.tolist()), *torque))[:6]
+        found = finely_advanced(dextar, estimate_of(state), *torque)
+        return np.array([*found[:6], found.fx, found.fy])
 
     columns = []
-    for index in range(6):
-        shift = np.zeros(6)
+    for index in range(8):
+        shift = np.zeros(8)
         shift[index] = 1e-6
         columns.append((after(start + shift) - after(start - shift)) / 2e-6)
     expected = np.array(columns).T
     half = after(start)
-    middle = Estimate(*(0.5 * (start + half)).tolist())
-    found = np.vstack([np.array(transition(model, middle, *torque)), np.eye(6)[4:]])
+    middle = estimate_of(0.5 * (start + half))
+    found = np.vstack([np.array(transition(model, middle, *torque)), np.eye(8)[4:]])
     # what a period changes, to two parts in a hundred of its largest entry per block
     for rows in (slice(0, 2), slice(2, 4)):
-        for columns_of in (slice(0, 2), slice(2, 4), slice(4, 6)):
-            change = expected[rows, columns_of] - np.eye(6)[rows, columns_of]
+        for columns_of in (slice(0, 2), slice(2, 4), slice(4, 6), slice(6, 8)):
+            change = expected[rows, columns_of] - np.eye(8)[rows, columns_of]
             np.testing.assert_allclose(
-                found[rows, columns_of] - np.eye(6)[rows, columns_of], change, atol=0.02 * np.abs(change).max()
+                found[rows, columns_of] - np.eye(8)[rows, columns_of], change, atol=0.02 * np.abs(change).max()
             )
 
 
@@ -145,7 +152,7 @@ class Robot:
         return ctc_torque(self._robot, now, desired, 900.0, 60.0)
 
     def move(self, tau1: float, tau2: float) -> None:
-        x, y, vx, vy, d1, d2, bias, _, _ = advanced(self._model, self.state, tau1, tau2)
+        x, y, vx, vy, d1, d2, bias, *_ = advanced(self._model, self.state, tau1, tau2)
         density = self._settings.acceleration_noise
         kick, drift = density * math.sqrt(PERIOD), density * math.sqrt(PERIOD**3 / 12.0)
         (ux, uy), (wx, wy) = self._random.normal(size=(2, 2)).tolist()
@@ -250,7 +257,7 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
         rows.append([(ahead.q11 - behind.q11) / (2.0 * step), (ahead.q21 - behind.q21) / (2.0 * step)])
     n = np.array(rows).T
     belief = homed_belief(model_of(dextar, settings), *place, 1e-6)
-    assert belief.estimate == (*place, *(0.0,) * 7)
+    assert belief.estimate == (*place, *(0.0,) * 9)
     covariance = belief.covariance
     np.testing.assert_allclose(covariance[:2, :2], 1e-6 * np.linalg.inv(n.T @ n), rtol=1e-5, atol=1e-14)
     still = covariance[2, 2]

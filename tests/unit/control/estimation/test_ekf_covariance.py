@@ -12,6 +12,8 @@ from fivebar_control.estimation.covariance import (
     CLOCK,
     CONSIDERED,
     CONSIDERED_END,
+    FX,
+    FY,
     SIZE,
     ProcessNoise,
     measured,
@@ -21,10 +23,10 @@ from fivebar_control.estimation.covariance import (
 
 Matrix = np.ndarray[Any, np.dtype[np.float64]]
 
-MOVING = 6
-"""Columns of the transition: x, y, vx, vy, d1, d2."""
+MOVING = (0, 1, 2, 3, 4, 5, FX, FY)
+"""Columns of the transition: x, y, vx, vy, d1, d2 and the force."""
 
-SCALES = np.array([1e-4, 1e-4, 1e-2, 1e-2, 0.1, 0.1, 0.02, 1e-3, 1e-3, *[2e-4] * 6, 0.01, 1e-3, 1e-3])
+SCALES = np.array([1e-4, 1e-4, 1e-2, 1e-2, 0.1, 0.1, 0.02, 1e-3, 1e-3, *[2e-4] * 6, 0.01, 1e-3, 1e-3, 0.5, 0.5])
 
 CONSTANT = slice(CONSIDERED, CONSIDERED_END)
 
@@ -49,13 +51,15 @@ def noise_matrix(noise: ProcessNoise) -> Matrix:
     q[4, 4] = q[5, 5] = noise.disturbance
     q[6, 6] = noise.bias
     q[CLOCK, CLOCK] = noise.clock
+    q[FX, FX] = q[FY, FY] = noise.force
     q[0, 2] = q[2, 0] = q[1, 3] = q[3, 1] = noise.mixed
     return q
 
 
-def full_transition(rows: Matrix) -> Matrix:
+def full_transition(rows: Matrix, noise: ProcessNoise) -> Matrix:
     full = np.eye(SIZE)
-    full[:4, :MOVING] = rows
+    full[:4, MOVING] = rows
+    full[FX, FX] = full[FY, FY] = noise.force_kept
     return full
 
 
@@ -68,7 +72,8 @@ def expect_covariance(matrix: Matrix) -> None:
 
 def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> None:
     period, acceleration, rate, bias, clock = 0.002, 0.3, 2.0, 0.05, 1e-3
-    noise = process_noise(acceleration, rate, bias, clock, period)
+    force, memory = 1.5, 0.05
+    noise = process_noise(acceleration, rate, bias, clock, period, force, memory)
     # many small steps, each with white noise on the velocity and on what walks at random
     steps = 400
     h = period / steps
@@ -80,6 +85,9 @@ def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> N
     added[4, 4] = added[5, 5] = rate**2 * h
     added[BIAS, BIAS] = bias**2 * h
     added[CLOCK, CLOCK] = clock**2 * h
+    # a force that forgets itself, and keeps its variance
+    step[FX, FX] = step[FY, FY] = np.exp(-h / memory)
+    added[FX, FX] = added[FY, FY] = 2.0 * force**2 / memory * h
     for _ in range(steps):
         grown = step @ grown @ step.T + added
     np.testing.assert_allclose(noise_matrix(noise), grown, rtol=0.01, atol=1e-18)
@@ -87,10 +95,10 @@ def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> N
 
 def test_propagation_is_f_p_ft_plus_q_and_stays_symmetric() -> None:
     random = np.random.default_rng(0)
-    noise = process_noise(0.1, 1.0, 0.02, 1e-4, 0.002)
+    noise = process_noise(0.1, 1.0, 0.02, 1e-4, 0.002, 0.5, 0.05)
     for _ in range(50):
-        p, f = random_covariance(random), random.normal(size=(4, MOVING))
-        full = full_transition(f)
+        p, f = random_covariance(random), random.normal(size=(4, len(MOVING)))
+        full = full_transition(f, noise)
         found = propagated(p, f, noise)
         np.testing.assert_allclose(found, full @ p @ full.T + noise_matrix(noise), rtol=1e-12, atol=1e-14)
         assert np.array_equal(found, found.T)
@@ -132,13 +140,13 @@ def test_with_considered_errors_the_covariance_is_that_of_the_gain_that_leaves_t
 
 def test_a_long_run_of_predictions_and_measurements_keeps_a_covariance() -> None:
     random = np.random.default_rng(3)
-    noise = process_noise(0.1, 1.0, 0.02, 1e-4, 0.002)
+    noise = process_noise(0.1, 1.0, 0.02, 1e-4, 0.002, 0.5, 0.05)
     # considered errors that are independent of each other and of the states, as at the start
     p = np.diag(SCALES**2)
     for _ in range(2000):
-        rows = np.eye(4, MOVING)
+        rows = np.eye(4, len(MOVING))
         rows[0, 2] = rows[1, 3] = 0.002
-        rows[2:, 4:] = 0.01 * random.normal(size=(2, 2))
+        rows[2:, 4:] = 0.01 * random.normal(size=(2, 4))
         p = propagated(p, rows, noise)
         for _ in range(2):
             h = np.zeros(SIZE)
@@ -165,15 +173,15 @@ def test_the_covariance_is_that_of_simulated_errors() -> None:
     """Monte Carlo of the joint system: 40 000 sets of states and constant errors, ten periods, a measurement each."""
     random = np.random.default_rng(4)
     count, variance = 40_000, 1e-6
-    noise = process_noise(0.1, 1.0, 0.5, 1e-4, 0.002)
+    noise = process_noise(0.1, 1.0, 0.5, 1e-4, 0.002, 0.5, 0.05)
     p = random_covariance(random)
     truth = random.multivariate_normal(np.zeros(SIZE), p, size=count, method="eigh")
     estimates = np.zeros((count, SIZE))
     for _ in range(10):
-        rows = np.eye(4, MOVING)
+        rows = np.eye(4, len(MOVING))
         rows[0, 2] = rows[1, 3] = 0.002
-        rows[2:, 4:] = 0.01 * random.normal(size=(2, 2))
-        step, h = full_transition(rows), random_row(random) * 0.1
+        rows[2:, 4:] = 0.01 * random.normal(size=(2, 4))
+        step, h = full_transition(rows, noise), random_row(random) * 0.1
         added = random.multivariate_normal(np.zeros(SIZE), noise_matrix(noise), size=count, method="eigh")
         truth, estimates = truth @ step.T + added, estimates @ step.T
         correction = measured(propagated(p, rows, noise), h, variance)

@@ -108,7 +108,7 @@ def test_a_posture_near_the_declared_one_is_taken_from_the_encoders(dextar: Five
     answer = started.take(0, q.q11 + whole, q.q21 - whole, 0.0, 0.0)
     assert started.belief is not None
     assert started.belief.estimate[:2] == pytest.approx((0.001, 0.1495), abs=1e-12)
-    assert started.belief.estimate[2:] == (0.0,) * 7
+    assert started.belief.estimate[2:] == (0.0,) * 9
     assert answer.position == pytest.approx(tuple(q), abs=1e-9)
     assert answer.velocity == pytest.approx((0.0,) * 4, abs=1e-12)
     assert started.fault is None

@@ -60,14 +60,14 @@ def test_derivatives_agree_with_central_differences(
 ) -> None:
     states: States = request.getfixturevalue(where)
     robot = FiveBar(robot.leg1._replace(residual=residual), robot.leg2._replace(residual=-0.7 * residual), robot.mass)
-    steps = (1e-7, 1e-7, 1e-6, 1e-6, 1e-4, 1e-4)
+    steps = (1e-7, 1e-7, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4, 1e-4)
     for number, state in enumerate(states(100, 2)):
         modes = modes_of(state)
-        point = np.array([state.x, state.y, state.vx, state.vy, *torques(number)])
+        point = np.array([state.x, state.y, state.vx, state.vy, *torques(number), 0.5, -1.5])
         found = acceleration_derivatives(robot, *modes, *point.tolist())
         columns = []
         for index, step in enumerate(steps):
-            shift = np.zeros(6)
+            shift = np.zeros(8)
             shift[index] = step
             ahead = platform_acceleration(robot, *modes, *(point + shift).tolist())
             behind = platform_acceleration(robot, *modes, *(point - shift).tolist())
@@ -75,11 +75,11 @@ def test_derivatives_agree_with_central_differences(
         expected = np.array(columns).T
         analytic = np.array(
             [
-                [found.p_xx, found.p_xy, found.v_xx, found.v_xy, found.t_x1, found.t_x2],
-                [found.p_yx, found.p_yy, found.v_yx, found.v_yy, found.t_y1, found.t_y2],
+                [found.p_xx, found.p_xy, found.v_xx, found.v_xy, found.t_x1, found.t_x2, found.f_xx, found.f_xy],
+                [found.p_yx, found.p_yy, found.v_yx, found.v_yy, found.t_y1, found.t_y2, found.f_xy, found.f_yy],
             ]
         )
-        for part in (slice(0, 2), slice(2, 4), slice(4, 6)):
+        for part in (slice(0, 2), slice(2, 4), slice(4, 6), slice(6, 8)):
             scale = np.abs(expected[:, part]).max() + 1.0
             np.testing.assert_allclose(analytic[:, part], expected[:, part], atol=3e-5 * scale)
 

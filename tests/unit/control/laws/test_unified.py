@@ -210,7 +210,7 @@ disturbances = st.floats(-0.4, 0.4)
     push=st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)),
     rate=st.floats(0.1, 1e4),
 )
-def test_the_disturbances_error_never_grows(
+def test_the_disturbances_error_grows_by_no_more_than_the_input_map_changes(
     x: float,
     y: float,
     true: tuple[float, float],

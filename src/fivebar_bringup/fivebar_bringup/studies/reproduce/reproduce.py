@@ -126,4 +126,6 @@ def _run(results: Results, case: ReproductionCase) -> dict[str, Any]:
         "crossing_residual_n": result.crossing_residual,
         "acceleration_outside_zones_m_s2": result.acceleration_outside,
         "noise_floor_m_s2": result.noise_outside,
+        "acceleration_m_s2": result.acceleration_whole,
+        "noise_floor_whole_m_s2": result.noise_whole,
     }

@@ -12,9 +12,10 @@ import numpy as np
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals
-from fivebar_bringup.report.series import RunSeries, read_series
+from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, rms, summarize
 from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.reproduce.cases import ReproductionCase
@@ -38,6 +39,7 @@ class ReproductionResult(NamedTuple):
         sigma_at_rest: largest sigma at the first and last sample.
         acceleration_outside: rms of the IMU's error outside the blending zones (m/s^2).
         noise_outside: the noise floor of the sensor there (m/s^2).
+        acceleration_whole, noise_whole: both over the whole run (m/s^2).
         pictures: requested figures, by name.
         wall_s: how long it took (s).
     """
@@ -51,6 +53,8 @@ class ReproductionResult(NamedTuple):
     sigma_at_rest: float | None = None
     acceleration_outside: float | None = None
     noise_outside: float | None = None
+    acceleration_whole: float | None = None
+    noise_whole: float | None = None
     pictures: Mapping[str, bytes] = {}
     wall_s: float = 0.0
 
@@ -98,9 +102,12 @@ class ReproductionResult(NamedTuple):
     @property
     def imu_ratio(self) -> float | None:
         """The IMU's error outside the zones over its noise floor."""
-        if self.acceleration_outside is None or not self.noise_outside:
-            return None
-        return self.acceleration_outside / self.noise_outside
+        return _ratio(self.acceleration_outside, self.noise_outside)
+
+    @property
+    def imu_ratio_whole(self) -> float | None:
+        """The same over the whole run."""
+        return _ratio(self.acceleration_whole, self.noise_whole)
 
     @property
     def why_not(self) -> str:
@@ -162,17 +169,23 @@ def run_case(case: ReproductionCase, drawings: Sequence[str] = ()) -> Reproducti
         zones=int(np.count_nonzero(np.diff(np.concatenate([[False], series.in_zone]).astype(np.int8)) > 0)),
         sigma_at_rest=float(max(series.sigma[0], series.sigma[-1])),
         acceleration_outside=rms(series.acceleration_error[outside]),
-        noise_outside=_noise_outside(series, scenario.imu.noise),
+        noise_outside=_noise_floor(series.reference[outside], scenario.imu.noise),
+        acceleration_whole=rms(series.acceleration_error),
+        noise_whole=_noise_floor(series.reference, scenario.imu.noise),
         pictures=_draw(findings, drawings) if drawings else {},
         wall_s=time.monotonic() - began,
     )
 
 
-def _noise_outside(series: RunSeries, noise: float) -> float | None:
+def _noise_floor(reference: FloatArray, noise: float) -> float | None:
+    """Return the noise floor (m/s^2) of an accelerometer over samples of the reference, [n, 6]."""
     if noise == 0.0:
         return 0.0
-    outside = series.reference[~series.in_zone, 4:]
-    return rms(np.array([noise_floor(noise, math.hypot(ax, ay)) for ax, ay in outside.tolist()]))
+    return rms(np.array([noise_floor(noise, math.hypot(ax, ay)) for ax, ay in reference[:, 4:].tolist()]))
+
+
+def _ratio(error: float | None, noise: float | None) -> float | None:
+    return None if error is None or not noise else error / noise
 
 
 def _fraction(run: RunAnalysis, number: int) -> float:

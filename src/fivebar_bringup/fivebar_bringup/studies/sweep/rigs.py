@@ -13,6 +13,7 @@ import numpy as np
 
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_sim.effects.loads import LOCUS
+from fivebar_sim.effects.timing import Timing
 
 ENCODER_COUNTS, DELAY_SAMPLES = 20_000, 1
 PUSH_LENGTH = 0.05
@@ -29,7 +30,8 @@ TOLERANCES = (
 )
 DRIVES = (
     "mass and inertia ±5 %, Coulomb friction ±15 %, break-away 1.3 times Coulomb, viscous friction 0.01 Nm s/rad,"
-    " torque constants ±5 %, ripple 3 %, cogging {:g} % of 2 Nm, current loop of 1 kHz"
+    " torque constants ±5 %, ripple 3 %, cogging {:g} % of 2 Nm, current loop of 1 kHz, commands late and encoders read"
+    " early by {:g} to {:g} ms"
 )
 ELASTICITY = (
     "transmissions of {:g} Hz (rotor share 0.5 to 0.85, damping ratio 0.04) with {:g}° of backlash, a loop of {:g} N/m"
@@ -65,6 +67,7 @@ class Spread(NamedTuple):
         cogging: Nm.
         frequency, backlash, stiffness, clearance: of transmissions and loop (Hz, rad, N/m, m), 0 for rigid ones.
         worn: whether motors and friction are real: Stribeck curve, viscous friction, ripple, current loop.
+        late: by how much commands are late and readings old at most (s); half of it always, half at random.
     """
 
     scale: float = 0.0
@@ -82,6 +85,7 @@ class Spread(NamedTuple):
     stiffness: float = 0.0
     clearance: float = 0.0
     worn: bool = False
+    late: float = 0.0
 
     def words(self) -> str:
         """Return the distribution in words."""
@@ -93,7 +97,7 @@ class Spread(NamedTuple):
         if self.frequency > 0.0:
             numbers = self.frequency, self.backlash / DEGREE, self.stiffness, 1e6 * self.clearance
             parts.append(ELASTICITY.format(*numbers))
-        return "; ".join([*parts, DRIVES.format(100.0 * self.cogging / 2.0)])
+        return "; ".join([*parts, DRIVES.format(100.0 * self.cogging / 2.0, 500.0 * self.late, 1e3 * self.late)])
 
 
 class Rig(NamedTuple):
@@ -167,6 +171,7 @@ CALIBRATED = Spread(
     constant=0.05,
     cogging=0.04,
     worn=True,
+    late=1e-4,
 )
 GOOD = CALIBRATED._replace(frequency=250.0, backlash=0.005 * DEGREE, stiffness=1e6, clearance=5e-6)
 MIDDLING = CALIBRATED._replace(
@@ -181,6 +186,7 @@ MIDDLING = CALIBRATED._replace(
     backlash=0.03 * DEGREE,
     stiffness=3e5,
     clearance=2e-5,
+    late=5e-4,
 )
 POOR = MIDDLING._replace(
     length=3e-4, zero=0.3 * DEGREE, frequency=40.0, backlash=0.1 * DEGREE, stiffness=1e5, clearance=2e-5
@@ -309,6 +315,8 @@ def drawn_effects(spread: Spread, random: np.random.Generator, crossing: float) 
             "cogging": spread.cogging,
             "current_loop_hz": 1000.0,
         }
+    if spread.late > 0.0:
+        effects["timing"] = dict.fromkeys(Timing._fields, 0.5 * spread.late)
     if spread.tilt > 0.0:
         effects["tilt"] = {"angle": spread.tilt * tilt, "heading": tilted}
     if spread.force > 0.0:
