@@ -20,6 +20,12 @@ Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 
 
+Place = Annotated[tuple[float, float], Field(strict=False)]
+
+HOME = (0.0, 0.15)
+"""Where a robot rests by default (m), elbows outwards."""
+
+
 class LegParameters(NamedTuple):
     """Leg i of the robot: base O_i = (base_x, 0), proximal link l_i1, distal link l_i2.
 
@@ -155,6 +161,7 @@ class RobotFile(StrictModel):
     end_effector: EndEffector | None = None
     sensors: Section[KnownSensors] = NOTHING_KNOWN
     drives: Section[KnownDrives] = NO_DRIVES
+    home_m: Place = HOME
 
     @model_validator(mode="after")
     def _moves_like_a_robot(self) -> RobotFile:

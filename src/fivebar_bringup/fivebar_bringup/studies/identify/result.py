@@ -80,6 +80,7 @@ class IdentificationResult(NamedTuple):
             loads=self.start.loads,
             sensors=self.start.sensors,
             drives=self.start.drives,
+            home_m=self.start.home_m,
         )
 
     def encoder(self) -> str:
