@@ -145,7 +145,7 @@ def _before(request: Request) -> Scenario:
 
 def _follower(request: Request) -> TunedController:
     """Return the controller with default settings, those of torques in the robot's size."""
-    sizes = sizes_of(read_robot(request.robot).drives)
+    sizes = sizes_of(read_robot(request.robot))
     controller = registry.find_controller(request.controller)
     return TunedController(
         controller, *(TunedLaw(law, law.settings(**sizes.get(law.name, {}))) for law in controller.laws)
