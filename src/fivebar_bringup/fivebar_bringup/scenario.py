@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, cast
 
 from pydantic import Field, model_validator
 
+from fivebar_bringup.sizes import with_sizes
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
 from fivebar_control.estimation.step import Drives
@@ -151,6 +152,11 @@ class Scenario(StrictModel):
     force: Annotated[
         bool, Setting("Run the motion although the screen refuses it, as for a demonstration of what goes wrong.")
     ] = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sized(cls, content: Any) -> Any:
+        return with_sizes(content)
 
     @model_validator(mode="after")
     def _settings_of_its_law(self) -> Scenario:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
-from fivebar_description.shared_settings import EncoderCounts
+from fivebar_description.shared_settings import DelaySamples, EncoderCounts
 
 NO_INTERFACE, CANOPEN, MOTKIN = "none", "canopen", "motkin"
 """Interfaces of drives: none that is known, CANopen drives behind `dextar_bridge`, the motor board of MOTKIN."""
@@ -24,6 +24,7 @@ class KnownDrives(NamedTuple):
         float | None, Setting("Largest speed of either motor.", "rad/s", above=0.0, at_most=1e4)
     ] = None
     encoder_counts: EncoderCounts = None
+    delay_samples: DelaySamples = 0
     crossing_torque: Annotated[
         float | None,
         Setting(

@@ -15,9 +15,16 @@ from fivebar_description.settings import Section
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_description.tuning import NO_TUNING, Tuning
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+
+
+Place = Annotated[tuple[float, float], Field(strict=False)]
+
+HOME = (0.0, 0.15)
+"""Where a robot rests by default (m), elbows outwards."""
 
 
 class LegParameters(NamedTuple):
@@ -155,6 +162,8 @@ class RobotFile(StrictModel):
     end_effector: EndEffector | None = None
     sensors: Section[KnownSensors] = NOTHING_KNOWN
     drives: Section[KnownDrives] = NO_DRIVES
+    tuning: Section[Tuning] = NO_TUNING
+    home_m: Place = HOME
 
     @model_validator(mode="after")
     def _moves_like_a_robot(self) -> RobotFile:

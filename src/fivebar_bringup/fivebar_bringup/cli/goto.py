@@ -31,14 +31,16 @@ from fivebar_bringup.runs.graph import Mode
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.run import run_offline, run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_bringup.sizes import DEFAULT_ROBOT
 from fivebar_bringup.studies.goto.live import goal_fields, request_live
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of
 from fivebar_bringup.studies.goto.stand import stand as rest
-from fivebar_bringup.studies.goto.start import HOME, HOME_MODE, Start, start_after
+from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
 from fivebar_bringup.studies.goto.transfer_report import show
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.transfer import Speed
+from fivebar_description.parameters import read_robot
 from fivebar_description.strict_yaml import InputError
 
 
@@ -61,7 +63,7 @@ def goto(
     ] = None,
     start: Annotated[
         tuple[float, float] | None,
-        typer.Option("--from", metavar="X Y", help=f"Where the robot rests, m [default: {HOME[0]:g} {HOME[1]:g}]"),
+        typer.Option("--from", metavar="X Y", help="Where the robot rests, m [default: home_m of its file]"),
     ] = None,
     start_mode: Annotated[
         tuple[int, int] | None,
@@ -74,8 +76,16 @@ def goto(
     robot: Annotated[
         str | None, typer.Option(help="A shipped robot, or a parameter file [default: dextar, or that of --after]")
     ] = None,
-    torque_limit: Annotated[float, typer.Option(help="Of both motors, Nm.")] = MotionLimits().torque,
-    speed_limit: Annotated[float, typer.Option(help="Of both motors, rad/s.")] = MotionLimits().motor_speed,
+    torque_limit: Annotated[
+        float | None,
+        typer.Option(help=f"Of both motors, Nm [default: that of the robot's file, else {MotionLimits().torque:g}]"),
+    ] = None,
+    speed_limit: Annotated[
+        float | None,
+        typer.Option(
+            help=f"Of both motors, rad/s [default: that of the robot's file, else {MotionLimits().motor_speed:g}]"
+        ),
+    ] = None,
     duration: Annotated[
         float | None, typer.Option(help="Of the whole motion, s [default: comfortably within the limits]")
     ] = None,
@@ -123,8 +133,9 @@ def goto(
                 timeout,
                 as_json,
             )
-        begin = _start(start, start_mode, after)
-        known = "dextar" if begin.scenario is None else begin.scenario.robot
+        begin = _start(start, start_mode, after, robot)
+        known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
+        drives = read_robot(known if robot is None else robot).drives
         request = Request(
             x=x,
             y=y,
@@ -133,8 +144,8 @@ def goto(
             start=begin,
             controller=controller,
             robot=known if robot is None else robot,
-            torque_limit=torque_limit,
-            motor_speed=speed_limit,
+            torque_limit=_first(torque_limit, drives.torque_limit, MotionLimits().torque),
+            motor_speed=_first(speed_limit, drives.joint_speed_limit, MotionLimits().motor_speed),
             rate_hz=500 if begin.scenario is None else begin.scenario.rate_hz,
             duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
         )
@@ -206,9 +217,15 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))
 
 
-def _start(start: tuple[float, float] | None, start_mode: tuple[int, int] | None, after: Path | None) -> Start:
+def _first(given: float | None, known: float | None, usual: float) -> float:
+    return next(value for value in (given, known, usual) if value is not None)
+
+
+def _start(
+    start: tuple[float, float] | None, start_mode: tuple[int, int] | None, after: Path | None, robot: str | None
+) -> Start:
     if after is None:
-        return Start(*(start or HOME), start_mode or HOME_MODE)
+        return Start(*(start or read_robot(robot or DEFAULT_ROBOT).home_m), start_mode or HOME_MODE)
     if start is not None or start_mode is not None:
         raise InputError("--after and --from: expected one of them")
     return start_after(after)

@@ -6,13 +6,16 @@ import math
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.sizes import sizes_of
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.laws import registry
+from fivebar_control.laws.law import TunedLaw
+from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.transfer import Speed, Transfer, plan_transfer
-from fivebar_description.parameters import load_robot, loads_of
+from fivebar_description.parameters import load_robot, loads_of, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.settings import PlantSettings
 
@@ -59,7 +62,7 @@ def plan_request(request: Request) -> Transfer:
         InputError: a value is impossible, or there is no feasible motion; says why.
     """
     _refuse_malformed(request)
-    follower = registry.default_tuning(registry.find_controller(request.controller))
+    follower = _follower(request)
     counts = _plant(request).encoder_counts
     step = 0.0 if counts is None else 2.0 * math.pi * request.rate_hz / counts
     start = request.start
@@ -116,17 +119,37 @@ def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
 
 def _sensing(request: Request) -> Sensing | None:
     """Return what the estimator of the run has, that of the run before; None without one."""
-    before = request.start.scenario
-    if before is None:
-        return None
+    before = _before(request)
     update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request)}
     return before.model_copy(update=update).sensing()
 
 
 def _plant(request: Request) -> PlantSettings:
-    before = request.start.scenario
-    plant = PlantSettings() if before is None else before.plant
-    return plant._replace(torque_limit=request.torque_limit)
+    return _before(request).plant._replace(torque_limit=request.torque_limit)
+
+
+def _before(request: Request) -> Scenario:
+    """Return the run before, or one with the defaults of the robot."""
+    if request.start.scenario is not None:
+        return request.start.scenario
+    start = request.start
+    content = {
+        "name": "goto",
+        "controller": request.controller,
+        "robot": request.robot,
+        "working_mode": list(start.working_mode),
+        "waypoints": [[start.x, start.y], [request.x, request.y]],
+    }
+    return validate(content, Scenario, "goto")
+
+
+def _follower(request: Request) -> TunedController:
+    """Return the controller with default settings, those of torques in the robot's size."""
+    sizes = sizes_of(read_robot(request.robot))
+    controller = registry.find_controller(request.controller)
+    return TunedController(
+        controller, *(TunedLaw(law, law.settings(**sizes.get(law.name, {}))) for law in controller.laws)
+    )
 
 
 def _refuse_malformed(request: Request) -> None:

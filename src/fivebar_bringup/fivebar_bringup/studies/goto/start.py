@@ -12,10 +12,8 @@ from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
 from fivebar_description.strict_yaml import InputError
 
-HOME = (0.0, 0.15)
-"""Default rest position of the robot (m), in the working mode `HOME_MODE`."""
-
 HOME_MODE = (1, -1)
+"""Default working mode of a robot that rests where its file says."""
 
 AT_REST = 0.2
 """Motor speed (rad/s) up to which a run counts as ended at rest."""

@@ -80,6 +80,8 @@ class IdentificationResult(NamedTuple):
             loads=self.start.loads,
             sensors=self.start.sensors,
             drives=self.start.drives,
+            tuning=self.start.tuning,
+            home_m=self.start.home_m,
         )
 
     def encoder(self) -> str:
