@@ -9,6 +9,7 @@ and closes their bus or port. A fault of the drives or of any other node is latc
 from __future__ import annotations
 
 import functools
+import json
 import time
 import traceback
 from collections.abc import Callable
@@ -35,6 +36,7 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     NANOSECONDS,
     RUN_READY,
+    RUN_STATUS,
     TORQUE_COMMAND,
 )
 from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of
@@ -115,6 +117,11 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._state = self.advertise(DRIVES_STATE)
         self._published_state = ""
         self._publish_state()
+        self._last_sample = settings.samples
+        self._ended = False
+        self._progress = self.advertise(RUN_STATUS) if self._last_sample else None
+        if self._progress is not None:
+            self.every(REPEAT_PERIOD, self._publish_progress)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
@@ -296,6 +303,15 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
             self._session.follow_brake(fault, time.monotonic() + self._brake_limit)
         else:
             self._session.latch(fault, own=False)
+
+    def _publish_progress(self) -> None:
+        """Publish how far the run is; it ends with its last sample, or with the first fault."""
+        sample, failed = self._session.sample, self._session.fault is not None
+        self._ended = self._ended or failed or sample >= self._last_sample
+        state = "running" if not self._ended else "failed" if failed else "completed"
+        status = {"state": state, "sample": sample, "samples": self._last_sample}
+        if self._progress is not None:
+            self._progress.publish(String(data=json.dumps(status)))
 
     def _publish_state(self) -> None:
         """Publish on drives/state whether the drives follow torque commands, and if not why, when that has changed."""
