@@ -83,11 +83,8 @@ def write_board_file(scenario: Scenario, port: str, path: Path) -> None:
     check_drivable(scenario)
     if bridge_of(scenario) != BOARD_BRIDGE:
         raise InputError(f"{scenario.name}: robot {scenario.robot}: expected one whose drives are a motor board")
-    board, start, cycles = (
-        _shipped("fivebar_control", "boards", BOARD),
-        initial_joints(scenario),
-        scenario.stop_cycles(),
-    )
+    board = _shipped("fivebar_control", "boards", BOARD)
+    start, cycles = initial_joints(scenario), scenario.stop_cycles()
     period_us = MICROSECONDS // scenario.rate_hz
     board |= {
         "name": scenario.name,

@@ -46,7 +46,7 @@ def run_with_ros(
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
-    With `port`, a real motor board on that port replaces the plant: the bridge enables its motors once all nodes are ready.
+    With `port`, a real motor board on that port replaces the plant; its motors are enabled once all nodes are ready.
     With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
 
     Raises:
