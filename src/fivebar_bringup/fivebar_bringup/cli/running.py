@@ -86,6 +86,9 @@ def run(
             help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE.",
         ),
     ] = None,
+    drives: Annotated[
+        str, typer.Option(metavar="FILE", help="With --hardware usb: configuration of the board, by name or path.")
+    ] = "motkin",
     scene: Annotated[
         bool, typer.Option("--scene", help="Publish and record pictures of the run for RViz and Foxglove.")
     ] = False,
@@ -126,7 +129,7 @@ def run(
                 page,
                 scene,
                 within,
-                port,
+                None if port is None else (port, drives),
             )
     _finish(directory, summary, as_json)
 

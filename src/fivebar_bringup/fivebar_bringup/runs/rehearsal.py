@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import initial_joints
-from fivebar_control.hardware.board_file import BoardFile
+from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
 from fivebar_description.settings import sections
 from fivebar_description.share import share_file
@@ -24,7 +24,7 @@ from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 
-SHIPPED, BOARD = "dextar_emulated.yaml", "motkin.yaml"
+SHIPPED = "dextar_emulated.yaml"
 TORQUE_STEPS = 1000
 """Resolution of 0x6071: steps per rated torque."""
 
@@ -74,8 +74,8 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     return files
 
 
-def write_board_file(scenario: Scenario, port: str, path: Path) -> None:
-    """Write the bridge's file of the motor board on a port, real or emulated: the shipped one for this scenario.
+def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "motkin") -> None:
+    """Write the bridge's file of a motor board on a port, real or emulated: a named one, changed for this scenario.
 
     Raises:
         InputError: the scenario cannot be run on a motor board; the text says what to change.
@@ -83,10 +83,10 @@ def write_board_file(scenario: Scenario, port: str, path: Path) -> None:
     check_drivable(scenario)
     if bridge_of(scenario) != BOARD_BRIDGE:
         raise InputError(f"{scenario.name}: robot {scenario.robot}: expected one whose drives are a motor board")
-    board = _shipped("fivebar_control", "boards", BOARD)
+    content = load_board(board).model_dump(mode="json")
     start, cycles = initial_joints(scenario), scenario.stop_cycles()
     period_us = MICROSECONDS // scenario.rate_hz
-    board |= {
+    content |= {
         "name": scenario.name,
         "port": port,
         "period_us": period_us,
@@ -96,10 +96,11 @@ def write_board_file(scenario: Scenario, port: str, path: Path) -> None:
         "missing_limit": cycles - 2,
         "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
     }
-    for motor in board["motors"].values():
-        motor["torque_limit_nm"] = scenario.torque_limit
+    for motor in content["motors"].values():
+        # the lesser one, so that a file for the first power-on holds whatever the scenario says
+        motor["torque_limit_nm"] = min(motor["torque_limit_nm"], scenario.torque_limit or 0.0)
         motor["counts_per_revolution"] = scenario.drives().encoder_counts
-    _write(path, board, BoardFile)
+    _write(path, content, BoardFile)
 
 
 def _write(path: Path, content: dict[str, Any], model: type[StrictModel]) -> None:
@@ -126,7 +127,7 @@ def _emulated_robot(scenario: Scenario) -> dict[str, Any]:
 
 def _can_files(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the contents of the files of emulated drives and of their bridge, on a bus of their own."""
-    emulation, drives = _shipped("fivebar_sim", "drives", SHIPPED), _shipped("fivebar_control", "drives", SHIPPED)
+    emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
     plant, cycles = scenario.plant, scenario.stop_cycles()
     period_us = MICROSECONDS // scenario.rate_hz
     period_ms = max(1, -(-period_us // 1000))
@@ -182,7 +183,7 @@ def check_drivable(scenario: Scenario) -> None:
             raise InputError(f"{scenario.name} on two drives: {reason}")
 
 
-def _shipped(package: str, kind: str, name: str) -> dict[str, Any]:
-    content = load_yaml(share_file(package, "config", kind, name))
+def _shipped(package: str) -> dict[str, Any]:
+    content = load_yaml(share_file(package, "config", "drives", SHIPPED))
     assert isinstance(content, dict)
     return content

@@ -41,12 +41,13 @@ def run_with_ros(
     with_page: bool = True,
     scene: bool = False,
     namespace: str = "",
-    port: str | None = None,
+    board: tuple[str, str] | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
-    With `port`, a real motor board on that port replaces the plant; its motors are enabled once all nodes are ready.
+    With `board`, port and file of a real motor board, it replaces the plant, and its motors are enabled once all nodes
+    are ready.
     With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
 
     Raises:
@@ -56,9 +57,10 @@ def run_with_ros(
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
     rehearsal = drives = None
-    if port is not None:
+    if board is not None:
+        port, file = board
         drives = run.path / "drives.yaml"
-        write_board_file(scenario, port, drives)
+        write_board_file(scenario, port, drives, file)
     elif rehearse is not None:
         drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
         rehearsal = Rehearsal(write_drive_files(scenario, run.path), drive_faults)
