@@ -35,6 +35,7 @@ setup(
             "state_estimator = fivebar_control.nodes.state_estimator:main",
             "imu_listener = fivebar_control.nodes.imu_listener:main",
             "dextar_bridge = fivebar_control.nodes.dextar_bridge:main",
+            "motkin_bridge = fivebar_control.nodes.motkin_bridge:main",
         ],
     },
 )

@@ -19,7 +19,8 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
-from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, RECORDER, Mode, crossing_graph
+from fivebar_bringup.runs.bridges import BRIDGE
+from fivebar_bringup.runs.graph import EMULATED_ROBOT, RECORDER, Mode, crossing_graph
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import Scenario

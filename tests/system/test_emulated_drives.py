@@ -21,7 +21,8 @@ from forked_node import end_with_parent
 
 from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import load_drives
-from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange
+from fivebar_control.hardware.drive_bus import DriveBus
+from fivebar_control.hardware.drive_interface import ZERO, Exchange
 from fivebar_description.share import share_file
 
 TIMEOUT_MS = 2000

@@ -22,7 +22,7 @@ from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 
 from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.graph import BRIDGE
+from fivebar_bringup.runs.bridges import BRIDGE
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.geometry import inverse_geometry

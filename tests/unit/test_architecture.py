@@ -170,11 +170,12 @@ ROSDEP = {
 
 FROM_PIP = {
     "annotated_types": "pydantic",
-    "cv2": "opencv",
+    "cv2": "opencv-python-headless",
     "pydantic": "pydantic",
     "pydantic_core": "pydantic",
     "mcap": "mcap",
-    "mujoco": "mujoco",
+    "motkin_pcb": "motkin-pcb",
+    "mujoco": "mujoco-core",
 }
 """What has no rosdep key, or an older version behind it: the distribution on PyPI that brings it."""
 
@@ -188,7 +189,7 @@ def test_what_is_imported_is_declared(package: str) -> None:
     foreign = used - set(sys.stdlib_module_names) - {package}
     assert {ROSDEP.get(name, name) for name in foreign - set(FROM_PIP)} <= declared
     (line,) = re.findall(r"^pip install .*", (SRC.parent / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert {FROM_PIP[name] for name in foreign & set(FROM_PIP)} <= set(re.findall(r"[a-z]+", line))
+    assert {FROM_PIP[name] for name in foreign & set(FROM_PIP)} <= set(re.findall(r"[a-z]+(?:-[a-z]+)*", line))
 
 
 def undocumented(tree: ast.Module) -> Iterator[str]:

@@ -1,26 +1,34 @@
-"""docs/robot.md tells every fault of the hardware, every key of a drive and the load of the bus as the code does."""
+"""docs/robot.md and docs/motkin.md tell every fault of the hardware, every key, and the load of the bus as the code does."""
 
 from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
+from fivebar_control.hardware.board_faults import CAUSES
+from fivebar_control.hardware.board_file import BoardDrive, BoardFile, Posture
 from fivebar_control.hardware.bus_load import bus_load, cycle_bits
 from fivebar_control.hardware.configuration import Bus, Drive, load_drives
+from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import WORDS
 
 ROOT = Path(__file__).parents[2]
+BOARD_PAGE = (ROOT / "docs" / "motkin.md").read_text(encoding="utf-8")
 PAGE = (ROOT / "docs" / "robot.md").read_text(encoding="utf-8")
 CONTROL = ROOT / "src" / "fivebar_control" / "fivebar_control"
 
 
-def raised() -> set[str]:
+BOARD_ONLY = {CONTROL / "hardware" / name for name in ("motor_board.py", "board_faults.py")}
+
+
+def raised(paths: Iterable[Path]) -> set[str]:
     """Names of the faults in the source: first argument of Fault(...) and of the set-up's _fail(...)."""
     names = set()
-    for path in [*(CONTROL / "hardware").glob("*.py"), CONTROL / "nodes" / "dextar_bridge.py"]:
+    for path in paths:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
                 called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
@@ -29,9 +37,27 @@ def raised() -> set[str]:
     return names
 
 
+def told(page: str) -> set[str]:
+    section = page.split("## Faults and recovery")[1].split("\n## ")[0]
+    return set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
+
+
 def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
-    section = PAGE.split("## Faults and recovery")[1].split("\n## ")[0]
-    assert set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)) == raised()
+    shared = {*(CONTROL / "hardware").glob("*.py"), CONTROL / "ros" / "drive_bridge.py"} - BOARD_ONLY
+    assert told(PAGE) == raised(shared)
+    assert told(BOARD_PAGE) == raised(BOARD_ONLY) | {name for name, _ in CAUSES.values()}
+
+
+@pytest.mark.parametrize(
+    "key", sorted({*BoardFile.model_fields, *BoardDrive.model_fields, *Posture.model_fields} - {"name"})
+)
+def test_every_key_of_a_board_is_explained(key: str) -> None:
+    assert f"`{key}`" in BOARD_PAGE
+
+
+@pytest.mark.parametrize("order", re.findall(r"[a-z]+", BOARD_USAGE.partition(";")[0]))
+def test_every_way_to_break_a_board_is_told(order: str) -> None:
+    assert re.search(rf"`[a-z]* ?{order}\b", BOARD_PAGE)
 
 
 @pytest.mark.parametrize("key", sorted({*Drive.model_fields, "sync_period_us", "gather_deadline_us", "missing_limit"}))

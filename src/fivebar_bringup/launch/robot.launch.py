@@ -2,6 +2,7 @@
 
 ros2 launch fivebar_bringup robot.launch.py scenario:=middle_robot hardware:=emulated out:=runs/rehearsed
 ros2 launch fivebar_bringup robot.launch.py scenario:=mine.yaml hardware:=socketcan drives:=/path/to/drives.yaml
+ros2 launch fivebar_bringup robot.launch.py scenario:=motkin_middle hardware:=usb drives:=/path/to/board.yaml
 
 With emulated drives this is the rehearsal of `fivebar run SCENARIO --hardware emulated`, and shuts down when it ends.
 With real drives the nodes run until one of them ends or you stop them; `fivebar report DIRECTORY` makes the report.
@@ -62,9 +63,11 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 "scenario", default_value="middle_robot", description="Shipped scenario or a YAML file."
             ),
-            DeclareLaunchArgument("hardware", default_value="emulated", choices=["emulated", "socketcan"]),
+            DeclareLaunchArgument("hardware", default_value="emulated", choices=["emulated", "socketcan", "usb"]),
             DeclareLaunchArgument(
-                "drives", default_value="dextar_socketcan", description="With socketcan: drive configuration."
+                "drives",
+                default_value="dextar_socketcan",
+                description="With socketcan: drive configuration; with usb: that of the motor board.",
             ),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
             DeclareLaunchArgument(

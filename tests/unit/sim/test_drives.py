@@ -14,7 +14,8 @@ import pytest
 
 from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import DriveFile, Identity, load_drives
-from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange
+from fivebar_control.hardware.drive_bus import DriveBus
+from fivebar_control.hardware.drive_interface import ZERO, Exchange
 from fivebar_control.hardware.fault import DriveError
 from fivebar_sim.drives.commands import execute
 from fivebar_sim.drives.configuration import load_emulation

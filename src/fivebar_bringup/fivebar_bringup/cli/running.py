@@ -71,8 +71,14 @@ def run(
     ] = "",
     hardware: Annotated[
         Hardware,
-        typer.Option(help="The simulated robot, or the rehearsal of an experiment: bridge, CAN bus, emulated drives."),
+        typer.Option(
+            help="The simulated robot; the rehearsal of an experiment, with a bridge and emulated drives or an emulated"
+            " motor board; or a real motor board, which powers its motors."
+        ),
     ] = Hardware.SIMULATED,
+    port: Annotated[
+        str | None, typer.Option(metavar="DEVICE", help="With --hardware usb: its port, such as /dev/ttyACM0.")
+    ] = None,
     inject: Annotated[
         list[str] | None,
         typer.Option(
@@ -80,6 +86,9 @@ def run(
             help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE.",
         ),
     ] = None,
+    drives: Annotated[
+        str, typer.Option(metavar="FILE", help="With --hardware usb: configuration of the board, by name or path.")
+    ] = "motkin",
     scene: Annotated[
         bool, typer.Option("--scene", help="Publish and record pictures of the run for RViz and Foxglove.")
     ] = False,
@@ -94,6 +103,8 @@ def run(
     Example: `fivebar run middle --out runs/first`
 
     Example: `fivebar run middle_robot --hardware emulated --inject "1.2 fault 1"`
+
+    Example: `fivebar run motkin_middle --hardware usb --port /dev/ttyACM0`
     """
     with input_errors(), ending_on_sigterm():
         within = read_namespace(namespace)
@@ -101,7 +112,9 @@ def run(
         emulated = hardware is Hardware.EMULATED
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
-        mode = Mode.REALTIME if realtime or emulated else Mode.LOCKSTEP
+        if (port is not None) is not (hardware is Hardware.USB):
+            raise InputError("--port: expected together with --hardware usb, and only there")
+        mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
         injections = [read_injection(text) for text in inject or ()] if emulated else None
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
@@ -116,6 +129,7 @@ def run(
                 page,
                 scene,
                 within,
+                None if port is None else (port, drives),
             )
     _finish(directory, summary, as_json)
 

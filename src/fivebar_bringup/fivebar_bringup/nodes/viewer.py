@@ -29,8 +29,8 @@ from fivebar_description.strict_yaml import InputError
 GENERATOR = "trajectory_generator"
 """The node whose parameters say which robot moves, and how requests are judged."""
 
-STOPS = ("blender/emergency_stop", "dextar_bridge/emergency_stop")
-RESETS = ("dextar_bridge/reset", "plant/reset", "blender/reset")
+STOPS = ("blender/emergency_stop", "dextar_bridge/emergency_stop", "motkin_bridge/emergency_stop")
+RESETS = ("dextar_bridge/reset", "motkin_bridge/reset", "plant/reset", "blender/reset")
 """Services for the two buttons, in the order in which they are called; those that a graph lacks are left out."""
 
 COMMAND_PERIOD = 0.02

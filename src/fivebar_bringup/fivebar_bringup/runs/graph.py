@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from fivebar_bringup.runs.bag.recorder_settings import RecorderSettings
+from fivebar_bringup.runs.bridges import bridge_of
 from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scene.settings import SceneSettings
@@ -84,10 +85,11 @@ class Mode(StrEnum):
 
 
 class Hardware(StrEnum):
-    """What is controlled: the simulated robot, or drives on a bus."""
+    """What is controlled: the simulated robot, emulated drives, or a real motor board on USB."""
 
     SIMULATED = "simulated"
     EMULATED = "emulated"
+    USB = "usb"
 
 
 class NodeSpec(NamedTuple):
@@ -118,7 +120,6 @@ class NodeSpec(NamedTuple):
 
 
 PLANT = "plant"
-BRIDGE = "dextar_bridge"
 EMULATED_ROBOT = "emulated_robot"
 RECORDER = "bag_recorder"
 SCENE_NODE = "scene"
@@ -137,11 +138,13 @@ def crossing_graph(
     rehearsal: Rehearsal | None = None,
     drives: str | None = None,
     scene: bool = False,
+    autostart: bool = False,
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
 
     With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
-    configuration, which waits to be configured and activated. With `scene`, a node publishes pictures of the run, which
+    configuration, which waits to be configured and activated, or with `autostart` begins as soon as all nodes are ready
+    and tells when the motion has ended. With `scene`, a node publishes pictures of the run, which
     are recorded too.
 
     Raises:
@@ -186,10 +189,10 @@ def crossing_graph(
         # the emulated robot has a gyroscope, but no accelerometer
         absent = (*absent, IMU_ERROR)
     if drives is not None:
-        absent = (*absent, GROUND_TRUTH, RUN_STATUS, *(() if scenario.gyro else (IMU_DATA,)))
+        absent = (*absent, GROUND_TRUTH, *(() if autostart else (RUN_STATUS,)), *(() if scenario.gyro else (IMU_DATA,)))
     awaited = [*(node.executable for node in nodes), RECORDER]
     if drives is not None:
-        nodes.append(bridge(scenario, drives, ()))
+        nodes.append(bridge(scenario, drives, awaited if autostart else (), last_sample=autostart))
     elif rehearsal is None:
         nodes.append(_plant(scenario, mode, awaited))
     else:
@@ -244,12 +247,15 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
     )
 
 
-def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
-    """Return the bridge to drives, with a configuration by name or path; it starts once the awaited nodes are ready."""
+def bridge(scenario: Scenario, drives: str, awaited: Sequence[str], last_sample: bool = False) -> NodeSpec:
+    """Return the bridge to drives, with a configuration by name or path; it starts once the awaited nodes are ready.
+
+    With `last_sample` it tells the progress of the run, and when the motion has ended.
+    """
     safety, cycles = scenario.safety, scenario.stop_cycles()
     return NodeSpec(
         "fivebar_control",
-        BRIDGE,
+        bridge_of(scenario),
         to_parameters(
             BridgeSettings(
                 rate_hz=scenario.rate_hz,
@@ -259,10 +265,11 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str]) -> NodeSpec:
                 brake_limit_s=safety.brake_duration + cycles / scenario.rate_hz if safety.brake else 0.0,
                 autostart=bool(awaited),
                 wait_for_nodes=tuple(awaited),
+                samples=scenario.plan().path.samples(scenario.rate_hz) if last_sample else 0,
             )
         ),
         (TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN),
-        (MOTOR_STATES, FAULTS, DRIVES_STATE, RUN_EPOCH),
+        (MOTOR_STATES, FAULTS, DRIVES_STATE, RUN_EPOCH, *((RUN_STATUS,) if last_sample else ())),
     )
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import USAGE, read_command
+from fivebar_sim.hardware_kinds import USAGE, is_order
 
 KILL = "kill"
 
@@ -40,7 +40,7 @@ def read_injection(text: str) -> Injection:
         injection = Injection(float(moment), order.strip())
     except ValueError:
         injection = Injection(-1.0, "")
-    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and read_command(injection.command) is None):
+    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and not is_order(injection.command)):
         raise InputError(f"--inject {text!r}: expected seconds and one of {USAGE}, kill NODE")
     return injection
 

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_bringup.nodes.run_monitor import RunMonitor
-from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
+from fivebar_bringup.runs.bridges import BRIDGES
+from fivebar_bringup.runs.graph import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
@@ -103,10 +104,11 @@ def run_graph(
 def _watch(
     processes: dict[str, NodeProcess], monitor: RunMonitor, faults: list[str], progress: Progress, kills: list[Kill]
 ) -> None:
-    """Follow the run until the plant has ended, or until a node has died and a fault has been published."""
+    """Follow the run until plant or motion has ended, or until a node has died and a fault has been published."""
     died: set[str] = set()
     last_moment = math.inf
-    pace = EMULATED_ROBOT if EMULATED_ROBOT in processes else PLANT
+    # on real drives the bridge tells the progress of the run
+    pace = next(name for name in (EMULATED_ROBOT, PLANT, *BRIDGES) if name in processes)
     while processes[pace].status is None:
         monitor.take_one(POLL_PERIOD)
         sample = monitor.status.get("sample", 0)
@@ -123,7 +125,7 @@ def _watch(
             last_moment = time.monotonic() + (0.0 if RECORDER in died or sample == 0 else FAULT_TIMEOUT)
         if time.monotonic() >= last_moment or (died and monitor.faults):
             return
-        if pace == EMULATED_ROBOT and monitor.status.get("state", "running") != "running":
+        if pace != PLANT and monitor.status.get("state", "running") != "running":
             # keep the drives running until the bridge has disabled them
             return
     # the plant's last status may still be in transit
@@ -132,7 +134,7 @@ def _watch(
         faults.append(f"node_died: {pace} ended with status {processes[pace].status}: {processes[pace].last_line()}")
 
 
-STOP_ORDER = ((PLANT, BRIDGE), (), (EMULATED_ROBOT,), (RECORDER,))
+STOP_ORDER = ((PLANT, *BRIDGES), (), (EMULATED_ROBOT,), (RECORDER,))
 """Groups of nodes in the order in which they are stopped; () stands for all others. First the node that produces the
 samples, so that stopping the others causes no fault; the drives after their bridge; the recorder last, so that it
 records all final messages."""

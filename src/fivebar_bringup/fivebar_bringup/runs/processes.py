@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import yaml
 
-from fivebar_bringup.runs.graph import BRIDGE, EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.runs.bridges import BRIDGES
+from fivebar_bringup.runs.graph import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.settings import to_parameters
@@ -16,7 +17,7 @@ from fivebar_description.settings import to_parameters
 CONTROLLERS = "controllers"
 """Name of the process of the control chain (all nodes between a measurement and its torque), if it is composed."""
 
-PACING = (PLANT, BRIDGE, EMULATED_ROBOT)
+PACING = (PLANT, *BRIDGES, EMULATED_ROBOT)
 """Nodes that produce the samples at the sampling rate."""
 
 NODE_GROUP = "fivebar_bringup.nodes.node_group"

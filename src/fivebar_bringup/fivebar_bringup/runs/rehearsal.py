@@ -1,7 +1,8 @@
-"""Rehearsal of an experiment: configuration files of bus and drives that emulate a scenario's plant.
+"""Rehearsal of an experiment: configuration files of bridge and emulated hardware that behave as a scenario's plant.
 
-Bridge and drives have separate files, as on a real robot. These are the shipped ones with the scenario's rate,
-encoders and limits, on a bus of this run only.
+Bridge and hardware have separate files, as on a real robot: which ones follows from the drives of the robot's parameter
+file. Those of drives on a CAN bus are the shipped ones with the scenario's rate, encoders and limits, on a bus of this
+run only; those of a motor board have a port of this run only.
 """
 
 from __future__ import annotations
@@ -11,12 +12,15 @@ import secrets
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import initial_joints
+from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
 from fivebar_description.settings import sections
 from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, load_yaml, validate, yaml_text
+from fivebar_description.strict_yaml import InputError, StrictModel, load_yaml, validate, yaml_text
+from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 
@@ -54,6 +58,75 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
         InputError: the scenario cannot be rehearsed on emulated drives; the text says what to change.
     """
     check_drivable(scenario)
+    files = DriveFiles(folder / "emulation.yaml", folder / "drives.yaml")
+    if bridge_of(scenario) == BOARD_BRIDGE:
+        port = str((folder / "board").absolute())
+        emulation: dict[str, Any] = _emulated_robot(scenario) | {
+            "port": port,
+            "period_us": MICROSECONDS // scenario.rate_hz,
+        }
+        _write(files.emulation, emulation, BoardEmulationFile)
+        write_board_file(scenario, port, files.drives)
+        return files
+    emulation, drives = _can_files(scenario)
+    _write(files.emulation, emulation, EmulationFile)
+    _write(files.drives, drives, DriveFile)
+    return files
+
+
+def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "motkin") -> None:
+    """Write the bridge's file of a motor board on a port, real or emulated: a named one, changed for this scenario.
+
+    Raises:
+        InputError: the scenario cannot be run on a motor board; the text says what to change.
+    """
+    check_drivable(scenario)
+    if bridge_of(scenario) != BOARD_BRIDGE:
+        raise InputError(f"{scenario.name}: robot {scenario.robot}: expected one whose drives are a motor board")
+    content = load_board(board).model_dump(mode="json")
+    start, cycles = initial_joints(scenario), scenario.stop_cycles()
+    period_us = MICROSECONDS // scenario.rate_hz
+    content |= {
+        "name": scenario.name,
+        "port": port,
+        "period_us": period_us,
+        "gather_deadline_us": int(GATHER_FRACTION * period_us),
+        "watchdog_ms": max(1, cycles * period_us // 1000),
+        # one less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
+        "missing_limit": cycles - 2,
+        "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
+    }
+    for motor in content["motors"].values():
+        # the lesser one, so that a file for the first power-on holds whatever the scenario says
+        motor["torque_limit_nm"] = min(motor["torque_limit_nm"], scenario.torque_limit or 0.0)
+        motor["counts_per_revolution"] = scenario.drives().encoder_counts
+    _write(path, content, BoardFile)
+
+
+def _write(path: Path, content: dict[str, Any], model: type[StrictModel]) -> None:
+    validate(content, model, f"{content['name']} on drives")
+    path.write_text(yaml_text(content), encoding="utf-8")
+
+
+def _emulated_robot(scenario: Scenario) -> dict[str, Any]:
+    """Return what both kinds of emulation are told of the robot."""
+    plant = scenario.plant
+    content: dict[str, Any] = {
+        "name": scenario.name,
+        "robot": scenario.robot,
+        "initial_joints": list(initial_joints(scenario)),
+        "mass_scale": plant.mass_scale,
+        "inertia_scale": plant.inertia_scale,
+        "friction_scale": plant.friction_scale,
+    }
+    if has_effects(plant) or plant.engine == MUJOCO:
+        dumped = scenario.model_dump(mode="json")["plant"]
+        content["effects"] = {name: dumped[name] for name in ("engine", "seed", *sections(PlantSettings))}
+    return content
+
+
+def _can_files(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the contents of the files of emulated drives and of their bridge, on a bus of their own."""
     emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
     plant, cycles = scenario.plant, scenario.stop_cycles()
     period_us = MICROSECONDS // scenario.rate_hz
@@ -67,17 +140,7 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     motor: dict[str, Any] = {"counts_per_revolution": counts, "velocity_units_per_rev_s": counts}
     if plant.torque_quantum:
         motor["rated_torque_nm"] = TORQUE_STEPS * plant.torque_quantum
-    emulation |= common | {
-        "name": scenario.name,
-        "robot": scenario.robot,
-        "initial_joints": list(initial_joints(scenario)),
-        "mass_scale": plant.mass_scale,
-        "inertia_scale": plant.inertia_scale,
-        "friction_scale": plant.friction_scale,
-    }
-    if has_effects(plant) or plant.engine == MUJOCO:
-        content = scenario.model_dump(mode="json")["plant"]
-        emulation["effects"] = {name: content[name] for name in ("engine", "seed", *sections(PlantSettings))}
+    emulation |= common | _emulated_robot(scenario)
     drives |= common | {
         "name": scenario.name,
         "gather_deadline_us": int(GATHER_FRACTION * period_us),
@@ -96,11 +159,7 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
         if drives["drives"][joint]["sign"] < 0:
             # counts are rounded down in the motor's direction, which is up in the joint's
             drives["drives"][joint]["home_offset_rad"] = -TURN / counts
-    files = DriveFiles(folder / "emulation.yaml", folder / "drives.yaml")
-    for path, content, model in ((files.emulation, emulation, EmulationFile), (files.drives, drives, DriveFile)):
-        validate(content, model, f"{scenario.name} on emulated drives")
-        path.write_text(yaml_text(content), encoding="utf-8")
-    return files
+    return emulation, drives
 
 
 def check_drivable(scenario: Scenario) -> None:
@@ -114,10 +173,10 @@ def check_drivable(scenario: Scenario) -> None:
         (not scenario.estimated, "estimator: expected ekf, since drives know their motors only"),
         (plant.delay_samples != 1, "plant.delay_samples: expected 1, since drives obey from the next SYNC on"),
         (plant.encoder_counts is None, "plant.encoder_counts: expected a number, since drives count"),
-        (scenario.torque_limit is None, "plant.torque_limit: expected a number, which 0x6072 holds"),
+        (scenario.torque_limit is None, "plant.torque_limit: expected a number, which the drives are given"),
         (
             MICROSECONDS % scenario.rate_hz != 0,
-            "rate_hz: expected a divisor of 1000000, since SYNC counts microseconds",
+            "rate_hz: expected a divisor of 1000000, since drives count microseconds",
         ),
     ):
         if missing:

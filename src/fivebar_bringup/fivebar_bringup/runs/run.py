@@ -18,7 +18,7 @@ from fivebar_bringup.runs.injection import Injection, kills
 from fivebar_bringup.runs.launcher import Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.runs.rehearsal import Rehearsal, write_board_file, write_drive_files
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
@@ -41,10 +41,13 @@ def run_with_ros(
     with_page: bool = True,
     scene: bool = False,
     namespace: str = "",
+    board: tuple[str, str] | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
+    With `board`, port and file of a real motor board, it replaces the plant, and its motors are enabled once all nodes
+    are ready.
     With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
 
     Raises:
@@ -53,11 +56,17 @@ def run_with_ros(
     """
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
-    rehearsal = None
-    if rehearse is not None:
+    rehearsal = drives = None
+    if board is not None:
+        port, file = board
+        drives = run.path / "drives.yaml"
+        write_board_file(scenario, port, drives, file)
+    elif rehearse is not None:
         drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
         rehearsal = Rehearsal(write_drive_files(scenario, run.path), drive_faults)
-    nodes = crossing_graph(scenario, mode, run.bag, rehearsal, scene=scene)
+    nodes = crossing_graph(
+        scenario, mode, run.bag, rehearsal, str(drives.absolute()) if drives else None, scene, autostart=True
+    )
     specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)
     with nullcontext(domain) if domain is not None else private_domain() as chosen:

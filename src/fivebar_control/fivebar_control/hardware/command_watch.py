@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.drive_bus import ZERO, Torques
+from fivebar_control.hardware.drive_interface import ZERO, Torques
 
 
 class CommandWatch:

@@ -18,7 +18,8 @@ from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
-from fivebar_control.hardware.drive_link import DriveLink, Reading
+from fivebar_control.hardware.drive_interface import ZERO, Exchange, Torques
+from fivebar_control.hardware.drive_link import DriveLink
 from fivebar_control.hardware.drive_setup import DriveSetup
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.frames import (
@@ -43,21 +44,6 @@ from fivebar_description.interface import ACTIVE_JOINTS
 
 RESET_HOLD_CYCLES = 5
 """Cycles for which each word of a fault reset stands, for drives that look at it more slowly than SYNC."""
-
-Torques = tuple[float, float]
-ZERO: Torques = (0.0, 0.0)
-
-
-class Exchange(NamedTuple):
-    """Result of one exchange: a reading of each drive, None where its answer is missing, and a fault."""
-
-    readings: tuple[Reading | None, Reading | None]
-    fault: Fault | None
-
-    @property
-    def complete(self) -> bool:
-        """Whether both drives have answered."""
-        return None not in self.readings
 
 
 class Counters(NamedTuple):
@@ -113,6 +99,11 @@ class DriveBus:
     def counters(self) -> Counters:
         """Frames that were not used so far."""
         return Counters(self._unknown, self._malformed, self._port.unreadable)
+
+    @property
+    def unused(self) -> tuple[tuple[str, int], ...]:
+        """The same by name."""
+        return tuple(zip(Counters._fields, self.counters, strict=True))
 
     @property
     def states(self) -> tuple[DriveState, DriveState]:
@@ -360,3 +351,18 @@ class DriveBus:
                 link.take(frame, time.monotonic())
                 if isinstance(frame, Heartbeat) or link.complete:
                     self._received.notify_all()
+
+
+def open_drives(drives: DriveFile) -> DriveBus:
+    """Open the bus and set up both drives, which stay without power.
+
+    Raises:
+        DriveError: the bus cannot be opened, or a drive cannot be set up; the bus is closed then.
+    """
+    bus = DriveBus(drives)
+    try:
+        bus.set_up()
+    except DriveError:
+        bus.close()
+        raise
+    return bus

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.cia402 import DriveState, state_of
 from fivebar_control.hardware.configuration import MICROSECONDS, Drive
+from fivebar_control.hardware.drive_interface import Reading
 from fivebar_control.hardware.fault import ERROR_RESET, emergency_name
 from fivebar_control.hardware.frames import NMT_STATES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
 from fivebar_control.hardware.units import position_rad, scale_of, torque_nm, velocity_rad_s
 
 EMERGENCY_CYCLES = 2
 """Cycles after which an emergency message without a fault in the statusword counts as a fault."""
-
-
-class Reading(NamedTuple):
-    """One drive at one SYNC: joint angle (rad), velocity (rad/s) and torque (Nm)."""
-
-    position: float
-    velocity: float
-    torque: float
 
 
 class DriveLink:

@@ -10,9 +10,7 @@ from typing import NamedTuple
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.command_watch import CommandWatch
-from fivebar_control.hardware.configuration import DriveFile
-from fivebar_control.hardware.drive_bus import ZERO, DriveBus, Exchange, Torques
-from fivebar_control.hardware.drive_link import Reading
+from fivebar_control.hardware.drive_interface import ZERO, DriveInterface, Exchange, Reading, Torques
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.interface import ALL_WELL
 
@@ -48,25 +46,31 @@ class DriveSession:
 
     def __init__(
         self,
-        drives: DriveFile,
+        open_drives: Callable[[], DriveInterface],
+        rate_hz: int,
         command_timeout: float,
         enable_timeout: float,
         on_latch: Callable[[Fault, bool], None],
+        name: str,
     ) -> None:
-        """Make a session whose bus is closed.
+        """Make a session whose drives are closed.
 
         Args:
-            drives: bus and drives.
+            open_drives: opens and sets up both drives, or raises a `DriveError`.
+            rate_hz: sampling rate.
             command_timeout: longest time (s) for which a torque holds.
             enable_timeout: longest time (s) for enabling, disabling or resetting the drives.
             on_latch: called when a fault is latched, after the drives have been stopped, with the fault and whether
                 it was found here rather than reported by another node.
+            name: name of the node whose services the messages tell of.
         """
-        self._drives = drives
+        self._open_drives = open_drives
+        self._rate_hz = rate_hz
+        self._name = name
         self._enable_timeout = enable_timeout
         self._on_latch = on_latch
-        self._watch = CommandWatch(command_timeout, drives.rate_hz)
-        self._bus: DriveBus | None = None
+        self._watch = CommandWatch(command_timeout, rate_hz)
+        self._drives: DriveInterface | None = None
         self.active = False
         """Whether the drives were enabled and cycles run."""
         self.fault: Fault | None = None
@@ -80,10 +84,10 @@ class DriveSession:
         self._began = self._repeated = 0.0
 
     @property
-    def bus(self) -> DriveBus:
-        """The open bus."""
-        assert self._bus is not None, "the lifecycle lets nobody come here before configure"
-        return self._bus
+    def drives(self) -> DriveInterface:
+        """The open drives."""
+        assert self._drives is not None, "the lifecycle lets nobody come here before configure"
+        return self._drives
 
     @property
     def state(self) -> str:
@@ -91,41 +95,38 @@ class DriveSession:
         if self.fault is not None:
             return str(self.fault)
         if not self.active:
-            return "drives_off: dextar_bridge is not active"
-        if not self.bus.enabled:
-            return "drives_off: dextar_bridge/enable switches them on"
+            return f"drives_off: {self._name} is not active"
+        if not self.drives.enabled:
+            return f"drives_off: {self._name}/enable switches them on"
         return ALL_WELL
 
     @property
     def warning(self) -> str | None:
         """Which frames and samples were not used; None where all were."""
-        if self._bus is None or not (any(self._bus.counters) or self._overruns or self._incomplete):
+        if self._drives is None:
             return None
-        unknown, malformed, unreadable = self._bus.counters
+        unused = self._drives.unused
+        if not (any(count for _, count in unused) or self._overruns or self._incomplete):
+            return None
         return (
-            f"frames not used: {unknown} unknown, {malformed} malformed, {unreadable} unreadable;"
+            f"frames not used: {', '.join(f'{count} {reason}' for reason, count in unused)};"
             f" {self._incomplete} samples without answer, {self._overruns} overruns"
         )
 
     def open(self) -> bool:
-        """Open the bus and set up both drives, which stay without power; return whether that succeeded."""
-        bus = None
+        """Open and set up both drives, which stay without power; return whether that succeeded."""
         try:
-            bus = DriveBus(self._drives)
-            bus.set_up()
+            self._drives = self._open_drives()
         except DriveError as error:
-            if bus is not None:
-                bus.close()
             self.latch(error.fault)
             return False
         self.fault = None
-        self._bus = bus
         return True
 
     def activate(self, clock: Callable[[], float]) -> bool:
         """Enable both drives at zero torque and begin at sample 0; return whether they are enabled."""
         try:
-            self.bus.enable(self._enable_timeout)
+            self.drives.enable(self._enable_timeout)
         except DriveError as error:
             self.latch(error.fault)
             return False
@@ -142,26 +143,26 @@ class DriveSession:
         """Command zero torque, then switch both drives off."""
         self.active = False
         try:
-            self.bus.disable(self._enable_timeout)
+            self.drives.disable(self._enable_timeout)
         except DriveError as error:
-            self.bus.switch_off()
+            self.drives.switch_off()
             self.latch(error.fault)
 
     def close(self) -> None:
-        """Release the drives, which are off, and close the bus, where it is open."""
-        if self._bus is not None:
-            self._bus.release()
-            self._bus.close()
-            self._bus = None
+        """Release the drives, which are off, and close them, where they are open."""
+        if self._drives is not None:
+            self._drives.release()
+            self._drives.close()
+            self._drives = None
 
     @property
     def is_open(self) -> bool:
-        """Whether the bus is open."""
-        return self._bus is not None
+        """Whether the drives are open."""
+        return self._drives is not None
 
     def cycle(self, now: float) -> MeasuredSample | None:
         """Run one cycle: check the torque's age, exchange with the drives; return the sample to publish, if any."""
-        self._overruns += now - self._began > LATE_PERIODS / self._drives.rate_hz
+        self._overruns += now - self._began > LATE_PERIODS / self._rate_hz
         self._began = now
         stale = self._watch.fault(self.sample, now)
         if stale is not None:
@@ -169,15 +170,15 @@ class DriveSession:
         if self._brakes is not None and now >= self._brakes_until:
             self.latch(self._brakes, own=False)
         if self.fault is not None:
-            self.bus.write(ZERO)
+            self.drives.write(ZERO)
         elif not self._written:
-            self.bus.write(self._watch.torques)
+            self.drives.write(self._watch.torques)
         self._written = False
-        cycle = self.bus.exchange()
+        cycle = self.drives.exchange()
         if cycle.fault is not None:
             self.latch(cycle.fault)
         if self._watch.answered >= 0:
-            self.sample += 1
+            self.sample += cycle.periods
             return self._measured(cycle)
         if now - self._repeated >= REPEAT_PERIOD:
             self._repeated = now
@@ -190,6 +191,8 @@ class DriveSession:
         if first is None or second is None:
             self._incomplete += 1
             return None
+        if cycle.periods == 0 and self._watch.answered >= 0:
+            return None
         return MeasuredSample(self.sample, (first, second))
 
     def command(self, sample: int | None, torques: Torques, now: float) -> bool:
@@ -199,7 +202,7 @@ class DriveSession:
         self._watch.take(sample, torques, now)
         self._end_of_braking()
         if self.fault is None:
-            self.bus.write(torques)
+            self.drives.write(torques)
             self._written = True
         return True
 
@@ -220,28 +223,28 @@ class DriveSession:
             return
         self.fault = fault
         if self.active:
-            self.bus.quick_stop()
+            self.drives.quick_stop()
         self._on_latch(fault, own)
 
     def emergency_stop(self) -> ServiceOutcome:
         """Remove power from both drives at once."""
-        if self._bus is not None:
-            self._bus.switch_off()
+        if self._drives is not None:
+            self._drives.switch_off()
         self.latch(Fault("emergency_stop", "requested by service"))
-        if self._bus is None:
+        if self._drives is None:
             return ServiceOutcome(False, "not configured: nothing to stop")
         return ServiceOutcome(True, "power off asked of both drives")
 
     def reset(self, clock: Callable[[], float]) -> ServiceOutcome:
         """Reset the drives' faults and clear the latched one; the drives stay off."""
         message = f"cleared {self.fault}" if self.fault is not None else "no fault was latched"
-        if self._bus is not None:
+        if self._drives is not None:
             try:
-                self._bus.reset(self._enable_timeout)
+                self._drives.reset(self._enable_timeout)
             except DriveError as error:
                 return ServiceOutcome(False, f"still there: {error.fault}")
-            if self.active and not self._bus.enabled:
-                message += "; the drives are off, dextar_bridge/enable switches them on"
+            if self.active and not self._drives.enabled:
+                message += f"; the drives are off, {self._name}/enable switches them on"
         self.fault = None
         self._watch.rearm(self.sample, clock())
         return ServiceOutcome(True, message)
@@ -253,7 +256,7 @@ class DriveSession:
         if self.fault is not None:
             return ServiceOutcome(False, f"reset first: {self.fault}")
         try:
-            self.bus.enable(self._enable_timeout)
+            self.drives.enable(self._enable_timeout)
             outcome = ServiceOutcome(True, "both drives are enabled")
         except DriveError as error:
             self.latch(error.fault)

@@ -248,3 +248,4 @@ class BridgeSettings(NamedTuple):
         False
     )
     wait_for_nodes: AwaitedNodes = ()
+    samples: LastSample = 0

@@ -6,7 +6,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
 
 import can
 
@@ -14,7 +13,8 @@ from fivebar_description.drive_file import CanChannel
 from fivebar_description.parameters import load_robot
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
-from fivebar_sim.plant import Measurement, Plant, PlantDiverged
+from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
+from fivebar_sim.plant import Plant, PlantDiverged
 
 SYNC_ID = 0x080
 POLL_PERIOD = 0.002
@@ -22,18 +22,6 @@ POLL_PERIOD = 0.002
 
 FRAMES_AT_ONCE = 64
 """Frames that are processed before the next such check."""
-
-
-HISTORY = 64
-"""Number of SYNCs that are kept."""
-
-
-class SyncRecord(NamedTuple):
-    """One SYNC: its number, the joint angles (rad) of both encoders, and the exact state."""
-
-    number: int
-    angles: tuple[float, float]
-    truth: Measurement
 
 
 def open_bus(bus: CanChannel) -> can.BusABC:
@@ -67,7 +55,7 @@ class Emulation:
         """SYNCs received so far."""
         self.sync_delay = 0.0
         """Delay (s) of SYNCs."""
-        self.history: deque[SyncRecord] = deque(maxlen=HISTORY)
+        self.history: deque[MeasuredRecord] = deque(maxlen=HISTORY)
         """The last SYNCs, the newest at the end."""
         self._late_syncs: deque[float] = deque()
         self._sense()
@@ -130,7 +118,7 @@ class Emulation:
         self.syncs += 1
         self._sense()
         first, second = self.drives
-        self.history.append(SyncRecord(self.syncs, (first.angle, second.angle), self.plant.truth()))
+        self.history.append(MeasuredRecord(self.syncs, (first.angle, second.angle), self.plant.truth()))
         for drive in self.drives:
             drive.answer_sync()
         try:

@@ -1,7 +1,7 @@
-"""The emulated drives and the robot that they move, with the topics that a rehearsal needs.
+"""The emulated drives or board and the robot that they move, with the topics that a rehearsal needs.
 
-The drives talk to the bridge over CAN alone. This node besides publishes the exact state for judging, the progress of
-the run, and injects faults at given moments.
+They talk to the bridge over their bus or port alone. This node besides publishes the exact state for judging, the
+progress of the run, and injects faults at given moments.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import queue
 import threading
 import time
 
-import can
 from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
@@ -40,10 +39,8 @@ from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import USAGE, execute, read_command
-from fivebar_sim.drives.configuration import load_emulation
-from fivebar_sim.drives.drive import TURN
-from fivebar_sim.drives.emulation import Emulation, SyncRecord, open_bus
+from fivebar_sim.emulated_hardware import MeasuredRecord
+from fivebar_sim.hardware_kinds import USAGE, is_order, open_hardware
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
@@ -57,10 +54,10 @@ FITTING_COUNTS = 1.5
 
 
 class EmulatedRobot(GraphNode):
-    """Two emulated drives, each with its object dictionary, on a CAN bus."""
+    """Two emulated drives, each with its object dictionary, on a CAN bus, or an emulated board on its port."""
 
     def __init__(self) -> None:
-        """Boot the drives and serve the bus in a thread."""
+        """Boot the drives and serve them in a thread."""
         super().__init__("emulated_robot")
         settings = self.declare_settings(EmulatedRobotSettings)
         self._rate_hz = settings.rate_hz
@@ -69,13 +66,8 @@ class EmulatedRobot(GraphNode):
         self._injections = sorted(_injection(text) for text in settings.inject)
         self._missing_nodes = set(settings.wait_for_nodes)
         self._ready_timeout = settings.ready_timeout_s
-        file = load_emulation(settings.emulation)
-        try:
-            self._bus = open_bus(file.bus)
-        except (can.CanError, OSError) as error:
-            raise InputError(f"emulated_robot: {file.bus.interface} {file.bus.channel}: {error}") from error
-        self._emulation = Emulation(file, self._bus)
-        self._tolerance = FITTING_COUNTS * max(TURN / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
+        self._emulation = open_hardware(settings.emulation)
+        self._tolerance = FITTING_COUNTS * self._emulation.resolution
         self._ahead = 0
         self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -111,15 +103,15 @@ class EmulatedRobot(GraphNode):
         self._late.restart()
 
     def stop(self) -> None:
-        """Leave the bus."""
+        """Leave the bus or the port."""
         self._ending.set()
         self._thread.join()
-        self._bus.shutdown()
+        self._emulation.close()
 
     def _execute_orders(self) -> None:
         # in the thread of the drives, which must not spend time on logging
         while not self._orders.empty():
-            self._replies.put(execute(self._emulation, self._orders.get()))
+            self._replies.put(self._emulation.obey(self._orders.get()))
 
     def _on_ready(self, message: String) -> None:
         self._missing_nodes.discard(message.data)
@@ -178,14 +170,14 @@ class EmulatedRobot(GraphNode):
         vector.x, vector.y, vector.z = (axis * turning for axis in self._imu.rotation()[2])
         return message
 
-    def _sync_of(self, sample: int, q11: float, q21: float) -> SyncRecord | None:
+    def _sync_of(self, sample: int, q11: float, q21: float) -> MeasuredRecord | None:
         """Return the SYNC that a sample was measured at.
 
         A SYNC has no number on the bus, but samples are numbered in step with it; where the readings contradict that
         (SYNCs without samples while the drives were being enabled), the newest SYNC with these readings is taken.
         """
 
-        def fits(record: SyncRecord) -> bool:
+        def fits(record: MeasuredRecord) -> bool:
             return max(abs(record.angles[0] - q11), abs(record.angles[1] - q21)) < self._tolerance
 
         records = list(self._emulation.history)
@@ -215,7 +207,7 @@ class EmulatedRobot(GraphNode):
                 self._end(failed=True)
                 return
             if self._began is None and now - self._made > self._ready_timeout:
-                missing = ", ".join(sorted(self._missing_nodes)) or "dextar_bridge"
+                missing = ", ".join(sorted(self._missing_nodes)) or "the bridge"
                 fault = f"nodes_missing: no sample within {self._ready_timeout:g} s, not ready: {missing}"
                 self._faults.publish(String(data=fault))
                 self._end(failed=True)
@@ -252,7 +244,7 @@ def _injection(text: str) -> tuple[float, str]:
         seconds = float(moment)
     except ValueError:
         seconds = -1.0
-    if not 0.0 <= seconds < 1e6 or read_command(order) is None:
+    if not 0.0 <= seconds < 1e6 or not is_order(order):
         raise InputError(f"emulated_robot: parameter inject: {text!r}: expected seconds and an order: {USAGE}")
     return seconds, order
 

@@ -1,0 +1,114 @@
+"""Configuration of one robot's motor board, read from a file and validated before the port is opened."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds
+from fivebar_description.board_file import PEAK_CURRENT, BoardMotor
+from fivebar_description.parameters import Positive
+from fivebar_description.share import share_file
+from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+
+Angle = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+
+class BoardDrive(BoardMotor):
+    """One motor: how the board's values are to be read, and what it may do; see `BoardMotor` for the other keys.
+
+    Attributes:
+        torque_limit_nm: largest torque that is ever commanded.
+        current_limit: largest current (A) that is ever commanded.
+    """
+
+    torque_limit_nm: Positive
+    current_limit: Annotated[float, Field(gt=0.0, le=PEAK_CURRENT)] = PEAK_CURRENT
+
+
+class BoardDrivePair(StrictModel):
+    """Section `motors`: the board's motor 0 on the left, its motor 1 on the right."""
+
+    q11: BoardDrive
+    q21: BoardDrive
+
+
+class Posture(StrictModel):
+    """Section `posture`: where the robot is said to stand when the motors are enabled.
+
+    Attributes:
+        q11, q21: joint angles (rad).
+        tolerance_rad: how far the encoders may be off.
+    """
+
+    q11: Angle
+    q21: Angle
+    tolerance_rad: Positive = 0.05
+
+
+class BoardFile(StrictModel):
+    """One configuration file.
+
+    Attributes:
+        name: what people call this set-up.
+        port: serial port of the board, such as /dev/ttyACM0.
+        period_us: period of the control loop; a whole number of them makes a second.
+        watchdog_ms: time without a command after which the board takes both currents by itself.
+        gather_deadline_us: how long after a command its echo is waited for.
+        missing_limit: cycles in a row without a new state, or without an echo, beyond which it is a fault.
+        set_up_timeout_ms: longest wait for the first echo.
+        posture: where the robot must stand when it is enabled; not checked when left out.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    port: Annotated[str, Field(min_length=1)]
+    period_us: Annotated[int, Field(ge=1000, le=100_000)] = 2000
+    watchdog_ms: Milliseconds = 20
+    gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1500
+    missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
+    set_up_timeout_ms: Milliseconds = 2000
+    posture: Posture | None = None
+    motors: BoardDrivePair
+
+    @property
+    def pair(self) -> tuple[BoardDrive, BoardDrive]:
+        """The motors in the order of the joints, which is the board's."""
+        return self.motors.q11, self.motors.q21
+
+    @model_validator(mode="after")
+    def _times_fit_together(self) -> Self:
+        if MICROSECONDS % self.period_us:
+            raise ValueError(f"period_us {self.period_us}: expected a divisor of 1000000")
+        if self.gather_deadline_us >= self.period_us:
+            raise ValueError(
+                f"gather_deadline_us {self.gather_deadline_us}: expected less than period_us {self.period_us}"
+            )
+        if self.watchdog_ms * 1000 < 2 * self.period_us:
+            raise ValueError(f"watchdog_ms {self.watchdog_ms}: expected at least two periods of {self.period_us} us")
+        return self
+
+
+def load_board(board: str) -> BoardFile:
+    """Read a configuration by its shipped name ("motkin") or by the path of a YAML file.
+
+    Raises:
+        InputError: the file is missing or not a configuration; the text names file and key.
+    """
+    return read_yaml(board_path(board), BoardFile)
+
+
+def board_path(board: str) -> Path:
+    """Return the configuration file for a shipped name or a path.
+
+    Raises:
+        InputError: no such name.
+    """
+    if board.endswith((".yaml", ".yml")):
+        return Path(board)
+    path = share_file("fivebar_control", "config", "boards", f"{board}.yaml")
+    if not path.is_file():
+        known = ", ".join(sorted(file.stem for file in path.parent.glob("*.yaml")))
+        raise InputError(f"board {board!r}: expected one of {known}, or a path to a .yaml file")
+    return path

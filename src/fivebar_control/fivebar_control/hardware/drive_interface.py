@@ -1,0 +1,120 @@
+"""What a session asks of two drives, whatever they are: configure, enable, exchange once per cycle, stop, release.
+
+`DriveBus` talks to two CiA 402 drives on a CAN bus, `MotorBoard` to the motor board of the MOTKIN bench.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from fivebar_control.fault import Fault
+
+Torques = tuple[float, float]
+ZERO: Torques = (0.0, 0.0)
+
+
+class Reading(NamedTuple):
+    """One drive at one measurement: joint angle (rad), velocity (rad/s) and torque (Nm)."""
+
+    position: float
+    velocity: float
+    torque: float
+
+
+class Exchange(NamedTuple):
+    """Result of one exchange.
+
+    Attributes:
+        readings: a reading of each drive, None where its answer is missing.
+        fault: what is wrong, None while nothing is.
+        periods: sampling periods since the last exchange, by the drives' own clock where they have one; with 0 the
+            measurement belongs to the sample before, and is not to be published as another one.
+    """
+
+    readings: tuple[Reading | None, Reading | None]
+    fault: Fault | None
+    periods: int = 1
+
+    @property
+    def complete(self) -> bool:
+        """Whether both drives have answered."""
+        return None not in self.readings
+
+
+class DriveInterface(Protocol):
+    """Two drives that are open: set up, without power until `enable`.
+
+    Every method is for one thread. Torque other than zero is sent only while both drives are enabled.
+    """
+
+    @property
+    def enabled(self) -> bool:
+        """Whether both drives have been enabled and none has dropped out since."""
+        ...
+
+    @property
+    def unused(self) -> Sequence[tuple[str, int]]:
+        """Frames that were not used so far: why, and how many."""
+        ...
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What the operator may want to know about the set-up."""
+        ...
+
+    def tend(self) -> None:
+        """Do what is due at this time while nothing is exchanged; called often."""
+        ...
+
+    def enable(self, timeout: float) -> None:
+        """Enable both drives at zero torque.
+
+        Raises:
+            DriveError: a fault, or they are not enabled within `timeout` (s); they are off then.
+        """
+        ...
+
+    def exchange(self) -> Exchange:
+        """Exchange one cycle: measurements against the torques that were written last."""
+        ...
+
+    def write(self, torques: Torques) -> None:
+        """Have both drives apply torques (Nm) from the next exchange on; zero unless both are enabled.
+
+        Raises:
+            ValueError: a torque is not finite; zero is applied instead.
+        """
+        ...
+
+    def quick_stop(self) -> None:
+        """Command zero torque and stop both drives in their own way."""
+        ...
+
+    def switch_off(self) -> None:
+        """Remove power from both drives without waiting for it."""
+        ...
+
+    def disable(self, timeout: float) -> None:
+        """Command zero torque, then switch both drives off in order.
+
+        Raises:
+            DriveError: they are not off within `timeout` (s).
+        """
+        ...
+
+    def reset(self, timeout: float) -> None:
+        """Reset the drives' faults; the drives stay off.
+
+        Raises:
+            DriveError: a fault is still there after `timeout` (s); the text says what clears it.
+        """
+        ...
+
+    def release(self) -> None:
+        """Release the drives, which are off."""
+        ...
+
+    def close(self) -> None:
+        """Stop receiving and close the bus or the port."""
+        ...

@@ -1,0 +1,306 @@
+"""The motor board of the MOTKIN bench as two drives, through its own driver from PyPI.
+
+Torque is fed forward as a current, with both of the board's own gains at zero.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import threading
+import time
+from typing import Any, NamedTuple
+
+from motkin_pcb import MotorUsbController
+
+from fivebar_control.fault import Fault
+from fivebar_control.hardware.board_faults import fault_of
+from fivebar_control.hardware.board_file import BoardFile
+from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
+from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.drive_interface import ZERO, Exchange, Reading, Torques
+from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.sample_clock import SampleClock
+from fivebar_description.interface import ACTIVE_JOINTS
+
+LAST_WORDS = 3
+"""Frames with zero current that are sent to a board that does not answer any more, before nothing is: a port that
+nobody reads would block the sender."""
+
+SETTLE_PERIODS = 3
+"""Cycles at zero torque in which the board must answer before it counts as enabled."""
+
+
+class Counters(NamedTuple):
+    """State frames that were lost on the way, commands without an echo in time, and cycles without a new state."""
+
+    lost: int
+    unanswered: int
+    without_state: int
+
+
+class MotorBoard:
+    """The board as a `DriveInterface`. Its power stage follows the enabled bits of the commands.
+
+    A command is sent by every `exchange`, which waits for its echo: the state that comes with it was measured as the
+    command found the board, so that a torque acts from its exchange on, as with drives on a bus. The board's own
+    watchdog takes the current when no command comes.
+    """
+
+    def __init__(self, board: BoardFile) -> None:
+        """Open the port.
+
+        Raises:
+            DriveError: it cannot be opened.
+        """
+        self._board = board
+        self._deadline = board.gather_deadline_us / MICROSECONDS
+        self._period = board.period_us / MICROSECONDS
+        self._clock = SampleClock(board.period_us)
+        self._pause = threading.Event()
+        self._next_cycle = 0.0
+        self._enabled = False
+        self._torques: Torques = ZERO
+        self._sequence: int | None = None
+        self._silent = self._unechoed = 0
+        self._lost = self._unanswered = self._without_state = 0
+        self._link_fault: Fault | None = None
+        self._refusal = ""
+        self._near = self._first_guess()
+        self.notes: list[str] = []
+        """Nothing so far that the operator would have to know."""
+        self._client = self._made()
+        self._open()
+
+    @property
+    def enabled(self) -> bool:
+        """Whether both motors have been enabled and nothing has stopped them since."""
+        return self._enabled
+
+    @property
+    def counters(self) -> Counters:
+        """What did not arrive so far."""
+        return Counters(self._lost + self._client.state_drops, self._unanswered, self._without_state)
+
+    @property
+    def unused(self) -> tuple[tuple[str, int], ...]:
+        """The same by name."""
+        return tuple(zip(Counters._fields, self.counters, strict=True))
+
+    def set_up(self) -> None:
+        """Wait until the board echoes a command without current, and check that nothing is wrong with it.
+
+        Raises:
+            DriveError: it does not answer, or tells of a fault.
+        """
+        patience = self._board.set_up_timeout_ms
+        self._send(wait=patience / 1e3)
+        state = self._client.state
+        fault = fault_of(state["flags"]) if state else self._link_fault
+        if fault is None and self._unechoed:
+            fault = Fault("board_missing", f"{self._board.port}: no answer in {patience} ms")
+        if fault is not None:
+            raise DriveError(fault)
+
+    def tend(self) -> None:
+        """Keep the board waiting: without commands its watchdog holds both currents at zero."""
+
+    def enable(self, timeout: float) -> None:
+        """Enable both motors at zero torque, where the robot stands as declared.
+
+        Raises:
+            DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
+        """
+        self._clock.begin()
+        end, answered = time.monotonic() + timeout, 0
+        while answered < SETTLE_PERIODS:
+            exchange = self.exchange_paced()
+            if exchange.fault is not None:
+                raise DriveError(exchange.fault)
+            answered = answered + 1 if exchange.complete else 0
+            if time.monotonic() > end:
+                raise DriveError(Fault("board_missing", f"{self._board.port}: no steady answers in {timeout:g} s"))
+        self._check_posture()
+        self._enabled = True
+
+    def _check_posture(self) -> None:
+        posture = self._board.posture
+        if posture is None:
+            return
+        for joint, declared, found in zip(ACTIVE_JOINTS, (posture.q11, posture.q21), self._near, strict=True):
+            if abs(found - declared) > posture.tolerance_rad:
+                raise DriveError(
+                    Fault(
+                        "posture_unconfirmed",
+                        f"{joint} reads {found:.4f} rad, declared {declared:.4f} rad within {posture.tolerance_rad:g}:"
+                        " move the robot to where its motion starts, or calibrate the encoders' zero",
+                    )
+                )
+
+    def disable(self, timeout: float) -> None:
+        """Command zero torque, then take both enabled bits back.
+
+        Raises:
+            DriveError: the port is gone; the board's watchdog takes the current.
+        """
+        self.write(ZERO)
+        self.exchange()
+        self._enabled = False
+        fault = self.exchange().fault
+        if fault is not None:
+            raise DriveError(fault)
+
+    def switch_off(self) -> None:
+        """Take both enabled bits back with a frame that is sent now."""
+        self._enabled = False
+        self._torques = ZERO
+        self._send()
+
+    def quick_stop(self) -> None:
+        """Take both enabled bits back with a frame that is sent now: without current the robot coasts."""
+        self.switch_off()
+
+    def write(self, torques: Torques) -> None:
+        """Keep torques (Nm) for the next exchange; zero unless both motors are enabled.
+
+        Raises:
+            ValueError: a torque is not finite; zero is kept instead.
+        """
+        self._torques = ZERO
+        if not all(math.isfinite(torque) for torque in torques):
+            raise ValueError(f"torques {torques} Nm: expected finite numbers")
+        if self._enabled:
+            self._torques = torques
+
+    def exchange(self) -> Exchange:
+        """Send the command and take the state that comes with its echo, or else the newest since the last cycle."""
+        self._send(wait=self._deadline)
+        state = dict(self._client.state)
+        fresh = bool(state) and state["sequence"] != self._sequence
+        limit = self._board.missing_limit
+        if not fresh:
+            self._silent += 1
+            self._without_state += 1
+            fault = self._link_fault
+            if fault is None and self._silent > limit:
+                fault = Fault("feedback_missing", f"{self._board.port}: no state in {self._silent} cycles in a row")
+            return self._judged(Exchange((None, None), fault, periods=0))
+        self._silent, self._sequence = 0, state["sequence"]
+        fault = fault_of(state["flags"]) or self._link_fault
+        if fault is None and self._unechoed > limit:
+            fault = Fault(
+                "command_lost", f"{self._board.port}: no echo of {self._unechoed} commands in a row{self._refusal}"
+            )
+        return self._judged(Exchange(self._readings(state), fault, self._clock.periods(state["t_us"])))
+
+    def exchange_paced(self) -> Exchange:
+        """Wait for the next period, then exchange without torque: a cycle without a control law."""
+        now = time.monotonic()
+        self._pause.wait(max(0.0, self._next_cycle - now))
+        self._next_cycle = max(self._next_cycle, now) + self._period
+        self._torques = ZERO
+        return self.exchange()
+
+    def reset(self, timeout: float) -> None:
+        """Open the port anew, which clears what was latched on this side; the motors stay off.
+
+        Raises:
+            DriveError: the board still tells of a fault, or does not answer; the text says what clears it.
+        """
+        self._enabled = False
+        self._torques = ZERO
+        self._lost += self._client.state_drops
+        self._shut()
+        self._link_fault, self._refusal = None, ""
+        self._silent = self._unechoed = 0
+        self._sequence = None
+        self._clock.begin()
+        self._client = self._made()
+        self._open()
+        self.set_up()
+
+    def release(self) -> None:
+        """Command zero current without an enabled motor."""
+        self.switch_off()
+
+    def close(self) -> None:
+        """Close the port."""
+        self._shut()
+
+    def _made(self) -> Any:
+        return MotorUsbController(self._board.port, timeout_ms=self._board.watchdog_ms, max_command_rate_hz=0.0)
+
+    def _open(self) -> None:
+        try:
+            self._client.open()
+        except OSError as error:
+            self._link_fault = Fault("port_missing", f"{self._board.port}: {error}")
+            raise DriveError(self._link_fault) from error
+
+    def _shut(self) -> None:
+        # the driver sends a last frame, which a torn cable does not take, and closes the port all the same
+        with contextlib.suppress(OSError):
+            self._client.close()
+
+    def _judged(self, exchange: Exchange) -> Exchange:
+        """Stop the motors for a fault."""
+        if exchange.fault is not None and self._enabled:
+            self.switch_off()
+        return exchange
+
+    def _send(self, wait: float = 0.0) -> None:
+        """Send a command, and wait for its echo for a time (s)."""
+        if self._link_fault is not None or self._silent > self._board.missing_limit + LAST_WORDS:
+            return
+        for motor, drive, torque in zip(
+            (self._client.m0, self._client.m1), self._board.pair, self._torques, strict=True
+        ):
+            motor.set(q=0.0, v=0.0, kp=0.0, kd=0.0, iff=motor_current(drive, torque), enabled=self._enabled)
+        try:
+            self._client.update(block=wait > 0.0, timeout_s=wait)
+        except TimeoutError:
+            self._unechoed += 1
+            self._unanswered += 1
+        except OSError as error:
+            self._link_fault = Fault("board_lost", f"{self._board.port}: {error}")
+        except RuntimeError as error:
+            # the driver sends nothing any more after a fault, until it is made anew; the state tells the cause by name
+            self._unechoed += 1
+            self._refusal = f"; the driver refuses: {error}"
+        else:
+            self._unechoed = 0 if wait > 0.0 else self._unechoed
+
+    def _readings(self, state: dict[str, Any]) -> tuple[Reading, Reading]:
+        first, second = (
+            self._reading(number, state[f"m{number}_q"], state[f"m{number}_v_highfrequency"], state[f"m{number}_i"])
+            for number in range(2)
+        )
+        self._near = first.position, second.position
+        return first, second
+
+    def _reading(self, number: int, angle: float, speed: float, current: float) -> Reading:
+        drive = self._board.pair[number]
+        return Reading(joint_angle(drive, angle, self._near[number]), drive.sign * speed, joint_torque(drive, current))
+
+    def _first_guess(self) -> tuple[float, float]:
+        """Joint angles (rad) within half a turn of which the first readings lie."""
+        posture = self._board.posture
+        if posture is not None:
+            return posture.q11, posture.q21
+        first, second = self._board.pair
+        return first.zero_rad, second.zero_rad
+
+
+def open_board(board: BoardFile) -> MotorBoard:
+    """Open the port and find the board, whose motors stay without current.
+
+    Raises:
+        DriveError: the port cannot be opened, or the board is silent or tells of a fault; the port is closed then.
+    """
+    opened = MotorBoard(board)
+    try:
+        opened.set_up()
+    except DriveError:
+        opened.close()
+        raise
+    return opened

@@ -1,0 +1,335 @@
+"""Lifecycle node for the robot's two drives: publishes motor measurements, sends torque commands, stops on any fault.
+
+Nodes that derive from it say what the drives are. configure opens and sets up the drives, with their power stages off;
+activate enables both at zero torque; deactivate commands zero torque first, then disables them; cleanup releases them
+and closes their bus or port. A fault of the drives or of any other node is latched: zero torque and a quick stop, until
+~/reset and ~/enable.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import time
+import traceback
+from collections.abc import Callable
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
+from rclpy.timer import Timer
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from fivebar_control.fault import Fault
+from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.drive_interface import DriveInterface
+from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
+from fivebar_control.ros.node_settings import BridgeSettings
+from fivebar_control.safety.brake import BRAKED_FAULTS
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    CONTROL_QOS,
+    DRIVES_STATE,
+    FAULTS,
+    MOTOR_STATES,
+    NANOSECONDS,
+    RUN_READY,
+    RUN_STATUS,
+    TORQUE_COMMAND,
+)
+from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.run_agreement import TimeKeeper
+from fivebar_description.run_plan import next_epoch
+from fivebar_description.strict_yaml import InputError
+
+LONGEST_WAIT_NS = 60 * NANOSECONDS
+"""Time (ns) after which an unanswered sample 0 gets a new stamp, since stamps are to be those of the clock; long enough
+to answer it by hand."""
+
+Transition = Callable[["DriveBridge", LifecycleState], TransitionCallbackReturn]
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+def _logged(transition: Transition) -> Transition:
+    """Log an exception raised in a transition: rclpy calls on_error without logging it."""
+
+    @functools.wraps(transition)
+    def run(self: DriveBridge, state: LifecycleState) -> TransitionCallbackReturn:
+        try:
+            return transition(self, state)
+        except Exception:
+            self.get_logger().error(f"{transition.__name__} failed:\n{traceback.format_exc()}")
+            raise
+
+    return run
+
+
+class KnownDrives(NamedTuple):
+    """What a bridge knows of the drives of its configuration.
+
+    Attributes:
+        period_us: their sampling period.
+        period_key: the key of the configuration that says so.
+        tend_period: how often (s) they are tended while inactive.
+        open: opens and sets up both, or raises a `DriveError`.
+    """
+
+    period_us: int
+    period_key: str
+    tend_period: float
+    open: Callable[[], DriveInterface]
+
+
+class DriveBridge(LifecycleNodeMixin, GraphNode):
+    """The bridge between the graph and the drives: lifecycle transitions, topics and services of a `DriveSession`."""
+
+    def __init__(self, name: str, load: Callable[[BridgeSettings], KnownDrives], default: str) -> None:
+        """Make the node, unconfigured.
+
+        Args:
+            name: name of the node.
+            load: reads the configuration of the drives.
+            default: name of the configuration by default.
+        """
+        GraphNode.__init__(self, name)
+        settings = self.declare_settings(BridgeSettings, drives=default)
+        known = load(settings)
+        self._rate_hz = settings.rate_hz
+        if self._rate_hz * known.period_us != MICROSECONDS:
+            raise InputError(
+                f"{name}: parameter rate_hz: {self._rate_hz}: expected {MICROSECONDS // known.period_us}, which is"
+                f" {known.period_key} {known.period_us} of {settings.drives}"
+            )
+        self._run = TimeKeeper(self, self._rate_hz)
+        self._brake_limit = settings.brake_limit_s
+        self._tend_period = known.tend_period
+        timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
+        self._session = DriveSession(known.open, self._rate_hz, timeout, enable_timeout, self._on_latch, name)
+        self._timer: Timer | None = None
+        LifecycleNodeMixin.__init__(self)
+        self._states = self.advertise(MOTOR_STATES)
+        self._faults = self.advertise(FAULTS)
+        self._state = self.advertise(DRIVES_STATE)
+        self._published_state = ""
+        self._publish_state()
+        self._last_sample = settings.samples
+        self._ended = False
+        self._progress = self.advertise(RUN_STATUS) if self._last_sample else None
+        if self._progress is not None:
+            self.every(REPEAT_PERIOD, self._publish_progress)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(Trigger, "~/enable", self._on_enable)
+        self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
+        self.listen(TORQUE_COMMAND, self._on_command)
+        # volatile on this side: faults from before this node started must not be latched again
+        self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
+        if settings.autostart:
+            self._awaited = set(settings.wait_for_nodes)
+            # not required for this node's own readiness, for which others may wait
+            self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
+            self._start_timer = self.every(REPEAT_PERIOD, self._autostart)
+
+    def _on_ready(self, message: String) -> None:
+        self._awaited.discard(message.data)
+
+    def _autostart(self) -> None:
+        if self._awaited or not self._run.agrees:
+            return
+        self._start_timer.cancel()
+        if self.trigger_configure() == SUCCESS:
+            self.trigger_activate()
+
+    def _LifecycleNodeMixin__change_state(self, transition_id: int) -> TransitionCallbackReturn:
+        """Refuse a transition that is invalid in the current state; rclpy would terminate the node."""
+        try:
+            made: TransitionCallbackReturn = super()._LifecycleNodeMixin__change_state(transition_id)
+        except rclpy_implementation.RCLError as error:
+            self.get_logger().error(f"transition {transition_id} refused: {' '.join(str(error).split())}")
+            return FAILURE
+        return made
+
+    @_logged
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Open and set up both drives; their power stages stay off."""
+        if not self._session.open():
+            return FAILURE
+        self._publish_state()
+        for note in self._session.drives.notes:
+            self.get_logger().info(f"set-up of the drives: {note}")
+        self._run_every(self._tend_period, self._session.drives.tend)
+        return SUCCESS
+
+    @_logged
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Enable both drives at zero torque and start at sample 0."""
+        if self._session.fault is not None:
+            self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
+            return FAILURE
+        if not self._run.agrees:
+            self.get_logger().error(f"not activated: {self._run.problem or 'run/plan has not come'}")
+            return FAILURE
+        if not self._session.activate(time.monotonic):
+            return FAILURE
+        self._publish_state()
+        self._run_every(1.0 / self._rate_hz, self._tick)
+        return SUCCESS
+
+    @_logged
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Command zero torque, then disable both drives."""
+        self._power_off()
+        self._run_every(self._tend_period, self._session.drives.tend)
+        return SUCCESS
+
+    @_logged
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Release and close the drives."""
+        self._close()
+        self._session.fault = None
+        self._publish_state()
+        return SUCCESS
+
+    @_logged
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Power off and close, from any state."""
+        self._close()
+        return SUCCESS
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """After an exception in a transition: power off, close the drives and return to unconfigured."""
+        self._close()
+        return SUCCESS
+
+    def stop(self) -> None:
+        """Disable and close the drives on shutdown."""
+        self._close()
+
+    def health(self) -> tuple[bytes, str]:
+        """Return an error while a fault is latched, a warning for discarded frames and unanswered samples."""
+        if self._session.fault is not None:
+            return DiagnosticStatus.ERROR, str(self._session.fault)
+        warning = self._session.warning
+        return super().health() if warning is None else (DiagnosticStatus.WARN, warning)
+
+    def _run_every(self, period: float, callback: Callable[[], None]) -> None:
+        """Replace the timer: tending while inactive, control cycles while active."""
+        self._cancel_timer()
+        self._timer = self.every(period, callback)
+
+    def _cancel_timer(self) -> None:
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+            self._timer = None
+
+    def _power_off(self) -> None:
+        self._session.active = False
+        self._run.end()
+        # before the samples end, so that no other node reports their absence as a fault
+        self._publish_state()
+        self._cancel_timer()
+        self._session.power_off()
+
+    def _close(self) -> None:
+        if not self._session.is_open:
+            return
+        if self._session.active:
+            self._power_off()
+        self._cancel_timer()
+        self._session.close()
+
+    def _tick(self) -> None:
+        if not self._session.active:
+            # this call may have been queued behind the transition that cancelled the timer
+            return
+        sample = self._session.cycle(time.monotonic())
+        if sample is None:
+            return
+        if sample.number == 0 and self._begins_run():
+            return
+        first, second = sample.readings
+        self.note_answer()
+        self._states.publish(
+            joint_sample(
+                self._run.stamp(sample.number),
+                ACTIVE_JOINTS,
+                (first.position, second.position),
+                (first.velocity, second.velocity),
+                (first.torque, second.torque),
+            )
+        )
+
+    def _begins_run(self) -> bool:
+        """Announce when time begins, and again where sample 0 has had no answer for long; return whether it was.
+
+        The sample itself follows with the next repetition, when every node knows the stamp of sample 0.
+        """
+        now = self.get_clock().now().nanoseconds
+        if self._run.begun and now - self._run.epoch_ns < LONGEST_WAIT_NS:
+            return False
+        self._run.begin(next_epoch(now + int(REPEAT_PERIOD * NANOSECONDS), self._rate_hz))
+        return True
+
+    def _on_command(self, message: JointMessage) -> None:
+        try:
+            ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
+        except MessageError as error:
+            self.drop(TORQUE_COMMAND, str(error))
+            return
+        sample = self._run.sample(stamp_of(message))
+        if not self._session.command(sample, (tau1, tau2), time.monotonic()):
+            self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._session.sample}")
+
+    def _on_latch(self, fault: Fault, own: bool) -> None:
+        """Publish a fault that has stopped the drives, unless it came from another node."""
+        if own:
+            self._faults.publish(String(data=str(fault)))
+        self._publish_state()
+        self.get_logger().error(f"zero torque and quick stop: {fault}")
+
+    def _on_fault(self, message: String) -> None:
+        """Stop the drives for another node's fault; this node's own faults arrive here too, without effect.
+
+        Where the blender brakes the robot for it, the drives follow its torque until that is zero.
+        """
+        if not self._session.active:
+            return
+        fault = Fault.from_text(message.data)
+        if fault.name in BRAKED_FAULTS and self._brake_limit > 0.0:
+            self._session.follow_brake(fault, time.monotonic() + self._brake_limit)
+        else:
+            self._session.latch(fault, own=False)
+
+    def _publish_progress(self) -> None:
+        """Publish how far the run is; it ends with its last sample, or with the first fault."""
+        sample, failed = self._session.sample, self._session.fault is not None
+        self._ended = self._ended or failed or sample >= self._last_sample
+        state = "running" if not self._ended else "failed" if failed else "completed"
+        status = {"state": state, "sample": sample, "samples": self._last_sample}
+        if self._progress is not None:
+            self._progress.publish(String(data=json.dumps(status)))
+
+    def _publish_state(self) -> None:
+        """Publish on drives/state whether the drives follow torque commands, and if not why, when that has changed."""
+        text = self._session.state
+        if text != self._published_state:
+            self._published_state = text
+            self._state.publish(String(data=text))
+
+    def _on_emergency_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success, response.message = self._session.emergency_stop()
+        return response
+
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success, response.message = self._session.reset(time.monotonic)
+        self._publish_state()
+        return response
+
+    def _on_enable(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success, response.message = self._session.enable(time.monotonic)
+        self._publish_state()
+        return response

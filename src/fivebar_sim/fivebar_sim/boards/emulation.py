@@ -1,0 +1,124 @@
+"""The emulated board on its port."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+
+from fivebar_sim.boards.board import EmulatedBoard
+from fivebar_sim.boards.commands import USAGE, BoardOrder, read_order
+from fivebar_sim.boards.configuration import BoardEmulationFile
+from fivebar_sim.boards.motor import TURN
+from fivebar_sim.boards.port import PseudoPort
+from fivebar_sim.emulated_hardware import MeasuredRecord
+
+POLL_PERIOD = 0.002
+"""Longest time (s) between two checks of the watchdog."""
+
+READS_AT_ONCE = 16
+"""Reads that are processed before the next such check."""
+
+
+class BoardEmulation:
+    """The board, served on a pseudo-terminal."""
+
+    def __init__(self, file: BoardEmulationFile, clock: Callable[[], float] = time.monotonic) -> None:
+        """Switch the board on and plug it in.
+
+        Raises:
+            InputError: the robot or its posture cannot be.
+        """
+        self._file = file
+        self._clock = clock
+        self.board = EmulatedBoard(file, clock())
+        self.port = PseudoPort(Path(os.path.abspath(file.port)) if file.port else None)
+
+    @property
+    def history(self) -> deque[MeasuredRecord]:
+        """The last measurements, the newest at the end."""
+        return self.board.history
+
+    @property
+    def place(self) -> str:
+        """The device that the client opens."""
+        return self.port.path
+
+    @property
+    def resolution(self) -> float:
+        """Size (rad) of the coarser encoder's count."""
+        return TURN / min(motor.counts_per_revolution for motor in self._file.pair)
+
+    def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
+        """Serve the port until `ending` is set; `between` is called between frames."""
+        while not ending.is_set():
+            # commands that wait are processed before the watchdog looks: a delay of this process is none of the bridge
+            timeout = POLL_PERIOD
+            for _ in range(READS_AT_ONCE):
+                data = self.port.read(timeout)
+                if not data:
+                    break
+                self.port.write(self.board.take(data, self._clock()))
+                timeout = 0.0
+            between()
+            self.port.write(self.board.tend(self._clock()))
+
+    def obey(self, line: str) -> str:
+        """Execute one line of `USAGE` and return the reply to its author."""
+        order = read_order(line)
+        if order is None:
+            return f"not understood: {line.strip()!r}; expected {USAGE}"
+        self._execute(order)
+        return f"done: {line.strip()}"
+
+    def close(self) -> None:
+        """Take the port away."""
+        self.port.unplug()
+
+    def _execute(self, order: BoardOrder) -> None:
+        board, number = self.board, order.number
+        match order.word:
+            case "fault":
+                board.trip(number)
+            case "button press" | "button hold":
+                board.hold_button(self._clock())
+            case "button release":
+                board.release_button()
+            case "reset":
+                self.port.unplug()
+                board.reboot(self._clock())
+                self.port.plug()
+            case "unready":
+                board.ready &= ~(1 << number)
+            case "ready":
+                board.ready |= 1 << number
+            case "frozen" | "thawed":
+                board.motors[number].frozen = order.word == "frozen"
+            case "drop":
+                board.drop = number
+            case "corrupt":
+                board.corrupt = number
+            case "ignore":
+                board.ignore = number
+            case "silent":
+                board.silent = True
+            case "unplug":
+                self.port.unplug()
+            case "plug":
+                self.port.plug()
+            case "home":
+                board.go_home()
+            case "mend":
+                self._mend()
+
+    def _mend(self) -> None:
+        """End all that was broken but a control fault, which asks for the board's reset."""
+        board = self.board
+        board.drop = board.corrupt = board.ignore = 0
+        board.silent = False
+        for motor in board.motors:
+            motor.frozen = False
+        self.port.plug()

@@ -1,0 +1,52 @@
+"""The emulated drives on the bus of their file."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+import can
+
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.drives.commands import execute
+from fivebar_sim.drives.configuration import EmulationFile
+from fivebar_sim.drives.drive import TURN
+from fivebar_sim.drives.emulation import Emulation, open_bus
+from fivebar_sim.emulated_hardware import MeasuredRecord
+
+
+class DrivesOnBus:
+    """Two emulated drives, and the bus that they alone use in this process."""
+
+    def __init__(self, file: EmulationFile) -> None:
+        """Open the bus and boot the drives.
+
+        Raises:
+            InputError: the bus cannot be opened, or the robot or its posture cannot be.
+        """
+        try:
+            self._bus = open_bus(file.bus)
+        except (can.CanError, OSError) as error:
+            raise InputError(f"{file.bus.interface} {file.bus.channel}: {' '.join(str(error).split())}") from error
+        self._emulation = Emulation(file, self._bus)
+        self.place = f"{file.bus.interface} {file.bus.channel}"
+        self.resolution = max(TURN / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
+        """Size (rad) of the coarser encoder's count at the joint."""
+
+    @property
+    def history(self) -> deque[MeasuredRecord]:
+        """The last SYNCs, the newest at the end."""
+        return self._emulation.history
+
+    def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
+        """Serve the bus until `ending` is set; `between` is called between frames."""
+        self._emulation.run(ending, between)
+
+    def obey(self, line: str) -> str:
+        """Execute one line of the drives' protocol and return the reply to its author."""
+        return execute(self._emulation, line)
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()

@@ -1,0 +1,52 @@
+"""What emulated drives and emulated boards have in common for those who run and judge a rehearsal."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from fivebar_sim.plant import Measurement
+
+HISTORY = 64
+"""Number of measurements that are kept."""
+
+
+class MeasuredRecord(NamedTuple):
+    """One measurement: its number, the joint angles (rad) of both encoders, and the exact state."""
+
+    number: int
+    angles: tuple[float, float]
+    truth: Measurement
+
+
+class EmulatedHardware(Protocol):
+    """Hardware that moves the simulated robot."""
+
+    @property
+    def history(self) -> deque[MeasuredRecord]:
+        """The last measurements, the newest at the end."""
+        ...
+
+    @property
+    def place(self) -> str:
+        """The bus or the port."""
+        ...
+
+    @property
+    def resolution(self) -> float:
+        """Size (rad) of the coarser encoder's count at the joint."""
+        ...
+
+    def run(self, ending: threading.Event, between: Callable[[], None] = ...) -> None:
+        """Serve until `ending` is set; `between` is called again and again."""
+        ...
+
+    def obey(self, line: str) -> str:
+        """Break, mend or reset something as a line of text says; return the reply."""
+        ...
+
+    def close(self) -> None:
+        """Leave the bus or the port."""
+        ...

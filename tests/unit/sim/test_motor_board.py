@@ -1,0 +1,164 @@
+"""The bridge's side of the motor board, with the driver from PyPI and the emulated board at the other end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from bench_robot import board_content
+from served_board import DEADLINE, Served, made, wait_for
+
+from fivebar_control.hardware.board_faults import CAUSES
+from fivebar_control.hardware.board_file import BoardFile
+from fivebar_control.hardware.drive_interface import ZERO, Exchange
+from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.motor_board import MotorBoard, open_board
+
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+"""The driver's reading thread dies with its port, and says so."""
+
+PUSH = (0.003, -0.003)
+"""Less than the friction: the robot creeps, however long the machine stands still."""
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Served]:
+    board = Served(made(tmp_path, button_s=0.0, period_us=10_000))
+    yield board
+    board.close()
+
+
+@pytest.fixture
+def board(served: Served, tmp_path: Path) -> Iterator[MotorBoard]:
+    opened = open_board(file(tmp_path))
+    yield opened
+    opened.release()
+    opened.close()
+
+
+def file(folder: Path, **changes: object) -> BoardFile:
+    return BoardFile.model_validate(board_content(folder, **changes), strict=False)
+
+
+def answered(board: MotorBoard, torques: tuple[float, float] = ZERO) -> Exchange:
+    """Exchange until an answer is complete: a machine that stands still is not what is tested."""
+    for _ in range(100):
+        board.write(torques)
+        exchange = board.exchange()
+        if exchange.complete or exchange.fault is not None:
+            return exchange
+    raise AssertionError("no answer")
+
+
+def fault_of(board: MotorBoard) -> str:
+    """Exchange until there is a fault, and return its name."""
+    for _ in range(100):
+        fault = board.exchange().fault
+        if fault is not None:
+            return fault.name
+    raise AssertionError("no fault")
+
+
+def test_torque_goes_through_the_board_and_its_clock_dates_what_comes_back(served: Served, board: MotorBoard) -> None:
+    board.write(PUSH)
+    assert answered(board).readings[0] is not None
+    # without enable no torque gets through
+    assert served.board.motors[0].state.target == 0.0
+    board.enable(DEADLINE)
+    answered(board, PUSH)
+    exchange = answered(board, PUSH)
+    (q11, _, q21, _), _ = served.emulation.history[-1].truth[:2]
+    for reading, truth, torque in zip(exchange.readings, (q11, q21), PUSH, strict=True):
+        assert reading is not None
+        # the lower edge of the count's interval, in the joint's direction
+        assert 0.0 <= truth - reading.position < served.emulation.resolution + 1e-9
+        assert reading.torque == pytest.approx(torque, rel=1e-5)
+    # two frames are lost: the board's time has gone on meanwhile
+    before = served.board.measured
+    served.order("drop 2")
+    missing = [board.exchange() for _ in range(2)]
+    assert [(one.complete, one.periods, one.fault) for one in missing] == [(False, 0, None)] * 2
+    found = answered(board, PUSH)
+    assert found.periods == served.board.measured - before >= 3
+    assert board.counters.lost >= 2
+    assert board.counters.unanswered >= 2
+    with pytest.raises(ValueError, match="finite"):
+        board.write((float("nan"), 0.0))
+    answered(board)
+    board.write((9.0, -9.0))
+    board.exchange()
+    state = served.board.motors[0].state
+    assert state.target == pytest.approx(-0.12 / 0.062)
+    board.disable(DEADLINE)
+    assert not board.enabled
+    assert served.board.motors[0].state.target == 0.0
+
+
+@pytest.mark.parametrize("cause", sorted(CAUSES))
+def test_each_fault_is_named_and_cleared_as_it_says(served: Served, board: MotorBoard, cause: int) -> None:
+    board.enable(DEADLINE)
+    answered(board, PUSH)
+    served.order(f"fault {cause}")
+    assert fault_of(board) == CAUSES[cause][0]
+    assert not board.enabled
+    wait_for(lambda: served.board.motors[0].state.target == 0.0)
+    with pytest.raises(DriveError, match="release the button" if cause == 9 else "reset the board"):
+        board.reset(DEADLINE)
+    served.order("button hold" if cause == 9 else "reset", "home")
+    wait_for(lambda: served.board.flags == 3)
+    board.reset(DEADLINE)
+    assert not board.enabled
+    board.enable(DEADLINE)
+    answered(board, PUSH)
+    wait_for(lambda: served.board.motors[0].state.target != 0.0)
+
+
+@pytest.mark.parametrize(
+    ("order", "names"),
+    [("silent", {"feedback_missing"}), ("ignore 1000000", {"feedback_missing", "command_lost"}), ("unready 2", None)],
+)
+def test_a_lost_direction_and_a_motor_that_is_not_ready_are_named(
+    served: Served, board: MotorBoard, order: str, names: set[str] | None
+) -> None:
+    board.enable(DEADLINE)
+    answered(board, PUSH)
+    served.order(order)
+    assert fault_of(board) in (names or {"motors_not_ready"})
+    wait_for(lambda: served.board.motors[0].state.target == 0.0)
+    served.order("mend", "ignore 0", "ready 2")
+    board.reset(DEADLINE)
+
+
+def test_a_torn_cable_is_named_and_its_end_found_by_a_reset(served: Served, board: MotorBoard) -> None:
+    board.enable(DEADLINE)
+    answered(board, PUSH)
+    served.order("unplug")
+    assert fault_of(board) == "board_lost"
+    wait_for(lambda: served.board.motors[0].state.target == 0.0)
+    with pytest.raises(DriveError, match="port_missing"):
+        board.reset(DEADLINE)
+    assert not board.exchange().complete
+    served.order("plug", "home")
+    board.reset(DEADLINE)
+    board.enable(DEADLINE)
+    answered(board, PUSH)
+
+
+def test_motors_are_enabled_where_the_robot_is_said_to_stand(served: Served, tmp_path: Path) -> None:
+    declared = file(tmp_path).posture
+    assert declared is not None
+    elsewhere = {"q11": declared.q11 + 0.1, "q21": declared.q21}
+    board = open_board(file(tmp_path, posture=elsewhere))
+    with pytest.raises(DriveError, match=r"posture_unconfirmed: q11 reads 2\.\d+ rad, declared"):
+        board.enable(DEADLINE)
+    assert not board.enabled
+    board.close()
+
+
+def test_without_a_port_or_a_board_the_reason_is_told(served: Served, tmp_path: Path) -> None:
+    with pytest.raises(DriveError, match="port_missing"):
+        open_board(file(tmp_path, port=str(tmp_path / "elsewhere")))
+    served.order("silent")
+    with pytest.raises(DriveError, match="board_missing"):
+        open_board(file(tmp_path, set_up_timeout_ms=50))
