@@ -75,7 +75,7 @@ def test_a_law_from_elsewhere_is_a_controller_of_its_own() -> None:
     [
         (
             "toy",
-            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, mpc, or my_package.my_law:LAW",
+            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, mpc, or my_package.my_law",
         ),
         ("toy_law.LAW", "expected one of ctc"),
         ("toy_law:NOTHING", "cannot be loaded: module 'toy_law' has no attribute 'NOTHING'"),
