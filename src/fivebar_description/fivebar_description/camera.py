@@ -35,6 +35,10 @@ Pixels = Annotated[int, Setting("Pixels of a row or column.", "px", at_least=64,
 Coordinate = Annotated[float, Setting("Place of the camera's centre.", "m", at_least=-10.0, at_most=10.0)]
 
 
+def _a_place_for_each(value: tuple[float, ...]) -> str | None:
+    return None if len(value) == 2 * len(BASE_TAGS) else f"expected {len(BASE_TAGS)} pairs x, y"
+
+
 class CameraSettings(NamedTuple):
     """A camera that looks down on the robot, off by default.
 
@@ -120,7 +124,7 @@ class CameraSettings(NamedTuple):
         Setting(
             "Centres x, y of the base's tags, the first four of the numbers 1, 2, ...",
             "m",
-            check=lambda value: None if len(value) == 2 * len(BASE_TAGS) else f"expected {len(BASE_TAGS)} pairs x, y",
+            check=_a_place_for_each,
         ),
     ] = (-0.17, -0.06, 0.17, -0.06, -0.17, 0.18, 0.17, 0.18)
     deviation: Annotated[
