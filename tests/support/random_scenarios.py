@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import FloatArray, case_of, sampled
-from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -21,7 +21,7 @@ from fivebar_description.parameters import FiveBar, load_robot
 
 Point = tuple[float, float]
 
-NAMES = tuple(CONTROLLERS)
+NAMES = tuple(name for name, controller in CONTROLLERS.items() if controller.compiles)
 
 TORQUE_LIMIT = 2.0
 """Nm, of the drives."""
@@ -63,7 +63,7 @@ def near_the_locus(seed: int, number: int) -> Scenario:
 
 
 def run_of(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
-    """Return the outcome of a scenario on the compiled engine, and how it fails: nothing where it does not."""
+    """Return the outcome of a scenario on the engine's plant, and how it fails: nothing where it does not."""
     outcome = crossing(case_of(scenario), sampled(scenario.five_bar(), plan, scenario.rate_hz))
     failures = []
     if outcome.fault != NO_FAULT:

@@ -171,6 +171,7 @@ ROSDEP = {
 FROM_PIP = {
     "annotated_types": "pydantic",
     "cv2": "opencv-python-headless",
+    "daqp": "daqp",
     "pydantic": "pydantic",
     "pydantic_core": "pydantic",
     "mcap": "mcap",

@@ -303,7 +303,8 @@ class Scenario(StrictModel):
         return any(law.name not in SECTIONS for law in self.scheme().laws)
 
     def tuned(self) -> TunedController:
-        """Return the controller with the settings of its laws; where these have a torque limit, by default the drives'.
+        """Return the controller with the settings of its laws; what limits of the torque and its rate they
+        leave open is by default that of the drives and of the last node.
 
         Raises:
             InputError: the section `law` does not fit the law.
@@ -317,6 +318,8 @@ class Scenario(StrictModel):
         )
         if getattr(settings, "torque_limit", 0.0) is None:
             settings = settings._replace(torque_limit=self.plant.torque_limit)
+        if getattr(settings, "torque_rate_limit", 0.0) is None and math.isfinite(self.safety.torque_rate_limit):
+            settings = settings._replace(torque_rate_limit=self.safety.torque_rate_limit)
         return cast(tuple[Any, ...], settings)
 
     @property

@@ -6,7 +6,7 @@ import fcntl
 import glob
 import hashlib
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -132,7 +132,12 @@ def _plain(function: Callable[..., Any]) -> FunctionType:
     return function
 
 
-def _with_names(function: FunctionType, names: dict[str, FunctionType]) -> FunctionType:
+def bound(function: Callable[..., Any], **names: Callable[..., Any]) -> FunctionType:
+    """Return a copy of a plain function, not compiled, that sees other functions under some names of its module."""
+    return _with_names(_plain(function), names)
+
+
+def _with_names(function: FunctionType, names: Mapping[str, Callable[..., Any]]) -> FunctionType:
     """Return a copy of a function that sees other functions under some names of its module."""
     copy = FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
     copy.__defaults__, copy.__kwdefaults__ = function.__defaults__, function.__kwdefaults__

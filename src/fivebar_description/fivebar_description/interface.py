@@ -6,6 +6,7 @@ Nodes, recorder, launch files, reports and the offline runner share these consta
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 ACTIVE_JOINTS = ("q11", "q21")
@@ -16,6 +17,13 @@ JOINTS = ("q11", "q12", "q21", "q22")
 
 REFERENCE_NAMES = ("x", "y", "vx", "vy")
 """Fields of `reference`: position holds (x, y, vx, vy), velocity their rates (vx, vy, ax, ay)."""
+
+
+@cache
+def ahead_names(count: int) -> tuple[str, ...]:
+    """Return the names in `reference/ahead`: those of `reference` and how many samples after the stamp."""
+    return tuple(f"{name}{number}" for number in range(1, count + 1) for name in REFERENCE_NAMES)
+
 
 SUPERVISOR_NAMES = ("sigma", "inverse_condition")
 """Fields of `supervisor/state`: the blending weight and kappa = 1/cond(A)."""
@@ -68,6 +76,9 @@ class Topic(NamedTuple):
 
 JOINT_STATES = Topic("joint_states", "sensor_msgs/msg/JointState")
 REFERENCE = Topic("reference", "sensor_msgs/msg/JointState")
+REFERENCE_AHEAD = Topic("reference/ahead", "sensor_msgs/msg/JointState")
+"""The references of the samples that follow, for a law that looks ahead; names and fields from `ahead_names`. A bag
+leaves it out, since it holds every reference itself."""
 
 
 def torque_topic(name: str) -> Topic:

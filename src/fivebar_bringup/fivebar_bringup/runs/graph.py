@@ -58,6 +58,7 @@ from fivebar_description.interface import (
     READINGS_RELEASED,
     RECORDED_BESIDES,
     REFERENCE,
+    REFERENCE_AHEAD,
     RUN_EPOCH,
     RUN_PLAN,
     RUN_READY,
@@ -160,11 +161,13 @@ def crossing_graph(
             "trajectory_generator",
             {
                 **motion,
-                **to_parameters(TrajectorySettings(CONTINUE if mode is Mode.LOCKSTEP else HOLD)),
+                **to_parameters(
+                    TrajectorySettings(CONTINUE if mode is Mode.LOCKSTEP else HOLD, scenario.tuned().samples_ahead)
+                ),
                 **_goal_parameters(scenario),
             },
             (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, RUN_PLAN, RUN_EPOCH),
-            (REFERENCE, GOAL_STATUS, RUN_PLAN),
+            (REFERENCE, *_reference_ahead(scenario), GOAL_STATUS, RUN_PLAN),
             in_chain=True,
         ),
         NodeSpec(
@@ -313,7 +316,12 @@ def _disturbance(scenario: Scenario) -> str:
 
 def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
     disturbance = (ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()
-    return (JOINT_STATES, REFERENCE, *disturbance, RUN_PLAN, RUN_EPOCH)
+    return (JOINT_STATES, REFERENCE, *_reference_ahead(scenario), *disturbance, RUN_PLAN, RUN_EPOCH)
+
+
+def _reference_ahead(scenario: Scenario) -> tuple[Topic, ...]:
+    """Return the topic of the references that follow, where a law of the scenario looks ahead."""
+    return (REFERENCE_AHEAD,) if scenario.tuned().samples_ahead else ()
 
 
 def _motion_parameters(scenario: Scenario) -> dict[str, Any]:

@@ -22,7 +22,9 @@ from fivebar_bringup.simulation.robot import (
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors
 from fivebar_control.laws.law import Step
+from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.setup import first_memory, steps_of
+from fivebar_description.strict_yaml import InputError
 
 IDEAL: Mapping[str, Callable[..., Any]] = {
     "robot_start": ideal_start,
@@ -58,6 +60,19 @@ def _loop(nominal: Step, constraint: Step, effects: bool) -> Any:
     return compiled_and_kept(run_loop, nominal_step=nominal, constraint_step=constraint, **robot)
 
 
+def refuse_uncompiled(controller: Controller) -> None:
+    """Refuse a controller whose law numba cannot compile.
+
+    Raises:
+        InputError: the law cannot be compiled.
+    """
+    if not controller.compiles:
+        raise InputError(
+            f"controller: {controller.name!r}: cannot be compiled, since a library solves its problem: expected another"
+            " controller here; fivebar run, simulate, compare, goto and sweep take it, the last without the engine"
+        )
+
+
 def crossing(case: Case, plan: Sampled) -> Outcome:
     """Return the metrics of a case along a sampled plan (`case.sampled`).
 
@@ -76,6 +91,7 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 
 
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
+    refuse_uncompiled(case.controller)
     loop = _loop(*steps_of(case.controller), case.numbers.mechanism is not None)
     outcome: Outcome = loop(first_memory(case.controller), case.numbers, plan, trace)
     return outcome

@@ -285,6 +285,7 @@ def planned_at(case: Numbers, sampled: Sampled, moment: int) -> PlanSample:
         direction_y=row[DIRECTION_Y],
         epsilon=row[EPSILON],
         time_weight=row[WEIGHT],
+        ahead=None,
     )
 
 

@@ -16,7 +16,7 @@ from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.cycle import Cycle, CycleSettings, control_cycle
-from fivebar_control.loop.plan_sample import PlanSample, plan_sample
+from fivebar_control.loop.plan_sample import PlanSample, plan_sample, reference_ahead
 from fivebar_control.loop.setup import first_memory, steps_of
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
@@ -155,6 +155,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu)
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
+    samples_ahead = scenario.tuned().samples_ahead
     estimator = estimator_of(scenario) if scenario.estimated else None
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     passive_queue: ReadingQueue[float] = ReadingQueue(scenario.passive, rate_hz, scenario.plant.seed, PASSIVE_LOSSES)
@@ -186,7 +187,8 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
             estimated = Estimated(motors, estimate.deviations, estimate.disturbance)
         state = state_from_joints(robot, *measured.position, *measured.velocity)
-        planned = plan_sample(robot, plan, (number + lead) / rate_hz)
+        moment = number + lead
+        planned = plan_sample(robot, plan, moment / rate_hz, reference_ahead(plan, moment, rate_hz, samples_ahead))
         reference = planned.reference
         if estimated is not None and scenario.compensates_disturbance:
             reference = against_disturbance(reference, *estimated.disturbance)

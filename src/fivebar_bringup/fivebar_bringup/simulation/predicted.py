@@ -8,8 +8,8 @@ import numpy as np
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, X, Y, case_of
-from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_control.planning.predicted_run import LOST, Moment, Peak, PredictedRun
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings

@@ -3,7 +3,8 @@
 A law is one module with a settings class, the memory before the first sample, a function `step` and an entry `LAW`.
 `registry` lists the laws of this package; a law from elsewhere is named in a scenario by its module,
 `controller: my_package.my_law:LAW`. Nodes, the offline runner, the compiled engine and the planner's screen all run the
-same step, so it must be a plain module-level function of numbers that numba can compile.
+same step, so it must be a plain module-level function of numbers that numba can compile. One that it cannot, such as a
+law with a solver from a library, says so (`compiles`), and the engine refuses it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.line import Line
-from fivebar_control.model.state import State
+from fivebar_control.model.state import Platform, State
 from fivebar_description.interface import Topic, torque_topic
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
@@ -23,6 +24,10 @@ from fivebar_description.strict_yaml import InputError
 MIN_AUTHORITY = 0.3
 """Least |n . v1| at a crossing for a law that controls the direction n normal to the path: below it this direction is
 nearly the uncontrollable t_s."""
+
+
+MOST_AHEAD = 50
+"""Samples that a law may look ahead at most."""
 
 
 class Instant(NamedTuple):
@@ -35,6 +40,7 @@ class Instant(NamedTuple):
         mode1, mode2: working mode of the motion.
         zone_weight: blending weight by cond(A) (4.1.2), positive inside a blending zone.
         period: between two samples (s).
+        ahead: the reference of the samples that follow, for a law that looks ahead; else None.
     """
 
     state: State
@@ -44,6 +50,7 @@ class Instant(NamedTuple):
     mode2: int
     zone_weight: float
     period: float
+    ahead: tuple[Platform, ...] | None
 
 
 Step = Callable[[FiveBar, Instant, Any, Any], tuple[Torque, Any]]
@@ -56,6 +63,11 @@ A law without memory takes and returns None.
 def unchanged(memory: Any) -> Any:
     """Return the memory unchanged: a gap in the samples does not affect it."""
     return memory
+
+
+def present_only(settings: Any) -> int:
+    """Return that a law needs the reference of no further samples."""
+    return 0
 
 
 class Law(NamedTuple):
@@ -74,6 +86,8 @@ class Law(NamedTuple):
         meets_type_1: whether it is defined where a leg is stretched or folded.
         observes_disturbance: whether it estimates disturbance torques itself; for all others an estimator may.
         min_authority: least |n . v1| at which it can cross.
+        samples_ahead: from its settings, of how many samples that follow it needs the reference.
+        compiles: whether numba can compile the step, so that the engine can run it.
     """
 
     name: str
@@ -88,6 +102,8 @@ class Law(NamedTuple):
     meets_type_1: bool = False
     observes_disturbance: bool = False
     min_authority: float = 0.0
+    samples_ahead: Callable[[Any], int] = present_only
+    compiles: bool = True
 
     @property
     def topic(self) -> Topic:
@@ -119,3 +135,8 @@ class TunedLaw(NamedTuple):
 
     law: Law
     settings: tuple[Any, ...]
+
+    @property
+    def samples_ahead(self) -> int:
+        """Of how many samples that follow it needs the reference."""
+        return self.law.samples_ahead(self.settings)

@@ -8,7 +8,7 @@ from collections.abc import Collection
 from functools import cache
 from typing import NamedTuple
 
-from fivebar_control.laws import ctc, multi_model, unified, vhc_cartesian, vhc_joint
+from fivebar_control.laws import ctc, mpc, multi_model, unified, vhc_cartesian, vhc_joint
 from fivebar_control.laws.law import Law, TunedLaw, check_law
 from fivebar_description.strict_yaml import InputError
 
@@ -57,6 +57,11 @@ class Controller(NamedTuple):
         return all(law.meets_type_1 for law in self.laws)
 
     @property
+    def compiles(self) -> bool:
+        """Whether numba can compile every law."""
+        return all(law.compiles for law in self.laws)
+
+    @property
     def observes_disturbance(self) -> bool:
         """Whether it estimates disturbance torques itself."""
         return self.nominal.observes_disturbance
@@ -79,6 +84,11 @@ class TunedController(NamedTuple):
         """Its laws, the nominal one first."""
         return (self.nominal,) if self.constraint is None else (self.nominal, self.constraint)
 
+    @property
+    def samples_ahead(self) -> int:
+        """Of how many samples that follow its laws need the reference."""
+        return max(law.samples_ahead for law in self.laws)
+
 
 CONTROLLERS = {
     controller.name: controller
@@ -88,6 +98,7 @@ CONTROLLERS = {
         Controller("multi_cartesian", ctc.LAW, vhc_cartesian.LAW),
         Controller("multi_model_ctc", ctc.LAW, multi_model.LAW, SIGMOID),
         Controller("unified", unified.LAW),
+        Controller("mpc", mpc.LAW),
     )
 }
 """The controllers of this package."""

@@ -115,7 +115,7 @@ def control_cycle(
     zone_weight = blending_weight(kappa, plan.epsilon)
     sigma = plan.time_weight if settings.weighted_in_time else zone_weight
     line = Line(reference.state.x, reference.state.y, plan.direction_x, plan.direction_y)
-    instant = Instant(state, reference, line, settings.mode1, settings.mode2, zone_weight, settings.period)
+    instant = Instant(state, reference, line, settings.mode1, settings.mode2, zone_weight, settings.period, plan.ahead)
     robot = settings.robot
     nominal, nominal_memory = nominal_step(robot, instant, memory.nominal, settings.nominal)
     constraint, constraint_memory = constraint_step(robot, instant, memory.constraint, settings.constraint)

@@ -6,9 +6,10 @@ from fivebar_control.laws.law import Instant, TunedLaw
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.laws.torque import Torque
+from fivebar_control.loop.plan_sample import reference_ahead
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.model.state import State
+from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
@@ -20,6 +21,7 @@ class LawRunner:
     def __init__(self, law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int) -> None:
         """Bind a law to its nominal robot, a plan and a sampling rate (Hz)."""
         self._law = law.law
+        self._ahead = law.samples_ahead
         self._settings = as_numbers(law.settings)
         self._robot = robot
         self._plan = plan
@@ -27,11 +29,14 @@ class LawRunner:
         self._memory = law.law.memory
         self._last: int | None = None
 
-    def __call__(self, sample: int, state: State, reference: Reference) -> Torque:
+    def __call__(
+        self, sample: int, state: State, reference: Reference, ahead: tuple[Platform, ...] | None = None
+    ) -> Torque:
         """Return the torque (Nm) for a sample, NaN where the law is undefined; call it once for every sample.
 
         The constraint's line runs through the reference: during the motion that is the path segment itself, and after a
-        fault, where the reference stays at the robot, no feedback acts towards the path.
+        fault, where the reference stays at the robot, no feedback acts towards the path. A law that looks ahead
+        is given `ahead`, or else the plan.
         """
         if self._last is not None and sample != self._last + 1:
             self._memory = self._law.after_gap(self._memory)
@@ -46,6 +51,7 @@ class LawRunner:
             plan.mode2,
             blending_weight(inverse_condition(state), plan.epsilon_at(t)),
             1.0 / self._rate_hz,
+            reference_ahead(plan, sample, self._rate_hz, self._ahead) if ahead is None else ahead,
         )
         torque, self._memory = self._law.step(self._robot, instant, self._memory, self._settings)
         return torque

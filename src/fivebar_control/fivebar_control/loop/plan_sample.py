@@ -21,6 +21,7 @@ class PlanSample(NamedTuple):
         direction_x, direction_y: unit vector along the straight segment, NaN where it is not straight.
         epsilon: width of the blending zone in kappa.
         time_weight: blending weight in time, of the multi-model method.
+        ahead: the reference of the samples that follow, None for laws that do not look ahead.
     """
 
     reference: Reference
@@ -29,10 +30,18 @@ class PlanSample(NamedTuple):
     direction_y: float
     epsilon: float
     time_weight: float
+    ahead: tuple[Platform, ...] | None
 
 
-def plan_sample(robot: FiveBar, plan: Plan, t: float) -> PlanSample:
-    """Return the plan of a robot at time t (s)."""
+def reference_ahead(plan: Plan, sample: int, rate_hz: int, count: int) -> tuple[Platform, ...] | None:
+    """Return the reference of the samples after one, as a law that looks ahead takes it; None for none."""
+    if count == 0:
+        return None
+    return tuple(plan.path.at(number / rate_hz) for number in range(sample + 1, sample + count + 1))
+
+
+def plan_sample(robot: FiveBar, plan: Plan, t: float, ahead: tuple[Platform, ...] | None = None) -> PlanSample:
+    """Return the plan of a robot at time t (s); `ahead` is what laws see of the reference beyond it."""
     platform = plan.path.at(t)
     line = plan.path.line_at(t)
     return PlanSample(
@@ -42,4 +51,5 @@ def plan_sample(robot: FiveBar, plan: Plan, t: float) -> PlanSample:
         direction_y=line.direction_y,
         epsilon=plan.epsilon_at(t),
         time_weight=time_weight(plan, t),
+        ahead=ahead,
     )

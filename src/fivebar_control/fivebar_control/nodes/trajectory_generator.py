@@ -18,9 +18,11 @@ from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
     REFERENCE,
+    REFERENCE_AHEAD,
     REFERENCE_NAMES,
     RUN_PLAN,
     SAFETY_STATE,
+    ahead_names,
 )
 from fivebar_description.ros.messages import joint_sample
 from fivebar_description.ros.qos import qos_profile
@@ -40,13 +42,17 @@ class TrajectoryGenerator(SamplingNode):
         super().__init__("trajectory_generator")
         self._motion = declare_motion(self)
         self._hold = Hold()
-        self._references: dict[int, Platform] = {}
+        self._references: dict[int, tuple[Platform, ...]] = {}
         self._published = -1
         self._queue = self._new_queue()
         self._goals = GoalServer(self, self._motion, self._queue)
         self._reference = self.advertise(REFERENCE)
         self.advertise(RUN_PLAN).publish(String(data=plan_text(plan_values(self._motion))))
-        if self.declare_settings(TrajectorySettings).after_fault == HOLD:
+        settings = self.declare_settings(TrajectorySettings)
+        self._samples_ahead = settings.samples_ahead
+        if self._samples_ahead:
+            self._ahead = self.advertise(REFERENCE_AHEAD)
+        if settings.after_fault == HOLD:
             # not required for readiness: without a blender there is no fault to hold for
             self.create_subscription(String, SAFETY_STATE.name, self._on_safety_state, qos_profile(SAFETY_STATE.qos))
         self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position")),))
@@ -70,14 +76,17 @@ class TrajectoryGenerator(SamplingNode):
         self._goals.update(sample + self._motion.lead_samples, held is not None)
         # the reference of sample 0 cannot be published ahead of it, nor that of one whose predecessor was not measured
         first = max(self._published + 1, sample + 1 - CAPACITY)
-        self._references = {number: held or self._planned(number) for number in range(first, sample + 2)}
+        self._references = {
+            number: tuple(held or self._planned(later) for later in range(number, number + self._samples_ahead + 1))
+            for number in range(first, sample + 2)
+        }
         self._published = sample + 1
         self.repeat()
 
     def repeat(self) -> None:
         """Publish the same reference again."""
-        for sample, reference in self._references.items():
-            self._publish(sample, reference)
+        for sample, references in self._references.items():
+            self._publish(sample, *references)
 
     def _on_safety_state(self, message: String) -> None:
         if message.data == ALL_WELL:
@@ -91,11 +100,21 @@ class TrajectoryGenerator(SamplingNode):
     def _new_queue(self) -> MotionQueue:
         return MotionQueue(self._motion.plan, self._motion.rate_hz)
 
-    def _publish(self, sample: int, reference: Platform) -> None:
+    def _publish(self, sample: int, reference: Platform, *ahead: Platform) -> None:
+        stamp = self._run.stamp(sample)
+        if ahead:
+            self._ahead.publish(
+                joint_sample(
+                    stamp,
+                    ahead_names(len(ahead)),
+                    position=[value for one in ahead for value in one[:4]],
+                    velocity=[value for one in ahead for value in one[2:]],
+                )
+            )
         x, y, vx, vy, ax, ay = reference
         self._reference.publish(
             joint_sample(
-                self._run.stamp(sample),
+                stamp,
                 REFERENCE_NAMES,
                 position=(x, y, vx, vy),
                 velocity=(vx, vy, ax, ay),

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
 from fivebar_control.loop.cycle import CycleSettings, control_cycle
-from fivebar_control.loop.plan_sample import plan_sample
+from fivebar_control.loop.plan_sample import plan_sample, reference_ahead
 from fivebar_control.loop.setup import cycle_settings_of, first_memory, steps_of
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -154,7 +154,7 @@ def _predict_stretch(
     side = 0.0
     for number in range(stretch.first, stretch.last + 1):
         t = number / rate_hz
-        planned = plan_sample(robot, plan, t)
+        planned = plan_sample(robot, plan, t, reference_ahead(plan, number, rate_hz, follower.samples_ahead))
         desired = planned.platform
         error = error.or_larger(distance_from(state, desired.x, desired.y), t, state.x, state.y)
         determinant = det_a(state)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from fivebar_control.laws.law import Law, TunedLaw
@@ -18,7 +19,9 @@ from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
     REFERENCE,
+    REFERENCE_AHEAD,
     REFERENCE_NAMES,
+    ahead_names,
 )
 from fivebar_description.ros.messages import JointSample, joint_sample
 from fivebar_description.ros.parameters import Spec, specs_of
@@ -34,6 +37,15 @@ DISTURBANCE = Spec(
     "Whether to compensate the disturbance torques from estimate/disturbance, then required for every sample.",
     choices=(NO_DISTURBANCE, ESTIMATED),
 )
+
+
+def _platforms(position: Sequence[float], velocity: Sequence[float]) -> tuple[Platform, ...]:
+    """Return the references in a message of `reference/ahead`."""
+    fields = len(REFERENCE_NAMES)
+    return tuple(
+        Platform(*position[first : first + fields], *velocity[first + 2 : first + fields])
+        for first in range(0, len(position), fields)
+    )
 
 
 class ControllerNode(SamplingNode):
@@ -69,14 +81,19 @@ class ControllerNode(SamplingNode):
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
             Input(REFERENCE, fields_of(REFERENCE_NAMES, "position", "velocity")),
         ]
+        self._samples_ahead = self._tuned().samples_ahead
+        if self._samples_ahead:
+            inputs.append(Input(REFERENCE_AHEAD, fields_of(ahead_names(self._samples_ahead), "position", "velocity")))
         if disturbance == ESTIMATED:
             inputs.append(Input(ESTIMATE_DISTURBANCE, fields_of(ACTIVE_JOINTS, "effort")))
         self.join(self._motion.rate_hz, inputs)
 
-    def _make_law(self) -> LawRunner:
+    def _tuned(self) -> TunedLaw:
         law: Law = self._law_entry
-        tuned = TunedLaw(law, from_parameters(law.settings, self._settings))
-        return LawRunner(tuned, self._motion.robot, self._motion.plan, self._motion.rate_hz)
+        return TunedLaw(law, from_parameters(law.settings, self._settings))
+
+    def _make_law(self) -> LawRunner:
+        return LawRunner(self._tuned(), self._motion.robot, self._motion.plan, self._motion.rate_hz)
 
     def _tune(self, changes: dict[str, Any]) -> None:
         self._settings.update(changes)
@@ -93,10 +110,11 @@ class ControllerNode(SamplingNode):
         state = state_from_joints(robot, *position, *velocity)
         target = sample + self._motion.lead_samples
         reference = desired_at(robot, plan, target / self.rate_hz, Platform(x, y, vx, vy, ax, ay))
+        ahead = _platforms(*rest.pop(0)) if self._samples_ahead else None
         if rest:
             ((disturbance,),) = rest
             reference = against_disturbance(reference, *disturbance)
-        torque = self._law(target, state, reference)
+        torque = self._law(target, state, reference, ahead)
         self._reply = joint_sample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
         self._torque.publish(self._reply)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from fivebar_control.laws.law import MIN_AUTHORITY
+from fivebar_control.laws.law import MIN_AUTHORITY, MOST_AHEAD
 from fivebar_control.laws.registry import CONDITION, SIGMOID, find_law, law_problem
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.trajectory.planner import QUINTIC, TimeLaw
@@ -109,13 +109,23 @@ class TrajectorySettings(NamedTuple):
             choices=(HOLD, CONTINUE),
         ),
     ] = HOLD
+    samples_ahead: Annotated[
+        int,
+        Setting(
+            "Of how many samples that follow the reference is published besides, for a law that looks ahead.",
+            "samples",
+            at_least=0,
+            at_most=MOST_AHEAD,
+        ),
+    ] = 0
 
 
 class GoalSettings(NamedTuple):
     """Requested motions."""
 
     takes_goals: Annotated[
-        bool, Setting("Accept requests on the topic goal; only the unified controller follows such motions.")
+        bool,
+        Setting("Accept requests on the topic goal; only a controller without blending zones follows such motions."),
     ] = False
     goal_torque_limit: Annotated[
         float, Setting("Torque limit of both motors, for planning.", "Nm", at_least=1e-3, at_most=1e6)

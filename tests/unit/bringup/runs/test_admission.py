@@ -57,7 +57,7 @@ def test_a_rest_just_before_the_locus_is_refused(tmp_path: Path, controller: str
     verdict = screened(scenario, scenario.plan())
     assert not verdict.feasible
     nearest = verdict.figure(NEAREST)
-    if controller == "unified":
+    if CONTROLLERS[controller].needs_no_zones:
         # what counts is what becomes of the run: it comes to rest 1.6 mm beside the goal, in the other mode
         assert nearest is None
         error = verdict.figure(ERROR)

@@ -17,6 +17,7 @@ from estimate_replay import OFF_MODEL, summary_of
 
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.simulation import uncompiled
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT, Outcome
@@ -26,6 +27,7 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.strict_yaml import InputError
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
 from fivebar_sim.readings import ReadingQueue
@@ -34,6 +36,8 @@ from fivebar_sim.settings import PlantSettings
 STEP = 1e-3
 WIDTH = 0.02
 DIFFERENT = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 1.2}
+
+COMPILED = tuple(name for name, controller in CONTROLLERS.items() if controller.compiles)
 
 ANY_REQUEST = {"request_ratio": None}
 """Without the stage that watches the requested torque."""
@@ -47,13 +51,23 @@ def test_the_stated_step_and_friction_width_are_those_of_the_cases() -> None:
 
 @pytest.mark.parametrize(
     ("controller", "plant"),
-    [*((controller, DIFFERENT) for controller in CONTROLLERS), ("unified", {})],
-    ids=[*CONTROLLERS, "unified, as believed"],
+    [*((controller, DIFFERENT) for controller in COMPILED), ("unified", {})],
+    ids=[*COMPILED, "unified, as believed"],
 )
 def test_the_middle_crossing_is_that_of_the_offline_runner(controller: str, plant: dict[str, float]) -> None:
     # ctc asks for thousands of Nm on the locus, where a rounding error is multiplied as much
     scenario = changed("middle", plant, controller=controller, segment_duration=0.5)
     expect_agreement(scenario, 1e-6 if controller == "ctc" else 1e-9)
+
+
+def test_a_law_with_a_solver_is_refused_and_swept_without_the_engine() -> None:
+    """The loop of the engine, interpreted: the same robot, the same references ahead, to the end of the motion."""
+    # the rounding of either plant is multiplied near the locus
+    scenario = changed("mpc_middle", DIFFERENT, segment_duration=0.25)
+    with pytest.raises(InputError, match=r"'mpc': cannot be compiled.*goto and sweep take it"):
+        crossing(*prepared(scenario))
+    run, outcome = expect_agreement(scenario, torque=1e-7, traced=uncompiled.traced_crossing)
+    assert (outcome.mode_changes, run.faults) == (2, [])
 
 
 @pytest.mark.parametrize("controller", ["multi_cartesian", "unified"])

@@ -19,13 +19,14 @@ from fivebar_description.settings import declared
 from fivebar_description.strict_yaml import InputError
 
 
-def test_the_controllers_are_those_of_the_thesis_and_the_unified_law() -> None:
+def test_the_controllers_are_those_of_the_thesis_and_the_regular_laws() -> None:
     assert {name: [law.name for law in one.laws] for name, one in CONTROLLERS.items()} == {
         "ctc": ["ctc"],
         "multi_joint": ["ctc", "vhc_joint"],
         "multi_cartesian": ["ctc", "vhc_cartesian"],
         "multi_model_ctc": ["ctc", "reduced_ctc"],
         "unified": ["unified"],
+        "mpc": ["mpc"],
     }
     assert set(CONSTRAINT_LAWS) == {"vhc_joint", "vhc_cartesian", "reduced_ctc"}
 
@@ -37,10 +38,17 @@ def test_what_a_controller_can_do_follows_from_its_laws() -> None:
         "multi_model_ctc",
     }
     assert {name for name, one in CONTROLLERS.items() if not one.crosses} == {"ctc"}
-    for wanted in ("needs_no_zones", "meets_type_1", "observes_disturbance"):
-        assert {name for name, one in CONTROLLERS.items() if getattr(one, wanted)} == {"unified"}, wanted
+    for wanted, able in (
+        ("needs_no_zones", {"unified", "mpc"}),
+        ("meets_type_1", {"unified"}),
+        ("observes_disturbance", {"unified", "mpc"}),
+        ("compiles", set(CONTROLLERS) - {"mpc"}),
+    ):
+        assert {name for name, one in CONTROLLERS.items() if getattr(one, wanted)} == able, wanted
+    ahead = {name: default_tuning(one).samples_ahead for name, one in CONTROLLERS.items()}
+    assert {name for name, samples in ahead.items() if samples} == {"mpc"}
     assert {name: one.min_authority for name, one in CONTROLLERS.items()} == {
-        name: 0.0 if name == "unified" else MIN_AUTHORITY for name in CONTROLLERS
+        name: 0.0 if one.needs_no_zones else MIN_AUTHORITY for name, one in CONTROLLERS.items()
     }
 
 
@@ -67,7 +75,7 @@ def test_a_law_from_elsewhere_is_a_controller_of_its_own() -> None:
     [
         (
             "toy",
-            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, or my_package.my_law:LAW",
+            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, mpc, or my_package.my_law",
         ),
         ("toy_law.LAW", "expected one of ctc"),
         ("toy_law:NOTHING", "cannot be loaded: module 'toy_law' has no attribute 'NOTHING'"),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
-from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.predicted import predicted_on_engine
+from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, VARIED, Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
@@ -32,7 +33,8 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
 from fivebar_description.strict_yaml import InputError
 
-CONTROLLERS = tuple(registry.CONTROLLERS)
+CONTROLLERS = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.compiles)
+"""The controllers of a sweep, unless others are asked for: those that the engine takes."""
 
 TIMED_FOR = "unified"
 """For whose law the planner times a crossing; all controllers make the same motion."""
@@ -65,7 +67,7 @@ def run_batch(batch: Batch) -> list[SweepRow]:
     return [row for number in range(batch.first, batch.end) for row in run_case(batch.seed, number, batch.rig)]
 
 
-def run_case(seed: int, number: int, rig: str = VARIED) -> list[SweepRow]:
+def run_case(seed: int, number: int, rig: str = VARIED, controllers: Sequence[str] = CONTROLLERS) -> list[SweepRow]:
     """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
     case = draw(seed, number, rig)
     try:
@@ -74,7 +76,7 @@ def run_case(seed: int, number: int, rig: str = VARIED) -> list[SweepRow]:
     except InputError as refusal:
         return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
     samples = _sampled(case, plan)
-    return [_row(case, controller, plan, samples) for controller in CONTROLLERS]
+    return [_row(case, controller, plan, samples) for controller in controllers]
 
 
 def quick_enough(case: Draw) -> Draw:

@@ -14,8 +14,8 @@ from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.runs.results import new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
-from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
 from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
@@ -29,7 +29,7 @@ LOWEST = -0.185
 
 def rows_of(seed: int, number: int, controllers: Sequence[str], rig: str = VARIED) -> list[SweepRow]:
     """Run a case with the controllers and return the rows; a single row where the planner refuses it."""
-    return [row for row in run_case(seed, number, rig) if row.status == REFUSED or row.controller in controllers]
+    return run_case(seed, number, rig, controllers)
 
 
 def save_case(seed: int, number: int, controllers: Sequence[str], out: Path, rig: str = VARIED) -> list[Path]:

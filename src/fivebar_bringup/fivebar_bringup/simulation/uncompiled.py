@@ -1,0 +1,62 @@
+"""The loop of the engine for laws that numba cannot compile: interpreted, around a compiled estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from fivebar_bringup.simulation import engine
+from fivebar_bringup.simulation.case import AY, Case, FloatArray, Numbers, Sampled, X
+from fivebar_bringup.simulation.loop import planned_at, run_loop
+from fivebar_bringup.simulation.outcome import Outcome, TraceRow
+from fivebar_control.compiling import bound
+from fivebar_control.estimation.compiled import compiled_steps
+from fivebar_control.loop.plan_sample import PlanSample
+from fivebar_control.loop.setup import first_memory, steps_of
+from fivebar_control.model.state import Platform
+
+
+def crossing(case: Case, plan: Sampled) -> Outcome:
+    """Return the metrics of a case along a sampled plan, from the engine where it takes the controller."""
+    if case.controller.compiles:
+        return engine.crossing(case, plan)
+    return _called(case, plan, engine.NO_TRACE)
+
+
+def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
+    """Return the same with the trace, as :func:`engine.traced_crossing` does."""
+    if case.controller.compiles:
+        return engine.traced_crossing(case, plan)
+    trace = np.zeros((len(plan.rows), len(TraceRow._fields)))
+    outcome = _called(case, plan, trace)
+    return outcome, trace[: outcome.samples]
+
+
+def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
+    controller, control = case.controller, case.numbers.control
+    constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
+    count = max(controller.nominal.samples_ahead(control.nominal), constraint)
+    nominal_step, constraint_step = steps_of(controller)
+    robot = engine.IDEAL if case.numbers.mechanism is None else engine.WITH_EFFECTS
+    estimator = compiled_steps()
+    loop: Callable[..., Outcome] = bound(
+        run_loop,
+        nominal_step=nominal_step,
+        constraint_step=constraint_step,
+        planned_at=partial(planned_with_ahead, count),
+        next_update=estimator.next_update,
+        prediction=estimator.prediction,
+        **robot,
+    )
+    return loop(first_memory(controller), case.numbers, plan, trace)
+
+
+def planned_with_ahead(count: int, case: Numbers, sampled: Sampled, moment: int) -> PlanSample:
+    """Return the plan at the moment of a sample, with the reference of the `count` samples that follow."""
+    # after the end the platform rests at the last waypoint
+    last = len(sampled.rows) - 1
+    numbers = [min(moment + later, last) for later in range(1, count + 1)]
+    places: list[list[float]] = sampled.rows[numbers, X : AY + 1].tolist()
+    return planned_at(case, sampled, moment)._replace(ahead=tuple(Platform(*place) for place in places))

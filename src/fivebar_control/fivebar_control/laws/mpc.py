@@ -1,0 +1,445 @@
+"""Model predictive control: the torques of the next samples that together keep the platform on its reference.
+
+`unified` chooses the best torque for one sample, and near the Type 2 locus one direction of the platform is out of its
+reach. Over an interval no direction is: the lost direction turns while the robot passes. This law predicts the
+platform over a horizon with xddot = G u + a_0, G and a_0 of the present state and then of the reference's coming
+states, and minimises over the torques tau_i = u_i + f_i - d
+
+    sum_j rho_j (|e_j|^2 + T_v^2 |e_j'|^2) + r_s sum_i |w_i - w_(i-1)|^2 + r sum_i |w_i|^2,     w_i = u_i - p_i,
+
+within the limits of every torque and of its change from sample to sample. The first torque is applied. p is the plan
+that the sample before has made: what the motion needs is planned once and costs nothing, and what noise makes of it
+from sample to sample is what the weights r_s and r keep small.
+
+The quadratic program is solved by the active-set method of `daqp`, which is exact, within a fixed number of iterations;
+where it does not finish, `unified` answers.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_control.laws.law import MOST_AHEAD, Instant, Law
+from fivebar_control.laws.reference import Reference, reference_from_platform
+from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.laws.unified import (
+    INITIAL_MEMORY,
+    InputMap,
+    UnifiedMemory,
+    UnifiedSettings,
+    input_map,
+    observed_disturbance,
+    restarted,
+    unified_step,
+)
+from fivebar_control.model.state import Platform, State
+from fivebar_description.friction import friction_torque
+from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import Setting
+
+FloatArray = NDArray[np.float64]
+
+MOST_ITERATIONS = 150
+"""Iterations of the solver in a sample at most: a count, not a time, so that a run can be repeated bit for bit."""
+
+LEAST_WEIGHT = 1e-9
+"""Weight of the torques themselves ((m/Nm)^2), so that none is spent where it has no effect."""
+
+SCALE = 1e8
+"""Of the cost, which brings its second derivatives to the size of 1, for which the solver's tolerances are made."""
+
+
+class MpcSettings(NamedTuple):
+    """Settings of the predictive law."""
+
+    horizon: Annotated[int, Setting("Samples that the law looks ahead.", "samples", at_least=2, at_most=MOST_AHEAD)] = (
+        25
+    )
+    speed_time: Annotated[
+        float,
+        Setting(
+            "Time T_v that weighs the speed error: 1 mm/s counts as much as T_v times 1 mm/s of position error.",
+            "s",
+            at_least=0.0,
+            at_most=1.0,
+            tunable=True,
+        ),
+    ] = 0.03
+    end_weight: Annotated[
+        float,
+        Setting(
+            "Weight of the error at the end of the horizon, as a multiple.", at_least=1.0, at_most=1e4, tunable=True
+        ),
+    ] = 10.0
+    step_weight: Annotated[
+        float,
+        Setting(
+            "Weight r_s of the change, from sample to sample, of what departs from the torques planned before.",
+            "(m/Nm)^2",
+            at_least=1e-10,
+            at_most=1.0,
+            tunable=True,
+        ),
+    ] = 3e-6
+    weight: Annotated[
+        float,
+        Setting(
+            "Weight r of what departs from the torques planned before.",
+            "(m/Nm)^2",
+            at_least=0.0,
+            at_most=1.0,
+            tunable=True,
+        ),
+    ] = 3e-7
+    observer_rate: Annotated[
+        float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)
+    ] = 40.0
+    disturbance_limit: Annotated[
+        float,
+        Setting(
+            "Largest disturbance torque that the observer assumes of either motor.", "Nm", at_least=0.0, at_most=1e3
+        ),
+    ] = 0.5
+    torque_limit: Annotated[
+        float | None,
+        Setting(
+            "Largest torque that the law may choose for either motor; by default the drives' limit.",
+            "Nm",
+            above=0.0,
+            at_most=1e6,
+        ),
+    ] = None
+    torque_rate_limit: Annotated[
+        float | None,
+        Setting(
+            "Fastest change of either torque that the law may choose; by default that of the last node.",
+            "Nm/s",
+            above=0.0,
+            at_most=1e9,
+        ),
+    ] = None
+
+
+class Stage(NamedTuple):
+    """A coming sample of the reference: its input map, and the friction (Nm) of both motors."""
+
+    mapped: InputMap
+    f1: float
+    f2: float
+
+
+class MpcMemory(NamedTuple):
+    """State of the law from one sample to the next.
+
+    Attributes:
+        unified: of the disturbance observer, shared with the law that stands in.
+        torque: the last torque (Nm), None before the first sample and after a gap.
+        stages: of the samples that were ahead, by their reference.
+        plan: float64[2N], torques beyond friction (Nm) that the last solution has planned from the next sample on; None
+            for none.
+        duals: of the last solution, float64[constraints], to start the next one from; None for none.
+        unfinished: how many samples `unified` has answered.
+    """
+
+    unified: UnifiedMemory
+    torque: Torque | None
+    stages: dict[Platform, Stage]
+    plan: FloatArray | None
+    duals: FloatArray | None
+    unfinished: int
+
+
+FIRST_MEMORY = MpcMemory(INITIAL_MEMORY, None, {}, None, None, 0)
+"""The memory before the first sample."""
+
+
+def after_gap(memory: MpcMemory) -> MpcMemory:
+    """Return the memory after a gap in the samples: only the estimated disturbance is kept."""
+    return MpcMemory(restarted(memory.unified), None, {}, None, None, memory.unfinished)
+
+
+class Weights(NamedTuple):
+    """The parts of the quadratic program that do not depend on the motion, N the horizon, h the period.
+
+    Attributes:
+        quadratic: float64[2N, 2N], to be multiplied by G_i^T G_k entry by entry.
+        steps: float64[2N, 2N], weights of the changes of what departs from the plan.
+        torques: float64[2N, 2N], with those of the torques.
+        from_place: float64[N, N], from the errors of position at samples 1 to N to the gradient.
+        from_speed: float64[N, N], the same from those of speed.
+        to_place: float64[N, N], from accelerations over the intervals to positions.
+        to_speed: float64[N, N], to speeds.
+        times: float64[N, 1], of the samples 1 to N (s).
+        rows: float64[2(N - 1), 2N], changes of the torques from sample to sample.
+    """
+
+    quadratic: FloatArray
+    steps: FloatArray
+    torques: FloatArray
+    from_place: FloatArray
+    from_speed: FloatArray
+    to_place: FloatArray
+    to_speed: FloatArray
+    times: FloatArray
+    rows: FloatArray
+
+
+@cache
+def weights_of(
+    horizon: int, period: float, speed_time: float, end_weight: float, step_weight: float, weight: float
+) -> Weights:
+    """Return the constant parts of the quadratic program."""
+    samples = np.arange(horizon)
+    after = np.maximum(samples[:, None] - samples[None, :], -1) + 1.0
+    to_speed = period * (after > 0.0)
+    to_place = period * period * np.where(after > 0.0, after - 0.5, 0.0)
+    stage = np.full(horizon, SCALE)
+    stage[-1] *= end_weight
+    from_place, from_speed = to_place.T * stage, to_speed.T * (stage * speed_time**2)
+    changes = np.eye(2 * horizon) - np.eye(2 * horizon, k=-2)
+    steps = SCALE * (step_weight * changes.T @ changes + weight * np.eye(2 * horizon))
+    return Weights(
+        quadratic=np.kron(from_place @ to_place + from_speed @ to_speed, np.ones((2, 2))),
+        steps=steps,
+        torques=steps + SCALE * LEAST_WEIGHT * np.eye(2 * horizon),
+        from_place=from_place,
+        from_speed=from_speed,
+        to_place=to_place,
+        to_speed=to_speed,
+        times=np.asarray(period * (samples[:, None] + 1.0), dtype=np.float64),
+        rows=np.ascontiguousarray(changes[2:]),
+    )
+
+
+class Problem(NamedTuple):
+    """The quadratic program of a sample: min u^T H u / 2 + g^T u, low <= (u, A u) <= high.
+
+    u holds the torques beyond friction of both motors, sample by sample; A u are its changes.
+    """
+
+    quadratic: FloatArray
+    gradient: FloatArray
+    rows: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+class Solution(NamedTuple):
+    """Torques beyond friction (Nm) of a quadratic program, and its duals; no torques where it did not finish."""
+
+    torques: FloatArray | None
+    duals: FloatArray | None
+
+
+def solve(problem: Problem, duals: FloatArray | None) -> Solution:
+    """Return the solution of a quadratic program, started from the duals of one that is close to it."""
+    # loaded by runs with this law only
+    import daqp
+
+    start: dict[str, Any] = {} if duals is None or duals.shape != problem.high.shape else {"dual_start": duals}
+    torques, _, flag, details = daqp.solve(
+        problem.quadratic,
+        problem.gradient,
+        problem.rows,
+        problem.high,
+        problem.low,
+        primal_tol=1e-9,
+        iter_limit=MOST_ITERATIONS,
+        **start,
+    )
+    return Solution(torques, details["lam"]) if flag == 1 else Solution(None, None)
+
+
+def problem_of(
+    weights: Weights,
+    maps: FloatArray,
+    offsets: FloatArray,
+    state: State,
+    ahead: tuple[Platform, ...],
+    plan: FloatArray | None,
+    last: Torque | None,
+    torque_limit: float,
+    torque_step: float,
+) -> Problem:
+    """Return the quadratic program of a sample.
+
+    Args:
+        weights: the constant parts.
+        maps: float64[N, 6], input maps of the N intervals.
+        offsets: float64[N, 2], torque less u: friction less disturbance (Nm).
+        state: the present state.
+        ahead: reference of the samples 1 to N.
+        plan: float64[2N], u as planned at the sample before (Nm), None for none.
+        last: the torque of the sample before (Nm).
+        torque_limit: of either motor (Nm).
+        torque_step: its largest change from sample to sample (Nm).
+    """
+    count = len(ahead)
+    inputs = maps[:, :4].reshape(count, 2, 2)
+    drift = maps[:, 4:]
+    target = np.array(ahead)
+    velocity = np.array((state.vx, state.vy))
+    place_error = target[:, :2] - np.array((state.x, state.y)) - weights.times * velocity - weights.to_place @ drift
+    speed_error = target[:, 2:4] - velocity - weights.to_speed @ drift
+    pull = weights.from_place @ place_error + weights.from_speed @ speed_error
+    gradient = -(pull[:, None, :] @ inputs).reshape(2 * count)
+    flat = inputs.transpose(1, 0, 2).reshape(2, 2 * count)
+    quadratic = weights.quadratic * (flat.T @ flat) + weights.torques
+    if plan is not None:
+        gradient -= weights.steps @ plan
+    off = offsets.reshape(2 * count)
+    low, high = -torque_limit - off, torque_limit - off
+    if not math.isfinite(torque_step):
+        return Problem(quadratic, gradient, weights.rows[:0], low, high)
+    if last is not None:
+        held = np.array(last) - off[:2]
+        low[:2], high[:2] = np.maximum(low[:2], held - torque_step), np.minimum(high[:2], held + torque_step)
+    change = off[:-2] - off[2:]
+    return Problem(
+        quadratic,
+        gradient,
+        weights.rows,
+        np.concatenate((low, change - torque_step)),
+        np.concatenate((high, change + torque_step)),
+    )
+
+
+def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
+    """Return the friction (Nm) of both motors at the speeds of a reference."""
+    legs = reference.state
+    return friction_torque(robot.leg1, legs.leg1.dq1), friction_torque(robot.leg2, legs.leg2.dq1)
+
+
+def stage_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Stage | None:
+    """Return a coming sample of the reference; None where the robot has no input map there."""
+    reference = reference_from_platform(robot, mode1, mode2, platform)
+    mapped = input_map(robot, reference.state)
+    if mapped is None or math.isnan(mapped.g_x1):
+        return None
+    return Stage(mapped, reference.f1, reference.f2)
+
+
+def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcSettings) -> tuple[Torque, MpcMemory]:
+    """Return the torque (Nm) of the predictive law and its memory for the next sample."""
+    state, reference, period = instant.state, instant.reference, instant.period
+    standing_in = unified_settings(settings)
+    mapped = input_map(robot, state)
+    if mapped is None:
+        return UNDEFINED, after_gap(memory)
+    ahead = (instant.ahead or ())[: settings.horizon]
+    stages: dict[Platform, Stage] = {}
+    for platform in ahead:
+        stage = (
+            memory.stages.get(platform)
+            or stages.get(platform)
+            or stage_of(robot, instant.mode1, instant.mode2, platform)
+        )
+        if stage is None:
+            break
+        stages[platform] = stage
+    known = len(ahead) == settings.horizon and ahead[-1] in stages
+    solution = Solution(None, None)
+    torque_limit = math.inf if settings.torque_limit is None else settings.torque_limit
+    step = math.inf if settings.torque_rate_limit is None else settings.torque_rate_limit * period
+    if known:
+        d1, d2 = observed_disturbance(mapped, state, memory.unified, standing_in, period)
+        coming = [stages[platform] for platform in ahead]
+        points = np.array([mapped, *(one.mapped for one in coming)])
+        # the reference's friction may hold a disturbance that an estimator has found
+        f1, f2 = friction_of(robot, reference)
+        friction = np.array([(f1, f2), *((one.f1, one.f2) for one in coming[:-1])])
+        acting = np.array((d1 + f1 - reference.f1, d2 + f2 - reference.f2))
+        weights = weights_of(
+            settings.horizon, period, settings.speed_time, settings.end_weight, settings.step_weight, settings.weight
+        )
+        problem = problem_of(
+            weights,
+            0.5 * (points[:-1] + points[1:]),
+            friction - acting,
+            state,
+            ahead,
+            memory.plan,
+            memory.torque,
+            torque_limit,
+            step,
+        )
+        solution = solve(problem, memory.duals)
+    if solution.torques is None:
+        torque, kept = unified_step(robot, state, reference, memory.unified, standing_in, period)
+        torque = changed_by_at_most(torque, memory.torque, step)
+        return torque, MpcMemory(kept, torque, stages, None, None, memory.unfinished + 1)
+    u1, u2 = solution.torques[:2].tolist()
+    torque = Torque(
+        min(max(u1 + reference.f1 - d1, -torque_limit), torque_limit),
+        min(max(u2 + reference.f2 - d2, -torque_limit), torque_limit),
+    )
+    torque = changed_by_at_most(torque, memory.torque, step)
+    return torque, MpcMemory(
+        observed_from(mapped, state, reference, torque, d1, d2),
+        torque,
+        stages,
+        np.concatenate((solution.torques[2:], solution.torques[-2:])),
+        solution.duals,
+        memory.unfinished,
+    )
+
+
+def unified_settings(settings: MpcSettings) -> UnifiedSettings:
+    """Return the settings of the law that stands in, whose disturbance observer this law has."""
+    return UnifiedSettings()._replace(
+        observer_rate=settings.observer_rate,
+        disturbance_limit=settings.disturbance_limit,
+        torque_limit=settings.torque_limit,
+    )
+
+
+def changed_by_at_most(torque: Torque, last: Torque | None, step: float) -> Torque:
+    """Return a torque (Nm) within a step of the last one."""
+    if last is None or not math.isfinite(step):
+        return torque
+    return Torque(
+        min(max(torque.tau1, last.tau1 - step), last.tau1 + step),
+        min(max(torque.tau2, last.tau2 - step), last.tau2 + step),
+    )
+
+
+def observed_from(
+    mapped: InputMap, state: State, reference: Reference, torque: Torque, d1: float, d2: float
+) -> UnifiedMemory:
+    """Return what the disturbance observer keeps of a sample for the next one."""
+    net1, net2 = torque.tau1 - reference.f1, torque.tau2 - reference.f2
+    u1, u2 = net1 + d1, net2 + d2
+    return UnifiedMemory(
+        d1=d1,
+        d2=d2,
+        unset=False,
+        net1=net1,
+        net2=net2,
+        vx=state.vx,
+        vy=state.vy,
+        ax=mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x,
+        ay=mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y,
+    )
+
+
+def horizon_of(settings: MpcSettings) -> int:
+    """Return of how many samples that follow the law needs the reference."""
+    return settings.horizon
+
+
+LAW = Law(
+    name="mpc",
+    title="model predictive law",
+    settings=MpcSettings,
+    step=mpc_step,
+    memory=FIRST_MEMORY,
+    after_gap=after_gap,
+    observes_disturbance=True,
+    samples_ahead=horizon_of,
+    compiles=False,
+)

@@ -1,0 +1,45 @@
+"""The predictive law as a node graph and without ROS, to the last bit, from an estimate: references ahead included."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from bag_contents import contents
+from fivebar_command import FivebarCommand
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_description.interface import JOINT_STATES, REFERENCE, TORQUE_COMMAND, torque_topic
+
+SCENARIO = """
+name: short_mpc
+controller: mpc
+waypoints: [[0.0, 0.15], [0.0, 0.02]]
+segment_duration: 0.3
+estimator: ekf
+plant: {encoder_counts: 20000, delay_samples: 1, friction_scale: 1.3, mass_scale: 0.9, torque_limit: 2.0}
+safety: {torque_rate_limit: 60.0}
+law: {horizon: 20}
+"""
+SAMPLES = 151
+
+
+# a process for each of eight nodes, for what the nodes' own tests and those of the law cover in parts
+@pytest.mark.extra
+def test_every_stamped_message_is_equal(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
+    scenario = folder / "short_mpc.yaml"
+    scenario.write_text(SCENARIO, encoding="utf-8")
+    bags = []
+    for command in ("run", "simulate"):
+        out = folder / f"mpc_{command}"
+        call = fivebar(command, str(scenario), "--json", "--out", str(out))
+        assert call.finish() == 0, call.stderr
+        summary = call.json()
+        assert summary["completed"] is True, summary["not_completed_because"]
+        assert summary["assembly_mode_changes"] == 1
+        bags.append(read_bag(out / "bag"))
+    ros, offline = bags
+    for topic in (JOINT_STATES, REFERENCE, torque_topic("mpc"), TORQUE_COMMAND):
+        assert contents(ros, topic) == contents(offline, topic), topic.name
+        assert len(contents(ros, topic)) >= SAMPLES
