@@ -1,4 +1,4 @@
-"""docs/robot.md and docs/motkin.md tell every fault of the hardware, every key, and the load of the bus as the code does."""
+"""docs/robot.md and docs/motkin.md tell every hardware fault, every key, and the load of the bus as the code does."""
 
 from __future__ import annotations
 
