@@ -27,6 +27,7 @@ from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.report import write_animation, write_overlay, write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
+from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.runs.namespace import read_namespace
@@ -109,13 +110,13 @@ def run(
     with input_errors(), ending_on_sigterm():
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
-        emulated = hardware is Hardware.EMULATED
+        emulated, board = hardware is Hardware.EMULATED, bridge_of(loaded) == BOARD_BRIDGE
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
         if (port is not None) is not (hardware is Hardware.USB):
             raise InputError("--port: expected together with --hardware usb, and only there")
         mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
-        injections = [read_injection(text) for text in inject or ()] if emulated else None
+        injections = [read_injection(text, board) for text in inject or ()] if emulated else None
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,

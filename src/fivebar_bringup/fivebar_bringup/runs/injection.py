@@ -29,8 +29,8 @@ class Injection(NamedTuple):
         return f"{self.seconds!r} {self.command}"
 
 
-def read_injection(text: str) -> Injection:
-    """Parse a text such as "1.2 fault 1" or "0.5 kill blender".
+def read_injection(text: str, board: bool = False) -> Injection:
+    """Parse a text such as "1.2 fault 1" or "0.5 kill blender", for drives on a bus or for a motor board.
 
     Raises:
         InputError: it is not a number of seconds followed by a known fault.
@@ -40,7 +40,7 @@ def read_injection(text: str) -> Injection:
         injection = Injection(float(moment), order.strip())
     except ValueError:
         injection = Injection(-1.0, "")
-    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and not is_order(injection.command)):
+    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and not is_order(injection.command, board)):
         raise InputError(f"--inject {text!r}: expected seconds and one of {USAGE}, kill NODE")
     return injection
 

@@ -46,6 +46,12 @@ def test_what_is_not_understood_is_refused(text: str) -> None:
         read_injection(text)
 
 
+def test_a_motor_board_has_faults_of_its_own() -> None:
+    assert read_injection("1 fault 3", board=True) == (1.0, "fault 3")
+    with pytest.raises(InputError, match="expected seconds and one of"):
+        read_injection("1 bus_off", board=True)
+
+
 def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:
     scenario = load_scenario("middle_robot")
     nodes = crossing_graph(scenario, Mode.REALTIME, Path("bag"))
