@@ -136,7 +136,10 @@ def test_on_real_drives_a_launch_starts_the_processes_of_a_run_in_real_time(tmp_
     for one, process in zip(started, wanted, strict=True):
         parameters = directory / "parameters" / f"{process.name}.yaml"
         assert parameters.read_text(encoding="utf-8") == process.parameter_file()
-        assert list(one.command) == [sys.executable, *process.command, "--ros-args", "--params-file", str(parameters)]
+        assert list(one.command) == [
+            *(sys.executable, "-m", process.module, *process.arguments),
+            *("--ros-args", "--params-file", str(parameters)),
+        ]
     _, within = drive_processes("middle_robot", "dextar_socketcan", str(tmp_path / "within"), namespace="robot1")
     assert all(one.command[-2:] == ("-r", "__ns:=/robot1") for one in within)
     assert f"scheduling_priority: {DEFAULT_PRIORITY}" in (directory / "parameters" / f"{CONTROLLERS}.yaml").read_text()

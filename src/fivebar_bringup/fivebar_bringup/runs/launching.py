@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.namespace import read_namespace, remapping
+from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.rehearsal import check_drivable
 from fivebar_bringup.runs.run_directory import new_run_directory
@@ -66,7 +66,7 @@ def drive_processes(
     Raises:
         InputError: the scenario cannot be run on drives, or the directory or the namespace cannot be used.
     """
-    remapped = remapping(read_namespace(namespace))
+    within = read_namespace(namespace)
     loaded = load_admitted(scenario)
     check_drivable(loaded)
     run = new_run_directory(Path(out) if out else None, loaded)
@@ -75,8 +75,6 @@ def drive_processes(
     nodes = crossing_graph(loaded, Mode.REALTIME, run.bag, drives=drives, scene=scene)
     started = []
     for process in processes(nodes, Mode.REALTIME, loaded.rate_hz, Scheduling(scheduling_priority=DEFAULT_PRIORITY)):
-        parameters = run.parameters / f"{process.name}.yaml"
-        parameters.write_text(process.parameter_file(), encoding="utf-8")
-        command = (sys.executable, *process.command, "--ros-args", "--params-file", str(parameters), *remapped)
-        started.append(LaunchedProcess(process.name, command))
+        arguments = process.prepare(run.parameters, within)
+        started.append(LaunchedProcess(process.name, (sys.executable, "-m", process.module, *arguments)))
     return run.path, tuple(started)

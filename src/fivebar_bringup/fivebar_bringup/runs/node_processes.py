@@ -14,7 +14,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from fivebar_bringup.runs.namespace import remapping
 from fivebar_bringup.runs.node_starter import NodeCommand, StartRequest
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
@@ -95,9 +94,7 @@ def start_processes(
     run.logs.mkdir(exist_ok=True)
     commands = []
     for spec in specs:
-        parameters = run.parameters / f"{spec.name}.yaml"
-        parameters.write_text(spec.parameter_file(), encoding="utf-8")
-        arguments = (*spec.arguments, "--ros-args", "--params-file", str(parameters), *remapping(namespace))
+        arguments = spec.prepare(run.parameters, namespace)
         commands.append(NodeCommand(spec.name, spec.module, arguments, str(run.logs / f"{spec.name}.log")))
     report, reported = os.pipe()
     gate, release = os.pipe()

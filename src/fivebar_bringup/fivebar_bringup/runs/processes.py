@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import yaml
 
 from fivebar_bringup.runs.bridges import BRIDGES
 from fivebar_bringup.runs.graph import EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.runs.namespace import remapping
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.settings import to_parameters
@@ -49,10 +51,11 @@ class ProcessSpec(NamedTuple):
         """The arguments of that module."""
         return () if len(self.nodes) == 1 else tuple(node.module for node in self.nodes)
 
-    @property
-    def command(self) -> tuple[str, ...]:
-        """The interpreter's arguments that start it."""
-        return ("-m", self.module, *self.arguments)
+    def prepare(self, folder: Path, namespace: str) -> tuple[str, ...]:
+        """Write its parameter file into a folder; return the arguments of its module, with those of ROS."""
+        file = folder / f"{self.name}.yaml"
+        file.write_text(self.parameter_file(), encoding="utf-8")
+        return (*self.arguments, "--ros-args", "--params-file", str(file), *remapping(namespace))
 
     def parameter_file(self) -> str:
         """Return the parameters of its nodes in the format of `--params-file`, for any namespace."""
