@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.calibration.record import CalibrationRecord
-from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
+from fivebar_control.model.kinematics import distal_acceleration, joints_of, state_from_platform
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_sim.imu import Imu
@@ -75,6 +75,17 @@ def led(
     times = np.arange(count + 1) / rate_hz
     acceleration = np.array(forces) if imu is not None else np.zeros((count + 1, 3))
     return CalibrationRecord(times, angles, np.zeros_like(angles), times, np.array(rates), acceleration)
+
+
+def passive_angles(
+    robot: FiveBar, leg: int, path: tuple[tuple[float, float], ...] = PATH, seconds: float = 0.6, rate_hz: int = 500
+) -> FloatArray:
+    """The exact q_i2 of a leg (rad) at the times of the same motion, without jumps."""
+    angles = []
+    for number in range(round((len(path) - 1) * seconds * rate_hz) + 1):
+        place, speed, _ = _at(path, seconds, number / rate_hz)
+        angles.append(joints_of(state_from_platform(robot, *MODE, *place, *speed))[1 if leg == 1 else 3])
+    return np.unwrap(np.array(angles))
 
 
 def _at(path: tuple[tuple[float, float], ...], seconds: float, time: float) -> list[tuple[float, float]]:

@@ -279,7 +279,7 @@ def tip_masses(robot: FiveBar, share: float = 0.5) -> tuple[float, float]:
             raise ValueError(_no_body(number, leg))
         needed.append(max(0.0, -leg.inertia * leg.residual / held))
     spare = robot.mass - needed[0] - needed[1]
-    if spare <= 0.0:
+    if spare < 0.0:
         raise ValueError(_no_body(1, robot.leg1) if needed[0] >= needed[1] else _no_body(2, robot.leg2))
     return needed[0] + share * spare, needed[1] + share * spare
 

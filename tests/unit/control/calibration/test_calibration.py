@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from led_robot import BIAS, PATH, led, with_errors
+from led_robot import BIAS, PATH, led, passive_angles, with_errors
 
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
 from fivebar_control.calibration.calibration import calibrate
@@ -12,6 +12,7 @@ from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles
 from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import SCALE, SHIFT, unseen
 from fivebar_control.calibration.parameters import PARAMETERS
+from fivebar_control.calibration.passive import PassiveReadings, find_passive_zero
 from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable, TouchedPoint
 from fivebar_control.calibration.result import Calibration
 from fivebar_control.model.geometry import inverse_geometry
@@ -128,6 +129,20 @@ def test_the_mounting_of_the_imu_comes_from_axis_and_accelerometer(dextar: FiveB
     assert mounting.yaw[0] == pytest.approx(0.4, abs=2e-3)
     assert mounting.mount_x[0] == pytest.approx(-0.02, abs=2e-4)
     assert mounting.mount_y[0] == pytest.approx(0.008, abs=2e-4)
+
+
+def test_the_zero_of_a_passive_joints_encoder_is_what_it_reads_beyond_its_angle(dextar: FiveBar) -> None:
+    """Counts, at half the rate, a turn away: to the interval, which is mostly that of the motor's own zero."""
+    robot, zero, count = with_errors(dextar, ERRORS), 0.013, 2.0 * np.pi / 16384
+    record = led(robot, ZEROS, PATH[:5], counts=65536)
+    found = calibrate(dextar, HELD_BASES, record)
+    for leg in (1, 2):
+        read = np.floor((passive_angles(robot, leg, PATH[:5]) + zero + 2.0 * np.pi) / count) * count
+        passive = find_passive_zero(record, found, PassiveReadings(leg, record.times[::2], read[::2]))
+        assert passive.leg == leg
+        assert abs(passive.value - zero) < passive.half_width < 2e-3
+    with pytest.raises(NotCalibratable, match="too short a time"):
+        find_passive_zero(record, found, PassiveReadings(2, record.times[:100], read[:100]))
 
 
 def test_encoders_alone_give_the_elbow_gap_from_the_turning_points(dextar: FiveBar) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fivebar_bringup.runs.results import new_directory
-from fivebar_bringup.studies.calibrate.reading import read_record, read_touched
+from fivebar_bringup.studies.calibrate.reading import read_passive, read_record, read_touched
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
 from fivebar_bringup.studies.identify.reading import find_bag, read_start
 from fivebar_bringup.studies.study_directory import StudyDirectory
@@ -13,6 +13,7 @@ from fivebar_control.calibration.by_turning_points import calibrate_by_turning_p
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import unseen
+from fivebar_control.calibration.passive import find_passive_zero
 from fivebar_control.calibration.record import NotCalibratable
 from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_description.imu import ImuSettings
@@ -56,10 +57,13 @@ def calibrate_bag(
             found = calibrate_by_turning_points(start.five_bar(), tolerances, record)
         else:
             found = calibrate(start.five_bar(), tolerances, record, imu, points)
+        leg = 0 if scenario is None or encoders_only else scenario.passive.leg
+        passive = read_passive(source, leg) if leg else None
+        zero = None if passive is None else find_passive_zero(record, found, passive)
     except NotCalibratable as error:
         raise InputError(f"{source.bag}: {error}") from error
     mounting = None if encoders_only else find_mounting(record, found)
-    return CalibrationResult(start, source.bag, found, unseen(found), mounting, len(points), scenario)
+    return CalibrationResult(start, source.bag, found, unseen(found), mounting, len(points), scenario, zero)
 
 
 def corrected_drives(result: CalibrationResult, drives: str) -> DriveFile:

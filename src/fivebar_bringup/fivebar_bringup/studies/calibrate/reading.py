@@ -11,8 +11,16 @@ from pydantic import Field, model_validator
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.studies.identify.reading import Source, joint_columns
+from fivebar_control.calibration.passive import PassiveReadings
 from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint
-from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, JOINT_STATES, MOTOR_STATES, NANOSECONDS
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    IMU_DATA,
+    JOINT_STATES,
+    MOTOR_STATES,
+    NANOSECONDS,
+    PASSIVE_STATES,
+)
 from fivebar_description.parameters import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 
@@ -71,6 +79,22 @@ def read_record(source: Source, with_imu: bool = True) -> CalibrationRecord:
         angular_velocity=velocity,
         acceleration=acceleration,
     )
+
+
+def read_passive(source: Source, leg: int) -> PassiveReadings | None:
+    """Return the readings of the encoder on a leg's passive joint, None where the bag has none.
+
+    Raises:
+        BagError: the bag cannot be read.
+    """
+    recording = read_bag(source.bag)
+    if not recording.count(PASSIVE_STATES):
+        return None
+    topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
+    angles = recording.field(PASSIVE_STATES, "position")[:, 0]
+    known = np.isfinite(angles)
+    times = (recording.stamps(PASSIVE_STATES) - int(np.min(recording.stamps(topic)))) / NANOSECONDS
+    return PassiveReadings(leg, times[known], angles[known])
 
 
 def _imu(recording: Recording) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ from fivebar_control.calibration.closure import BASE_1, BASE_2, GEOMETRY, ZERO_1
 from fivebar_control.calibration.mounting import Mounting, tilt_angle
 from fivebar_control.calibration.observability import Unseen
 from fivebar_control.calibration.parameters import PARAMETERS
+from fivebar_control.calibration.passive import PassiveZero
 from fivebar_control.calibration.result import CONFIDENCE, QUANTILE, Calibration
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import Lengths, RobotFile
@@ -62,6 +63,7 @@ class CalibrationResult(NamedTuple):
         mounting: of the IMU, None without an accelerometer.
         touched: number of touched points.
         scenario: that of the run, None where the bag lies in none.
+        passive: the zero of the encoder on a passive joint, None without one.
     """
 
     start: RobotFile
@@ -71,6 +73,7 @@ class CalibrationResult(NamedTuple):
     mounting: Mounting | None
     touched: int
     scenario: Scenario | None
+    passive: PassiveZero | None = None
 
     def parameters(self) -> list[Parameter]:
         """Return the parameters in the order of `PARAMETERS`, those of a sensor only where there is one."""
@@ -115,7 +118,14 @@ class CalibrationResult(NamedTuple):
             base=float(f"{max(base, LEAST_LENGTH):.2g}"),
             zero=float(f"{max(zero, LEAST_ZERO):.2g}"),
             gyro_scale=float(f"{max(scale, 1e-3):.2g}"),
+            passive_zero=self._passive_tolerance(),
         )
+
+    def _passive_tolerance(self) -> float:
+        """Return the tolerance (rad) of the zero of the passive joint's encoder, where it was found."""
+        if self.passive is None:
+            return self.start.tolerances.passive_zero
+        return float(f"{max(math.sqrt(3.0) / QUANTILE * self.passive.half_width, LEAST_ZERO):.2g}")
 
     def robot_file(self) -> RobotFile:
         """Return the calibrated robot: its origin is in the middle between the motor axes."""
@@ -133,8 +143,13 @@ class CalibrationResult(NamedTuple):
         )
 
     def sensors(self) -> KnownSensors:
-        """Return what is known of the sensors: the offset of the IMU's clock, 0 where the interval contains it."""
+        """Return what is known of the sensors.
+
+        The offset of the IMU's clock, 0 where the interval contains it, and the zero of the passive joint's encoder.
+        """
         known = self.start.sensors
+        if self.passive is not None:
+            known = known._replace(passive_zero=round(self.passive.value, 6))
         if self.found.turning is None:
             return known
         delay, half = float(self.found.values[IMU_DELAY]), float(self.found.half_widths[IMU_DELAY])
@@ -184,6 +199,9 @@ class CalibrationResult(NamedTuple):
         lines += [f"Not seen: {one.words}" for one in self.unseen]
         one, two = self.zeros()
         lines.append(f"Encoder zeros: add {-one:+.6f} to home_offset_rad of q11 and {-two:+.6f} to that of q21.")
+        if self.passive is not None:
+            zero = f"{1e3 * self.passive.value:.2f} ± {1e3 * self.passive.half_width:.2f} mrad"
+            lines.append(f"Zero of the encoder on the passive joint of leg {self.passive.leg}: {zero}")
         # neither a path nor a name may end the comment
         lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
         return "\n".join(lines) + "\n" + yaml_text(self.robot_file().model_dump(mode="json", exclude_none=True))
@@ -231,6 +249,7 @@ class CalibrationResult(NamedTuple):
             "tolerances": self.tolerances()._asdict(),
             "origin_x_m": self.origin(),
             "mounting": None if self.mounting is None else self.mounting._asdict(),
+            "passive_zero": None if self.passive is None else self.passive._asdict(),
             "touched_points": self.touched,
             "misfit": found.misfit,
             "colour": found.colour,

@@ -57,12 +57,15 @@ class CoSimulation(NamedTuple):
         return self.analytic - self.pinocchio
 
 
-def co_simulate(robot: FiveBar, duration: float = 10.0, rate_hz: int = 500) -> CoSimulation:
+def co_simulate(
+    robot: FiveBar, duration: float = 10.0, rate_hz: int = 500, actual: FiveBar | None = None
+) -> CoSimulation:
     """Return both models' torques while both motors follow q0 + sin(t) / 10 for `duration` s, ends included.
 
-    The swing is prescribed, so no error adds up: each sample is a comparison of its own.
+    The swing is prescribed, so no error adds up: each sample is a comparison of its own. Pinocchio's side is `actual`,
+    a robot of the same lengths, by default the same robot.
     """
-    loop, chain = ClosedLoop(robot), five_bar_chain(robot)
+    loop, chain = ClosedLoop(robot if actual is None else actual), five_bar_chain(robot)
     home = state_from_platform(robot, *MODES, *HOME, 0.0, 0.0)
     assembly = assembly_mode(home)
     time = np.arange(round(duration * rate_hz) + 1) / rate_hz

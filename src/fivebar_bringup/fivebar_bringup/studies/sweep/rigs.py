@@ -204,9 +204,11 @@ FOR_ELASTIC = {
     "acceleration_noise": 0.1,
     "gyro_noise": 0.1,
     "misfit_limit": 200.0,
+    "force_deviation": 1.0,
+    "force_time": 0.4,
 }
 """Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
-by 0.2 rad/s where they swing at 60 Hz."""
+by 0.2 rad/s where they swing at 60 Hz. The force is what tilt, pushes and passive friction do along t_s."""
 
 FOR_BLENDED = {"ekf": {"disturbance_rate": 1.0}}
 """The blended controllers have no observer of their own and compensate what the estimator finds. At 0.1 Nm per root s
