@@ -10,10 +10,13 @@ import pytest
 import yaml
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.safety.stages import Area
 from fivebar_description.settings import Declared, Keys, declared, from_parameters, to_parameters
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.settings import PlantSettings
 
 GOOD = {"name": "any", "waypoints": [[0.0, 0.15], [0.0, 0.02]]}
 
@@ -147,3 +150,34 @@ def test_a_name_that_is_no_directory_is_refused(name: str) -> None:
 def test_how_long_the_last_torque_is_held(rate_hz: int, safety: dict[str, Any], cycles: int) -> None:
     scenario = validate({**GOOD, "rate_hz": rate_hz, "segment_duration": 0.5, "safety": safety}, Scenario, "any")
     assert scenario.stop_cycles() == cycles
+
+
+BENCH = {"robot": "motkin", "waypoints": [[0.0, 0.12], [0.0, 0.0]], "controller": "unified"}
+
+
+def test_torques_and_sensors_follow_from_the_robot() -> None:
+    bench, dextar = scenario(**BENCH), scenario(controller="unified")
+    assert dextar.unified == UnifiedSettings()
+    assert dextar.ekf == EkfSettings()
+    assert (dextar.estimator, dextar.plant) == ("none", PlantSettings())
+    assert bench.unified.weight == pytest.approx(3.0 * (0.55 / 0.035) ** 2)
+    assert bench.unified.disturbance_limit == pytest.approx(0.5 * 0.035 / 0.55)
+    assert (bench.unified.kp, bench.unified.kd, bench.unified.observer_rate) == (14400.0, 240.0, 90.0)
+    assert bench.ekf.disturbance_initial == pytest.approx(0.1 * 0.035 / 0.55)
+    assert (bench.estimator, bench.plant.encoder_counts, bench.plant.delay_samples) == ("ekf", 16384, 1)
+    assert bench.torque_limit == 0.186
+    assert validate(yaml.safe_load(bench.to_yaml()), Scenario, "again") == bench
+
+
+def test_what_a_scenario_says_comes_before_what_the_robot_does() -> None:
+    given = scenario(**BENCH, estimator="none", unified={"weight": 5.0}, plant={"torque_limit": 0.1})
+    assert (given.unified.weight, given.unified.kp, given.plant.torque_limit) == (5.0, 14400.0, 0.1)
+    assert (given.estimator, given.plant.encoder_counts, given.plant.delay_samples) == ("none", None, 0)
+    type_1 = scenario(**BENCH, working_modes=[[1, -1], [1, -1]])
+    assert type_1.estimator == "none"
+
+
+@pytest.mark.parametrize("robot", ["nothing", 3])
+def test_an_unknown_robot_is_named_where_it_is_read(robot: Any) -> None:
+    with pytest.raises(InputError, match="robot"):
+        scenario(robot=robot).five_bar()

@@ -112,7 +112,8 @@ class EkfSettings(NamedTuple):
     """Noise assumptions of the filter, limits of its validity, and the use of its estimates.
 
     On the locus the uncertainty along t_s grows with the acceleration noise, since no motor torque acts on the platform
-    in that direction (1.19).
+    in that direction (1.19). A robot's file may scale the disturbances to the torque of its crossings (`drives`), or
+    give noises of its own (`tuning`).
     """
 
     acceleration_noise: Annotated[

@@ -78,13 +78,14 @@ class Equations(NamedTuple):
 
 
 def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs) -> Equations:
-    """Return the equations of a record; of the robot, the lengths and the friction's widths are used."""
+    """Return the equations of a record; of the robot, lengths, residual inertias and widths are used."""
     taps = differentiator(cutoffs.derivative_hz, record.rate_hz)
     parallel = parallel_filter(cutoffs.parallel_hz, record.rate_hz)
     # the encoders round down: on average the angle is half a count further
     angles = record.angles + 0.5 * cutoffs.resolution
     q, dq, ddq = (_by_motor(angles, kernel) for kernel in (taps.angle, taps.rate, taps.acceleration))
-    loads = _by_motor(_platform_loads(robot, record.assembly, q, dq, ddq), parallel)
+    found = _platform_loads(robot, record.assembly, q, dq, ddq)
+    loads, known = _by_motor(found[:, :2], parallel), _by_motor(found[:, 2:], parallel)
     samples = len(q)
     regressor = np.zeros((samples, 2, len(PARAMETERS)))
     torque = np.empty((samples, 2))
@@ -96,7 +97,7 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs) -> Equa
         direction = filtered(filtered(np.tanh(dq[:, motor] / leg.width), taps.angle), parallel)
         regressor[:, motor, 3 + motor] = direction
         regressor[:, motor, 5 + motor] = 1.0
-        torque[:, motor] = filtered(filtered_torque(record.torques[:, motor], taps.torque), parallel)
+        torque[:, motor] = filtered(filtered_torque(record.torques[:, motor], taps.torque), parallel) - known[:, motor]
         moving[:, motor] = filtered(_slow(leg, dq[:, motor]), weight / np.sum(weight)) < SLOW_SHARE
     regressor[~moving] = math.nan
     stride = max(1, int(record.rate_hz / (ROWS_PER_CUTOFF * cutoffs.parallel_hz)))
@@ -120,12 +121,16 @@ def _slow(leg: LegParameters, speed: FloatArray) -> FloatArray:
 
 
 def _platform_loads(robot: FiveBar, assembly: FloatArray, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-    """Return [n, 2], the motor torques per mass of the platform (Nm/kg), NaN near the Type 2 locus."""
-    loads = np.full(q.shape, math.nan)
+    """Return [n, 4]: motor torques per mass of the platform (Nm/kg), then those of the residual inertias (Nm).
+
+    Near the Type 2 locus the former are NaN, the latter 0.
+    """
+    loads = np.zeros((len(q), 4))
+    loads[:, :2] = math.nan
     known = np.isfinite(ddq).all(axis=1) & (np.abs(assembly) > 0.0)
     for k in np.flatnonzero(known):
         motion = MotorMotion(*q[k].tolist(), *dq[k].tolist(), *ddq[k].tolist())
         load = platform_load(robot, int(assembly[k]), motion)
         if load.kappa >= LEAST_KAPPA:
-            loads[k] = load.load1, load.load2
+            loads[k] = load.load1, load.load2, load.known1, load.known2
     return loads

@@ -3,7 +3,8 @@
 tau = ZZ qddot + B lambda + f with A^T lambda = m xddot (1.30, 1.31) and the friction of 1.32 is linear in zz_11R,
 zz_21R, m, f_s and f_off of both motors. The motors' angles and their derivatives are all that it takes: the direct
 geometry gives the platform in a known assembly mode, and J = A^-1 B its motion. No passive joint is read, and a leg may
-pass through Type 1.
+pass through Type 1. Residual inertias of the distal links are not identified: they follow from weighing the links, and
+what they need of torque is taken off beforehand.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.dynamics import multipliers
 from fivebar_control.model.kinematics import platform_acceleration, state_from_motors
+from fivebar_control.model.residual import distal_moments, has_residual, moment_multipliers, moment_torques
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import MotorMotion
 from fivebar_description.parameters import FiveBar
@@ -23,26 +25,35 @@ class PlatformLoad(NamedTuple):
 
     Attributes:
         load1, load2: motor torques per mass of the platform (Nm/kg), rows of J^T xddot.
+        known1, known2: motor torques (Nm) of the distal links' residual inertias, which are taken as known.
         kappa: 1 / cond(A), from 0 on the Type 2 locus to 1.
     """
 
     load1: float
     load2: float
+    known1: float
+    known2: float
     kappa: float
 
 
-NOWHERE = PlatformLoad(math.nan, math.nan, 0.0)
+NOWHERE = PlatformLoad(math.nan, math.nan, math.nan, math.nan, 0.0)
 
 
 def platform_load(robot: FiveBar, assembly: int, motion: MotorMotion) -> PlatformLoad:
     """Return the platform's load in an assembly mode (the sign of det A).
 
-    Depends on the robot's lengths only. `NOWHERE` where the distal links cannot meet, and on the Type 2 locus.
+    Depends on the robot's lengths and residual inertias only. `NOWHERE` where the distal links cannot meet, and on the
+    Type 2 locus.
     """
     state = state_from_motors(robot, assembly, motion.q11, motion.q21, motion.dq11, motion.dq21)
     if math.isnan(state.x):
         return NOWHERE
-    lambda1, lambda2 = multipliers(
-        robot._replace(mass=1.0), state, *platform_acceleration(state, motion.ddq11, motion.ddq21)
-    )
-    return PlatformLoad(state.leg1.b * lambda1, state.leg2.b * lambda2, inverse_condition(state))
+    ax, ay = platform_acceleration(state, motion.ddq11, motion.ddq21)
+    lambda1, lambda2 = multipliers(robot._replace(mass=1.0), state, ax, ay)
+    known1 = known2 = 0.0
+    if has_residual(robot) and not math.isnan(ax):
+        moments = distal_moments(robot, state, motion.ddq11, motion.ddq21, ax, ay)
+        on1, on2 = moment_torques(robot, state, moments)
+        more1, more2 = moment_multipliers(robot, state, moments)
+        known1, known2 = on1 + state.leg1.b * more1, on2 + state.leg2.b * more2
+    return PlatformLoad(state.leg1.b * lambda1, state.leg2.b * lambda2, known1, known2, inverse_condition(state))

@@ -14,15 +14,23 @@ from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
+from fivebar_control.model.residual import distal_moments, has_residual, moment_torques
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
 
 
 def reduced_ctc_torque(robot: FiveBar, state: State, reference: Reference, kp: float, kd: float) -> Torque:
-    """Return tau_B = ZZ v + f (1.29): computed torque with the wrench on the platform vanished."""
+    """Return tau_B = ZZ v + f (1.29): computed torque with the wrench on the platform vanished.
+
+    Of the distal links' moments the motors' part remains.
+    """
     v1 = linearised_acceleration(state.leg1, reference.state.leg1, reference.ax, reference.ay, kp, kd)
     v2 = linearised_acceleration(state.leg2, reference.state.leg2, reference.ax, reference.ay, kp, kd)
-    return Torque(robot.leg1.inertia * v1 + reference.f1, robot.leg2.inertia * v2 + reference.f2)
+    f1, f2 = reference.f1, reference.f2
+    if has_residual(robot):
+        on1, on2 = moment_torques(robot, state, distal_moments(robot, state, v1, v2, reference.ax, reference.ay))
+        f1, f2 = f1 + on1, f2 + on2
+    return Torque(robot.leg1.inertia * v1 + f1, robot.leg2.inertia * v2 + f2)
 
 
 class ReducedCtcSettings(NamedTuple):

@@ -3,11 +3,18 @@
 On the locus only the component of the dynamics along v1 can be influenced. With w = B^-1 U_1, taking the dynamics along
 U_1 leaves w^T tau = w^T (ZZ qddot + f) + m alpha / s1 for the platform acceleration alpha v1. Every resolution below
 satisfies this equation; they differ in the null-space component of tau.
+
+Residual inertias of the distal links add the motors' part of their moments to ZZ qddot and the platform's part along v1
+to m alpha (`fivebar_control.model.residual`). They depend on the acceleration along t_s too, which no torque
+influences: it is taken from the reference.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.model.residual import distal_moments, has_residual, moment_torques
 from fivebar_control.model.singularity import SQRT_HALF, ParallelSvd
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
@@ -28,6 +35,7 @@ def resolved(
     ddq21: float,
     f1: float,
     f2: float,
+    beta: float = 0.0,
 ) -> Torque:
     """Return the torque of one of the resolutions.
 
@@ -39,12 +47,37 @@ def resolved(
         alpha: platform acceleration along v1 (m/s^2).
         ddq11, ddq21: motor accelerations that go with it (rad/s^2).
         f1, f2: friction (Nm).
+        beta: platform acceleration along t_s (m/s^2); only residual inertias make a difference of it.
     """
+    load = _load(robot, state, svd, alpha, beta, ddq11, ddq21)
     if resolution == FULL_FRICTION:
-        return full_friction(robot, state, svd, alpha, ddq11, ddq21, f1, f2)
+        return full_friction(robot, state, svd, alpha, load, f1, f2)
     if resolution == MIN_NORM:
-        return min_norm(robot, state, svd, alpha, ddq11, ddq21, f1, f2)
-    return full_inverse(robot, state, svd, alpha, ddq11, ddq21, f1, f2)
+        return min_norm(robot, state, svd, alpha, load, f1, f2)
+    return full_inverse(robot, state, svd, alpha, load, f1, f2)
+
+
+class Load(NamedTuple):
+    """What the legs need for the acceleration: torques (Nm), and a force (N) on the platform along v1."""
+
+    load1: float
+    load2: float
+    force: float
+
+
+def _load(
+    robot: FiveBar, state: State, svd: ParallelSvd, alpha: float, beta: float, ddq11: float, ddq21: float
+) -> Load:
+    load1, load2 = robot.leg1.inertia * ddq11, robot.leg2.inertia * ddq21
+    if not has_residual(robot):
+        return Load(load1, load2, 0.0)
+    leg1, leg2 = state.leg1, state.leg2
+    ax, ay = alpha * svd.v_x + beta * svd.t_x, alpha * svd.v_y + beta * svd.t_y
+    moments = distal_moments(robot, state, ddq11, ddq21, ax, ay)
+    on1, on2 = moment_torques(robot, state, moments)
+    force1 = (svd.v_y * leg1.u_x - svd.v_x * leg1.u_y) * moments.moment1 / robot.leg1.distal
+    force2 = (svd.v_y * leg2.u_x - svd.v_x * leg2.u_y) * moments.moment2 / robot.leg2.distal
+    return Load(load1 + on1, load2 + on2, force1 + force2)
 
 
 def min_norm(
@@ -52,8 +85,7 @@ def min_norm(
     state: State,
     svd: ParallelSvd,
     alpha: float,
-    ddq11: float,
-    ddq21: float,
+    load: Load,
     f1: float,
     f2: float,
 ) -> Torque:
@@ -66,8 +98,7 @@ def min_norm(
         state,
         svd,
         alpha,
-        robot.leg1.inertia * ddq11 + f1,
-        robot.leg2.inertia * ddq21 + f2,
+        Load(load.load1 + f1, load.load2 + f2, load.force),
         0.0,
         0.0,
     )
@@ -78,13 +109,12 @@ def full_friction(
     state: State,
     svd: ParallelSvd,
     alpha: float,
-    ddq11: float,
-    ddq21: float,
+    load: Load,
     f1: float,
     f2: float,
 ) -> Torque:
     """Return friction compensated in both motors plus the smallest torque for the rest."""
-    return _along_w(robot, state, svd, alpha, robot.leg1.inertia * ddq11, robot.leg2.inertia * ddq21, f1, f2)
+    return _along_w(robot, state, svd, alpha, load, f1, f2)
 
 
 def full_inverse(
@@ -92,17 +122,16 @@ def full_inverse(
     state: State,
     svd: ParallelSvd,
     alpha: float,
-    ddq11: float,
-    ddq21: float,
+    load: Load,
     f1: float,
     f2: float,
 ) -> Torque:
-    """Return the inverse dynamics of xddot = alpha v1: lambda = U_1 m alpha / s1, exact off the locus too."""
-    share = SQRT_HALF * robot.mass * alpha / svd.s1
-    return Torque(
-        robot.leg1.inertia * ddq11 + f1 + state.leg1.b * share,
-        robot.leg2.inertia * ddq21 + f2 + state.leg2.b * share * svd.fold,
-    )
+    """Return the inverse dynamics of xddot = alpha v1: lambda = U_1 m alpha / s1, exact off the locus too.
+
+    Of the residual inertias' force on the platform only the part along v1 is met.
+    """
+    share = SQRT_HALF * robot.mass * alpha / svd.s1 + SQRT_HALF * load.force / svd.s1
+    return Torque(load.load1 + f1 + state.leg1.b * share, load.load2 + f2 + state.leg2.b * share * svd.fold)
 
 
 def _along_w(
@@ -110,14 +139,14 @@ def _along_w(
     state: State,
     svd: ParallelSvd,
     alpha: float,
-    load1: float,
-    load2: float,
+    load: Load,
     apart1: float,
     apart2: float,
 ) -> Torque:
-    """Return apart + w (w^T w)^-1 [w^T load + m alpha / s1]."""
+    """Return apart + w (w^T w)^-1 [w^T load + (m alpha + force) / s1]."""
     if state.leg1.b == 0.0 or state.leg2.b == 0.0:
         return UNDEFINED
     w1, w2 = SQRT_HALF / state.leg1.b, SQRT_HALF * svd.fold / state.leg2.b
-    scale = (w1 * load1 + w2 * load2 + robot.mass * alpha / svd.s1) / (w1 * w1 + w2 * w2)
+    along = w1 * load.load1 + w2 * load.load2 + robot.mass * alpha / svd.s1 + load.force / svd.s1
+    scale = along / (w1 * w1 + w2 * w2)
     return Torque(apart1 + w1 * scale, apart2 + w2 * scale)

@@ -114,7 +114,11 @@ def box_least_squares(
 
 
 class UnifiedSettings(NamedTuple):
-    """Settings of the unified law."""
+    """Settings of the unified law.
+
+    A robot's file may scale `weight` and `disturbance_limit` to the torque of its crossings (`drives`), and give the
+    gains and `observer_rate` (`tuning`); the defaults here are those of DexTAR.
+    """
 
     kp: Annotated[float, KP] = 6400.0
     kd: Annotated[float, KD] = 160.0

@@ -72,6 +72,7 @@ def vhc_cartesian_torque(
         joint_acceleration(state.leg2, ax, ay),
         reference.f1,
         reference.f2,
+        svd.t_x * reference.ax + svd.t_y * reference.ay,
     )
 
 

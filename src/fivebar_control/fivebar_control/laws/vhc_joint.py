@@ -138,7 +138,8 @@ def vhc_joint_torque(
     alpha = (e1 * v1 + e2 * v2) / authority
     ddq11 = n1 * alpha + state.leg1.c / state.leg1.b
     ddq21 = n2 * alpha + state.leg2.c / state.leg2.b
-    return resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, reference.f1, reference.f2)
+    beta = svd.t_x * reference.ax + svd.t_y * reference.ay
+    return resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, reference.f1, reference.f2, beta)
 
 
 class VhcJointSettings(NamedTuple):

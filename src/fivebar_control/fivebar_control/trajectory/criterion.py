@@ -3,6 +3,10 @@
 On the Type 2 locus m t_s^T xddot = 0 whatever the motors do, so a reference that has t_s^T xddot = 0 there can be
 tracked with bounded torque. On a straight path this is a vanishing acceleration along the path at the moment of
 crossing, which the fifth-order polynomial has at half of its way only and a seventh-order one can have anywhere.
+
+Moments M_i of residual inertias are forces M_i p_i on the platform, dtheta_i = p_i . xdot, so that then
+t_s^T (m xddot + sum p_i M_i) = 0 on the locus: on a straight path s'' = rho s'^2 at the crossing, with a rho that the
+posture determines. The fifth-order polynomial has it near half of its way only.
 """
 
 from __future__ import annotations
@@ -13,9 +17,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from fivebar_control.model.dynamics import distal_row
 from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_description.parameters import FiveBar
 
 MONOTONE_GRID = 400
@@ -31,6 +38,10 @@ u = 1/2 is possible, and near it only a narrow range of u."""
 LEAST_OFFSET = 1e-6
 """Crossings nearer to half of the way than this fraction are taken to be this far from it: there the equations for the
 polynomial become singular, and what is left of the acceleration is 1e-5 of its peak."""
+
+
+FIXED_POINT_STEPS = 60
+"""Of an equation whose slope is below 1/2 for the |rho| < 2 of any path."""
 
 
 class CriterionLaw(NamedTuple):
@@ -56,20 +67,22 @@ class CriterionLaw(NamedTuple):
         )
 
 
-def criterion_law(s_crossing: float) -> CriterionLaw | None:
-    """Return the time law that passes s = `s_crossing` without acceleration, with the least peak acceleration.
+def criterion_law(s_crossing: float, rho: float = 0.0) -> CriterionLaw | None:
+    """Return the time law that meets the criterion at s = `s_crossing`, with the least peak acceleration.
 
-    None where no such law goes forwards only, which happens for crossings near the ends of the way.
+    There s'' = rho s'^2, without acceleration for rho = 0. None where no such law goes forwards only, which happens for
+    crossings near the ends of the way.
     """
-
-    offset = math.copysign(max(abs(s_crossing - 0.5), LEAST_OFFSET), s_crossing - 0.5)
+    middle = _where_quintic_meets(rho)
+    half = rest_to_rest(middle)[0] if rho != 0.0 else 0.5
+    offset = math.copysign(max(abs(s_crossing - half), LEAST_OFFSET), s_crossing - half)
     points = np.linspace(0.0, 1.0, MONOTONE_GRID + 1).tolist()
 
     def law_at(ratio: float) -> CriterionLaw:
-        return _law_through(0.5 + ratio * offset, 0.5 + offset)
+        return _law_through(middle + ratio * offset, half + offset, rho)
 
     def peak(ratio: float) -> float:
-        if not CROSSING_RANGE[0] <= 0.5 + ratio * offset <= CROSSING_RANGE[1]:
+        if not CROSSING_RANGE[0] <= middle + ratio * offset <= CROSSING_RANGE[1]:
             return 1e9
         law = law_at(ratio)
         rates = np.array([law(u)[1:] for u in points])
@@ -83,8 +96,16 @@ def criterion_law(s_crossing: float) -> CriterionLaw | None:
     return law_at(best) if peak(best) < 1e9 else None
 
 
-def _law_through(u: float, s: float) -> CriterionLaw:
-    """Return the law with s(u) = s and s''(u) = 0 besides rest at both ends."""
+def _where_quintic_meets(rho: float) -> float:
+    """Return u near 1/2 where the fifth-order polynomial has s'' = rho s'^2: 1 - 2 u = 15 rho (u (1 - u))^3."""
+    u = 0.5
+    for _ in range(FIXED_POINT_STEPS if rho != 0.0 else 0):
+        u = 0.5 - 7.5 * rho * (u * (1.0 - u)) ** 3
+    return u
+
+
+def _law_through(u: float, s: float, rho: float) -> CriterionLaw:
+    """Return the law with s(u) = s and s''(u) = rho s'(u)^2 besides rest at both ends."""
     powers = np.arange(3, 8)
     matrix = np.array(
         [
@@ -96,12 +117,39 @@ def _law_through(u: float, s: float) -> CriterionLaw:
         ],
         dtype=np.float64,
     )
-    c3, c4, c5, c6, c7 = np.linalg.solve(matrix, np.array([1.0, 0.0, 0.0, s, 0.0])).tolist()
+    still = np.linalg.solve(matrix, np.array([1.0, 0.0, 0.0, s, 0.0]))
+    if rho != 0.0:
+        # the law for an acceleration a at u is still + a by_a, and a = rho s'(u)^2 a quadratic equation
+        by_a = np.linalg.solve(matrix, np.array([0.0, 0.0, 0.0, 0.0, 1.0]))
+        rate = powers * u ** (powers - 1)
+        v, w = float(rate @ still), float(rate @ by_a)
+        square = (1.0 - 2.0 * rho * v * w) ** 2 - (2.0 * rho * v * w) ** 2
+        if square < 0.0:
+            return CriterionLaw(*(math.nan,) * 5)
+        still = still + 2.0 * rho * v * v / (1.0 - 2.0 * rho * v * w + math.sqrt(square)) * by_a
+    c3, c4, c5, c6, c7 = still.tolist()
     return CriterionLaw(c3, c4, c5, c6, c7)
 
 
+def criterion_curvature(robot: FiveBar, mode1: int, mode2: int, x: float, y: float, d_x: float, d_y: float) -> float:
+    """Return rho (1/m) of a straight path along the unit vector d through a point (m) of the Type 2 locus."""
+    if not has_residual(robot):
+        return 0.0
+    at_unit_speed = Platform(x, y, d_x, d_y, 0.0, 0.0)
+    at_unit_acceleration = Platform(x, y, 0.0, 0.0, d_x, d_y)
+    force = criterion_residual(robot, mode1, mode2, at_unit_speed)
+    return -force / criterion_residual(robot, mode1, mode2, at_unit_acceleration)
+
+
 def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> float:
-    """Return m t_s^T xddot (N) of a motion: which the criterion (1.19) requires to vanish on the locus."""
+    """Return t_s^T (m xddot + sum p_i M_i) (N) of a motion: which the criterion (1.19) requires to vanish."""
     state = state_from_platform(robot, mode1, mode2, motion.x, motion.y, motion.vx, motion.vy)
     svd = parallel_svd(state)
-    return robot.mass * (svd.t_x * motion.ax + svd.t_y * motion.ay)
+    force = robot.mass * (svd.t_x * motion.ax + svd.t_y * motion.ay)
+    if not has_residual(robot):
+        return force
+    for parameters, leg in ((robot.leg1, state.leg1), (robot.leg2, state.leg2)):
+        row = distal_row(parameters, leg)
+        turn = row.p_x * motion.ax + row.p_y * motion.ay + row.drift
+        force += parameters.residual * turn * (svd.t_x * row.p_x + svd.t_y * row.p_y)
+    return force

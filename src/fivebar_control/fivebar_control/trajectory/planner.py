@@ -18,7 +18,7 @@ from fivebar_control.model.singularity import (
     parallel_svd,
 )
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.criterion import criterion_law
+from fivebar_control.trajectory.criterion import criterion_curvature, criterion_law
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
@@ -189,7 +189,7 @@ def plan_motion(
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, index + 1, leg, leg_number)
         fractions = _locus_fractions(robot, mode1, mode2, segment)
-        timed = _timed(segment, index + 1, fractions, time_law)
+        timed = _timed(robot, (mode1, mode2), segment, index + 1, fractions, time_law)
         segments[index] = timed
         met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
@@ -300,7 +300,9 @@ def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, segment: Segment) -
     ]
 
 
-def _timed(segment: Segment, number: int, crossed: list[float], time_law: str) -> Segment:
+def _timed(
+    robot: FiveBar, mode: tuple[int, int], segment: Segment, number: int, crossed: list[float], time_law: str
+) -> Segment:
     """Return a segment that crosses the locus at fractions of its way, with its time law."""
     if time_law == SEPTIC:
         return segment._replace(time_law=rest_to_rest_without_jerk)
@@ -311,7 +313,11 @@ def _timed(segment: Segment, number: int, crossed: list[float], time_law: str) -
             f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
             " segment to meet the dynamic criterion"
         )
-    law = criterion_law(crossed[0])
+    dx, dy = segment.end_x - segment.start_x, segment.end_y - segment.start_y
+    length = math.hypot(dx, dy)
+    at_x, at_y = segment.start_x + dx * crossed[0], segment.start_y + dy * crossed[0]
+    rho = criterion_curvature(robot, *mode, at_x, at_y, dx / length, dy / length)
+    law = criterion_law(crossed[0], rho * length)
     if law is None:
         raise PlanRefused(
             f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
