@@ -23,9 +23,9 @@ from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.sample_clock import SampleClock
 from fivebar_description.interface import ACTIVE_JOINTS
 
-LAST_WORDS = 3
-"""Frames with zero current that are sent to a board that does not answer any more, before nothing is: a port that
-nobody reads would block the sender."""
+LAST_WORDS, MOST_UNANSWERED = 3, 60
+"""Frames that are sent to a board that does not answer any more, once that is a fault, and at most in all: the driver's
+write has no timeout, and a port that nobody reads takes some 4000 bytes."""
 
 SETTLE_PERIODS = 3
 """Cycles at zero torque in which the board must answer before it counts as enabled."""
@@ -250,7 +250,7 @@ class MotorBoard:
 
     def _send(self, wait: float = 0.0) -> None:
         """Send a command, and wait for its echo for a time (s)."""
-        if self._link_fault is not None or self._silent > self._board.missing_limit + LAST_WORDS:
+        if self._link_fault is not None or self._silent > min(self._board.missing_limit + LAST_WORDS, MOST_UNANSWERED):
             return
         for motor, drive, torque in zip(
             (self._client.m0, self._client.m1), self._board.pair, self._torques, strict=True
