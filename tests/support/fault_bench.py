@@ -19,7 +19,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
-from fivebar_bringup.runs.bridges import BRIDGE
+from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.runs.graph import EMULATED_ROBOT, RECORDER, Mode, crossing_graph
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
@@ -122,6 +122,9 @@ class FaultBench:
         self.period = 1.0 / scenario.rate_hz
         self.bag = folder / "bag"
         files = write_drive_files(scenario, folder)
+        self.bridge = bridge_of(scenario)
+        self.mend = ("mend",) if self.bridge == BOARD_BRIDGE else ("mend 1", "mend 2", "bus_on")
+        """What ends all that was broken."""
         self.drives = DrivesProcess(files.emulation, PRIORITY + 1)
         nodes = crossing_graph(scenario, Mode.REALTIME, self.bag, Rehearsal(files))
         specs = processes(nodes, Mode.REALTIME, scenario.rate_hz, Scheduling(PRIORITY), composed=False)
@@ -147,7 +150,7 @@ class FaultBench:
         (node,) = spec.nodes
         changes = {
             "blender": {"last_sample": 0},
-            BRIDGE: {"autostart": False},
+            self.bridge: {"autostart": False},
             RECORDER: {
                 "topics": [name for name in node.parameters.get("topics", ()) if name not in OF_EMULATED_ROBOT],
                 "wait_for_nodes": [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN],
@@ -176,7 +179,7 @@ class FaultBench:
 
     def change(self, transition: int) -> bool:
         request = ChangeState.Request(transition=Transition(id=transition))
-        return bool(self.probe.call(ChangeState, f"/{BRIDGE}/change_state", request).success)
+        return bool(self.probe.call(ChangeState, f"/{self.bridge}/change_state", request).success)
 
     def ask(self, node: str, service: str) -> Trigger.Response:
         return self.probe.call(Trigger, f"/{node}/{service}", Trigger.Request())
@@ -202,7 +205,7 @@ class FaultBench:
         """Begin the motion anew, from home."""
         if self.running:
             assert self.change(Transition.TRANSITION_DEACTIVATE)
-        self.drives.order("mend 1", "mend 2", "bus_on", "home")
+        self.drives.order(*self.mend, "home")
         self.probe.got(JOINT_STATES).clear()
         self.running = False
         # once more where a busy machine has left the bridge without an answer for two cycles
@@ -211,7 +214,7 @@ class FaultBench:
         self.probe.wait_for(lambda: self.sample() > 0, "the first samples")
 
     def _activated(self) -> bool:
-        return self.change(Transition.TRANSITION_ACTIVATE) or (self.ask(BRIDGE, "reset").success and False)
+        return self.change(Transition.TRANSITION_ACTIVATE) or (self.ask(self.bridge, "reset").success and False)
 
     def run_to(self, sample: int) -> bool:
         """Let the motion get to a sample; return whether it has, and was not stopped on the way."""
@@ -248,7 +251,7 @@ class FaultBench:
 
         def enabled() -> bool:
             assert self.drives.log[-1].zero
-            return self.ask(BRIDGE, "reset").success and self.ask(BRIDGE, "enable").success
+            return self.ask(self.bridge, "reset").success and self.ask(self.bridge, "enable").success
 
         self.probe.wait_for(enabled, "drives that are enabled")
 
@@ -269,7 +272,7 @@ class FaultBench:
 
     def stop_recorder(self) -> None:
         """End the recording; the blender's last word is in it."""
-        self.drives.order("mend 1", "mend 2", "bus_on")
+        self.drives.order(*self.mend)
         self.ask("blender", "emergency_stop")
         self.probe.wait_for(lambda: self.drives.log[-1].zero, "no torque")
         self.kill(RECORDER, signal.SIGINT)
