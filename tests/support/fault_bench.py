@@ -36,6 +36,7 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    UNIFIED_TORQUE,
     Topic,
 )
 from fivebar_description.ros.scheduling import Scheduling
@@ -47,6 +48,13 @@ NOT_RUN = ("imu_listener", EMULATED_ROBOT)
 
 OF_EMULATED_ROBOT = ("ground_truth", "imu/data")
 """Topics that nobody publishes here."""
+
+NO_TORQUE = 1e-6
+"""Torque (Nm) that is none: the current of a board decays."""
+
+AT_REST = 0.05
+"""Speed (rad/s) of the fastest joint below which the robot rests: integrated in steps of 1 ms, friction lets the light
+links of the bench creep at 0.02 rad/s."""
 
 WITNESSED_DRIVES = Path(__file__).with_name("witnessed_drives.py")
 
@@ -98,7 +106,7 @@ class DrivesProcess:
         return [self._obeyed.get(timeout=DEADLINE) for _ in lines][-1].syncs
 
     def at_rest(self) -> bool:
-        return self.log[-1].speed < 0.02
+        return self.log[-1].speed < AT_REST
 
     def stopped_at(self) -> int | None:
         """Return the SYNC since which there is no torque, None while there is some."""
@@ -136,7 +144,7 @@ class FaultBench:
         self.probe: Probe = bench.probe()
         self.probe.advertise(RUN_STATUS)
         self.probe.listen(FAULTS, SAFETY_STATE, DRIVES_STATE, MOTOR_STATES, JOINT_STATES)
-        self.probe.listen(CTC_TORQUE, SUPERVISOR_STATE, TORQUE_COMMAND)
+        self.probe.listen(CTC_TORQUE, UNIFIED_TORQUE, SUPERVISOR_STATE, TORQUE_COMMAND)
         for name in self._specs:
             self.start(name)
         self.wait_ready(set(self._specs))
@@ -196,7 +204,7 @@ class FaultBench:
         """The sample since which the drives have measured no torque, -1 while they measure some."""
         found = -1
         for message in reversed(self.probe.got(MOTOR_STATES)):
-            if any(message.effort):
+            if max(map(abs, message.effort)) > NO_TORQUE:
                 break
             found = self._number(message)
         return found

@@ -1,7 +1,8 @@
 """Emulated drives or an emulated board in a process of their own, which tells what torque they give at every SYNC.
 
-A board has no SYNC: its periods are counted. Arguments: the file of the emulation, and a priority under SCHED_FIFO that is taken where it is granted. Standard input:
-lines of the drives' or the board's protocol; each is answered with "obeyed".
+A board has no SYNC: its periods are counted. Arguments: the file of the emulation, and a priority under SCHED_FIFO that
+is taken where it is granted. Standard input: lines of the drives' or the board's protocol; each is answered with
+"obeyed".
 """
 
 from __future__ import annotations

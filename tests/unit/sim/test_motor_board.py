@@ -152,14 +152,17 @@ def test_a_torn_cable_is_named_and_its_end_found_by_a_reset(served: Served, boar
     answered(board, PUSH)
 
 
-def test_motors_are_enabled_where_the_robot_is_said_to_stand(served: Served, tmp_path: Path) -> None:
+def test_a_run_starts_where_the_robot_is_said_to_stand(served: Served, tmp_path: Path) -> None:
     declared = file(tmp_path).posture
     assert declared is not None
     elsewhere = {"q11": declared.q11 + 0.1, "q21": declared.q21}
     board = open_board(file(tmp_path, posture=elsewhere))
     with pytest.raises(DriveError, match=r"posture_unconfirmed: q11 reads 2\.\d+ rad, declared"):
-        board.enable(DEADLINE)
+        board.confirm_start(DEADLINE)
     assert not board.enabled
+    board.close()
+    board = open_board(file(tmp_path))
+    board.confirm_start(DEADLINE)
     board.close()
 
 

@@ -105,12 +105,25 @@ class MotorBoard:
     def tend(self) -> None:
         """Keep the board waiting: without commands its watchdog holds both currents at zero."""
 
-    def enable(self, timeout: float) -> None:
-        """Enable both motors at zero torque, where the robot stands as declared.
+    def confirm_start(self, timeout: float) -> None:
+        """Confirm that both encoders read the declared posture.
 
         Raises:
             DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
         """
+        self._await_answers(timeout)
+        self._check_posture()
+
+    def enable(self, timeout: float) -> None:
+        """Enable both motors at zero torque.
+
+        Raises:
+            DriveError: a fault, or no answer within `timeout` (s).
+        """
+        self._await_answers(timeout)
+        self._enabled = True
+
+    def _await_answers(self, timeout: float) -> None:
         self._clock.begin()
         end, answered = time.monotonic() + timeout, 0
         while answered < SETTLE_PERIODS:
@@ -120,8 +133,6 @@ class MotorBoard:
             answered = answered + 1 if exchange.complete else 0
             if time.monotonic() > end:
                 raise DriveError(Fault("board_missing", f"{self._board.port}: no steady answers in {timeout:g} s"))
-        self._check_posture()
-        self._enabled = True
 
     def _check_posture(self) -> None:
         posture = self._board.posture
