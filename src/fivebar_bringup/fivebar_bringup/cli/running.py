@@ -27,6 +27,7 @@ from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.report import write_animation, write_overlay, write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
+from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.runs.namespace import read_namespace
@@ -37,6 +38,7 @@ from fivebar_bringup.scenario import load_scenario
 from fivebar_description.interface import HIGHEST_PRIORITY
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import USAGE
 
 PageOption = Annotated[
@@ -83,7 +85,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="'SECONDS FAULT'",
-            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE.",
+            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE; of a motor"
+            f" board: {BOARD_USAGE}.",
         ),
     ] = None,
     drives: Annotated[
@@ -115,7 +118,11 @@ def run(
         if (port is not None) is not (hardware is Hardware.USB):
             raise InputError("--port: expected together with --hardware usb, and only there")
         mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
-        injections = [read_injection(text) for text in inject or ()] if emulated else None
+        injections = (
+            [read_injection(text, board=bridge_of(loaded) == BOARD_BRIDGE) for text in inject or ()]
+            if emulated
+            else None
+        )
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,
