@@ -50,7 +50,7 @@ def board_content(folder: Path, **changes: Any) -> dict[str, Any]:
         "period_us": 10_000,
         "watchdog_ms": 1_000,
         "gather_deadline_us": 9_000,
-        "missing_limit": 3,
+        "missing_limit": 50,
         "posture": {"q11": q11, "q21": q21},
         "motors": {"q11": {"torque_limit_nm": 0.12}, "q21": {"torque_limit_nm": 0.12}},
         **changes,

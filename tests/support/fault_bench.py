@@ -19,7 +19,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
-from fivebar_bringup.runs.bridges import BRIDGE
+from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.runs.graph import EMULATED_ROBOT, RECORDER, Mode, crossing_graph
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
@@ -36,6 +36,7 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    UNIFIED_TORQUE,
     Topic,
 )
 from fivebar_description.ros.scheduling import Scheduling
@@ -47,6 +48,13 @@ NOT_RUN = ("imu_listener", EMULATED_ROBOT)
 
 OF_EMULATED_ROBOT = ("ground_truth", "imu/data")
 """Topics that nobody publishes here."""
+
+NO_TORQUE = 1e-6
+"""Torque (Nm) that is none: the current of a board decays."""
+
+AT_REST = 0.05
+"""Speed (rad/s) of the fastest joint below which the robot rests: integrated in steps of 1 ms, friction lets the light
+links of the bench creep at 0.02 rad/s."""
 
 WITNESSED_DRIVES = Path(__file__).with_name("witnessed_drives.py")
 
@@ -98,7 +106,7 @@ class DrivesProcess:
         return [self._obeyed.get(timeout=DEADLINE) for _ in lines][-1].syncs
 
     def at_rest(self) -> bool:
-        return self.log[-1].speed < 0.02
+        return self.log[-1].speed < AT_REST
 
     def stopped_at(self) -> int | None:
         """Return the SYNC since which there is no torque, None while there is some."""
@@ -122,6 +130,9 @@ class FaultBench:
         self.period = 1.0 / scenario.rate_hz
         self.bag = folder / "bag"
         files = write_drive_files(scenario, folder)
+        self.bridge = bridge_of(scenario)
+        self.mend = ("mend",) if self.bridge == BOARD_BRIDGE else ("mend 1", "mend 2", "bus_on")
+        """What ends all that was broken."""
         self.drives = DrivesProcess(files.emulation, PRIORITY + 1)
         nodes = crossing_graph(scenario, Mode.REALTIME, self.bag, Rehearsal(files))
         specs = processes(nodes, Mode.REALTIME, scenario.rate_hz, Scheduling(PRIORITY), composed=False)
@@ -133,7 +144,7 @@ class FaultBench:
         self.probe: Probe = bench.probe()
         self.probe.advertise(RUN_STATUS)
         self.probe.listen(FAULTS, SAFETY_STATE, DRIVES_STATE, MOTOR_STATES, JOINT_STATES)
-        self.probe.listen(CTC_TORQUE, SUPERVISOR_STATE, TORQUE_COMMAND)
+        self.probe.listen(CTC_TORQUE, UNIFIED_TORQUE, SUPERVISOR_STATE, TORQUE_COMMAND)
         for name in self._specs:
             self.start(name)
         self.wait_ready(set(self._specs))
@@ -147,7 +158,7 @@ class FaultBench:
         (node,) = spec.nodes
         changes = {
             "blender": {"last_sample": 0},
-            BRIDGE: {"autostart": False},
+            self.bridge: {"autostart": False},
             RECORDER: {
                 "topics": [name for name in node.parameters.get("topics", ()) if name not in OF_EMULATED_ROBOT],
                 "wait_for_nodes": [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN],
@@ -176,7 +187,7 @@ class FaultBench:
 
     def change(self, transition: int) -> bool:
         request = ChangeState.Request(transition=Transition(id=transition))
-        return bool(self.probe.call(ChangeState, f"/{BRIDGE}/change_state", request).success)
+        return bool(self.probe.call(ChangeState, f"/{self.bridge}/change_state", request).success)
 
     def ask(self, node: str, service: str) -> Trigger.Response:
         return self.probe.call(Trigger, f"/{node}/{service}", Trigger.Request())
@@ -193,7 +204,7 @@ class FaultBench:
         """The sample since which the drives have measured no torque, -1 while they measure some."""
         found = -1
         for message in reversed(self.probe.got(MOTOR_STATES)):
-            if any(message.effort):
+            if max(map(abs, message.effort)) > NO_TORQUE:
                 break
             found = self._number(message)
         return found
@@ -202,7 +213,7 @@ class FaultBench:
         """Begin the motion anew, from home."""
         if self.running:
             assert self.change(Transition.TRANSITION_DEACTIVATE)
-        self.drives.order("mend 1", "mend 2", "bus_on", "home")
+        self.drives.order(*self.mend, "home")
         self.probe.got(JOINT_STATES).clear()
         self.running = False
         # once more where a busy machine has left the bridge without an answer for two cycles
@@ -211,7 +222,7 @@ class FaultBench:
         self.probe.wait_for(lambda: self.sample() > 0, "the first samples")
 
     def _activated(self) -> bool:
-        return self.change(Transition.TRANSITION_ACTIVATE) or (self.ask(BRIDGE, "reset").success and False)
+        return self.change(Transition.TRANSITION_ACTIVATE) or (self.ask(self.bridge, "reset").success and False)
 
     def run_to(self, sample: int) -> bool:
         """Let the motion get to a sample; return whether it has, and was not stopped on the way."""
@@ -248,7 +259,7 @@ class FaultBench:
 
         def enabled() -> bool:
             assert self.drives.log[-1].zero
-            return self.ask(BRIDGE, "reset").success and self.ask(BRIDGE, "enable").success
+            return self.ask(self.bridge, "reset").success and self.ask(self.bridge, "enable").success
 
         self.probe.wait_for(enabled, "drives that are enabled")
 
@@ -269,7 +280,7 @@ class FaultBench:
 
     def stop_recorder(self) -> None:
         """End the recording; the blender's last word is in it."""
-        self.drives.order("mend 1", "mend 2", "bus_on")
+        self.drives.order(*self.mend)
         self.ask("blender", "emergency_stop")
         self.probe.wait_for(lambda: self.drives.log[-1].zero, "no torque")
         self.kill(RECORDER, signal.SIGINT)

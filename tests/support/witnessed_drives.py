@@ -1,7 +1,8 @@
-"""Two emulated drives in a process of their own, which tells on standard output what torque they give at every SYNC.
+"""Emulated drives or an emulated board in a process of their own, which tells what torque they give at every SYNC.
 
-Arguments: the file of the emulation, and a priority under SCHED_FIFO that is taken where it is granted. Standard input:
-lines of the drives' protocol; each is answered with "obeyed".
+A board has no SYNC: its periods are counted. Arguments: the file of the emulation, and a priority under SCHED_FIFO that
+is taken where it is granted. Standard input: lines of the drives' or the board's protocol; each is answered with
+"obeyed".
 """
 
 from __future__ import annotations
@@ -13,14 +14,26 @@ import signal
 import sys
 import threading
 
-from fivebar_sim.drives.commands import execute
-from fivebar_sim.drives.configuration import load_emulation
-from fivebar_sim.drives.emulation import Emulation, open_bus
+from fivebar_sim.boards.emulation import BoardEmulation
+from fivebar_sim.emulated_hardware import EmulatedHardware
+from fivebar_sim.hardware_kinds import open_hardware
+
+
+def seen(hardware: EmulatedHardware) -> tuple[int, float, float, float]:
+    """SYNCs or periods so far, both torques (Nm), and the speed (rad/s) of the fastest joint."""
+    if isinstance(hardware, BoardEmulation):
+        moved, plant = hardware.board.periods, hardware.board.plant
+        first, second = (motor.wanted_torque for motor in hardware.board.motors)
+    else:
+        emulation = hardware.emulation
+        moved, plant = emulation.syncs, emulation.plant
+        first, second = (drive.torque for drive in emulation.drives)
+    return moved, first, second, float(max(abs(plant.joint_velocities)))
 
 
 def main() -> None:
-    """Serve the bus until SIGTERM or the end of standard input."""
-    file, priority = load_emulation(sys.argv[1]), int(sys.argv[2])
+    """Serve until SIGTERM or the end of standard input."""
+    path, priority = sys.argv[1], int(sys.argv[2])
     with contextlib.suppress(PermissionError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     ending = threading.Event()
@@ -33,29 +46,26 @@ def main() -> None:
         ending.set()
 
     threading.Thread(target=read_orders, daemon=True).start()
-    bus = open_bus(file.bus)
-    emulation = Emulation(file, bus)
+    hardware = open_hardware(path)
     told: tuple[float, ...] = ()
 
     def tell(word: str) -> None:
         nonlocal told
-        first, second = (drive.torque for drive in emulation.drives)
-        facts = (emulation.syncs, first, second)
-        if word == "look" and facts == told:
+        *facts, speed = seen(hardware)
+        if word == "look" and tuple(facts) == told:
             return
-        told = facts
-        speed = max(abs(emulation.plant.joint_velocities))
-        print(word, emulation.syncs, repr(first), repr(second), repr(float(speed)), flush=True)
+        told = tuple(facts)
+        print(word, *map(repr, (*facts, speed)), flush=True)
 
     def between() -> None:
         tell("look")
         while not orders.empty():
-            answer = execute(emulation, orders.get())
+            answer = hardware.obey(orders.get())
             assert answer.startswith("done"), answer
             tell("obeyed")
 
-    emulation.run(ending, between)
-    bus.shutdown()
+    hardware.run(ending, between)
+    hardware.close()
 
 
 if __name__ == "__main__":

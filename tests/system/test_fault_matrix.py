@@ -9,19 +9,28 @@ from __future__ import annotations
 
 import math
 import signal
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
-import numpy as np
 import pytest
 from fault_bench import FaultBench, fault_bench
+from fault_cases import (
+    NOTICED,
+    ROUNDS_WITHOUT,
+    STOP_CYCLES,
+    ZERO,
+    Broken,
+    arrive,
+    expect_readable,
+    expect_reset,
+    expect_stop,
+    expect_stop_after_answer,
+)
 from graph_probe import Bench
 from lifecycle_msgs.msg import Transition
 from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 
-from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bridges import BRIDGE
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.loop.supervisor import Supervisor
@@ -42,46 +51,10 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
-from fivebar_description.parameters import load_robot
 from fivebar_description.ros.messages import joint_state
 
 RATE_HZ = 50
 """Slow enough for a machine that has other work to do: a cycle is 20 ms."""
-
-ZERO = (0.0, 0.0)
-
-STOP_CYCLES = 8
-"""Cycles within which a lost part stops the robot: 160 ms, many times what a machine with other work stands still."""
-
-NOTICED = {"mute": STOP_CYCLES + 4}
-"""Cycles that a fault takes to show which takes nothing away at once.
-
-A heartbeat may be two cycles older than a torque, its age is looked at once a cycle, and cycles are not exactly equal.
-"""
-
-ATTEMPTS = 3
-"""How often a motion is begun, or held, where a busy machine misses cycles: what is tested comes after that."""
-
-ROUNDS_WITHOUT = 10
-"""Cycles for which nothing may move after the stop."""
-
-FRICTION = max(leg.coulomb + abs(leg.offset) for leg in (load_robot().leg1, load_robot().leg2))
-"""Largest torque (Nm) after a reset: the robot stands, and so it shall."""
-
-
-class Broken(NamedTuple):
-    """How something is broken, the fault's name, whether a reset is possible once it is mended, and a node's answer.
-
-    The blender misses a candidate one cycle before the bridge misses the torque. Where the machine stands still for
-    that cycle, the bridge's fault, `or_first`, may be the first.
-    """
-
-    order: str
-    name: str
-    resets: bool = True
-    or_first: str = ""
-    answer: Topic | None = None
-
 
 DRIVES = {
     "drive fault": Broken("fault 1", "drive_fault"),
@@ -157,72 +130,6 @@ def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
     expect_reset(rig, broken)
 
 
-def expect_stop(rig: FaultBench, begun: int, cycles: int) -> None:
-    """Zero torque for good within so many cycles and the one that has begun with a SYNC."""
-    taken = rig.stopped_at() - begun
-    print(f"no torque after {taken} SYNCs")
-    assert taken <= cycles + 1
-
-
-def expect_stop_after_answer(rig: FaultBench, topic: Topic) -> None:
-    """Zero torque for good within the cycles after the last sample that a node answered on a topic."""
-    stopped = rig.probe.wait_for(lambda: max(0, rig.sample_without_torque()), "a measured torque of zero")
-    taken = stopped - rig.sample(topic)
-    print(f"no torque measured {taken} samples after the last answer")
-    # its torque acts from the next sample on, and what acts is measured one later
-    assert taken <= STOP_CYCLES + 2
-
-
-def expect_reset(rig: FaultBench, broken: Broken) -> None:
-    """Reset in the order of the documentation: bridge, enable, blender."""
-    rig.enable_drives()
-    rig.expect_no_torque_for(2 * rig.period)
-    for _ in range(ATTEMPTS):
-        before = len(rig.drives.log)
-        answer = rig.reset_blender()
-        assert answer.success is broken.resets, answer.message
-        if not broken.resets:
-            assert "only a new run clears" in answer.message
-            rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
-            return
-        # the robot holds where it stands, with no bump
-        rig.probe.spin_for(ROUNDS_WITHOUT * rig.period)
-        if not rig.stopped():
-            break
-        rig.enable_drives()
-    assert not rig.stopped(), rig.faults()
-    since_then = rig.drives.log[before:]
-    torques = [abs(torque) for look in since_then for torque in (look.first, look.second)]
-    print(f"largest torque after the reset {max(torques):.3f} Nm")
-    assert 0.0 < max(torques) < FRICTION
-    assert since_then[-1].speed < 0.1
-
-
-def arrive(rig: FaultBench, sample: int) -> None:
-    """Bring the motion to a sample; again where a cycle was missed on the way, as it happens on a busy machine."""
-    for _ in range(ATTEMPTS):
-        recover(rig)
-        rig.begin()
-        if rig.run_to(sample):
-            return
-    pytest.fail(f"not even once in {ATTEMPTS} times to sample {sample}: {rig.faults()[-ATTEMPTS:]}")
-
-
-def recover(rig: FaultBench) -> None:
-    """Make ready for a new run whatever the last case has left."""
-    for name, process in rig.processes.items():
-        if process.status is not None and name != BRIDGE:
-            rig.restart(name)
-    if not rig.running:
-        return
-    if rig.stopped():
-        # a new run, for what only that clears; the robot holds in it, so another one is to follow
-        rig.ask(BRIDGE, "reset")
-        rig.begin()
-        rig.wait_for_rest()
-        assert rig.reset_blender().success
-
-
 @pytest.mark.clock
 @pytest.mark.parametrize("fault", NODES)
 @pytest.mark.parametrize("moment", ALL_MOMENTS)
@@ -264,16 +171,6 @@ def test_the_bag_tells_it_all(rig: FaultBench) -> None:
     """The recorder has run through all of the above; where another fault may be the first, the name need not come."""
     names = {one.name for one in (*DRIVES.values(), *NODES.values()) if not one.or_first}
     expect_readable(rig.bag, names, rig.stop_recorder)
-
-
-def expect_readable(bag: Path, faults: set[str], stop_recorder: Callable[[], None]) -> None:
-    stop_recorder()
-    recording = read_bag(bag)
-    assert faults <= {text.partition(":")[0] for text in recording.texts(FAULTS)}
-    efforts = recording.field(TORQUE_COMMAND, "effort")
-    assert len(efforts) > 20
-    assert np.all(np.isfinite(efforts))
-    assert tuple(efforts[-1]) == ZERO
 
 
 class LastNode:

@@ -19,10 +19,9 @@ from fivebar_sim.emulated_hardware import EmulatedHardware
 USAGE = f"{DRIVES_USAGE}; of a motor board: {BOARD_USAGE}"
 
 
-def is_order(line: str, board: bool | None = None) -> bool:
-    """Return whether a motor board (True) or drives on a bus (False) understand a line, None for either of them."""
-    for_drives = board is not True and read_command(line) is not None
-    return for_drives or (board is not False and read_order(line) is not None)
+def is_order(line: str) -> bool:
+    """Return whether drives or a board understand a line."""
+    return read_command(line) is not None or read_order(line) is not None
 
 
 def open_hardware(emulation: str) -> EmulatedHardware:

@@ -38,6 +38,7 @@ from fivebar_bringup.scenario import load_scenario
 from fivebar_description.interface import HIGHEST_PRIORITY
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import USAGE
 
 PageOption = Annotated[
@@ -84,7 +85,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="'SECONDS FAULT'",
-            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE.",
+            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE;"
+            f" of a motor board: {BOARD_USAGE}.",
         ),
     ] = None,
     drives: Annotated[

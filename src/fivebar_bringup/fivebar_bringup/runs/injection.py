@@ -8,7 +8,9 @@ from typing import NamedTuple
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.hardware_kinds import USAGE, is_order
+from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
+from fivebar_sim.boards.commands import read_order
+from fivebar_sim.drives.commands import USAGE, read_command
 
 KILL = "kill"
 
@@ -30,7 +32,7 @@ class Injection(NamedTuple):
 
 
 def read_injection(text: str, board: bool = False) -> Injection:
-    """Parse a text such as "1.2 fault 1" or "0.5 kill blender", for drives on a bus or for a motor board.
+    """Parse a text such as "1.2 fault 1" or "0.5 kill blender", for two drives or for a motor board.
 
     Raises:
         InputError: it is not a number of seconds followed by a known fault.
@@ -40,8 +42,9 @@ def read_injection(text: str, board: bool = False) -> Injection:
         injection = Injection(float(moment), order.strip())
     except ValueError:
         injection = Injection(-1.0, "")
-    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and not is_order(injection.command, board)):
-        raise InputError(f"--inject {text!r}: expected seconds and one of {USAGE}, kill NODE")
+    understood = (read_order if board else read_command)(injection.command) is not None
+    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and not understood):
+        raise InputError(f"--inject {text!r}: expected seconds and one of {BOARD_USAGE if board else USAGE}, kill NODE")
     return injection
 
 

@@ -36,7 +36,7 @@ class BoardDrivePair(StrictModel):
 
 
 class Posture(StrictModel):
-    """Section `posture`: where the robot is said to stand when the motors are enabled.
+    """Section `posture`: where the robot is said to stand when a run starts.
 
     Attributes:
         q11, q21: joint angles (rad).
@@ -59,7 +59,7 @@ class BoardFile(StrictModel):
         gather_deadline_us: how long after a command its echo is waited for.
         missing_limit: cycles in a row without a new state, or without an echo, beyond which it is a fault.
         set_up_timeout_ms: longest wait for the first echo.
-        posture: where the robot must stand when it is enabled; not checked when left out.
+        posture: where the robot must stand when a run starts; not checked when left out.
     """
 
     name: Annotated[str, Field(min_length=1)]

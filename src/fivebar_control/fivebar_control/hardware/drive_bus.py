@@ -180,6 +180,9 @@ class DriveBus:
             self._heartbeat_due = now + self._drives.master.heartbeat_ms / 1e3
             self._send(HEARTBEAT_BASE + self._drives.master.node_id, bytes((OPERATIONAL,)))
 
+    def confirm_start(self, timeout: float) -> None:
+        """Confirm nothing: no posture is declared to drives on a bus, and the estimator judges the readings."""
+
     def enable(self, timeout: float) -> None:
         """Enable both drives at zero torque, exchanging once per period.
 

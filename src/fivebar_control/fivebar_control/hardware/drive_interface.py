@@ -67,6 +67,14 @@ class DriveInterface(Protocol):
         """Do what is due at this time while nothing is exchanged; called often."""
         ...
 
+    def confirm_start(self, timeout: float) -> None:
+        """Confirm, where a posture is declared, that the robot stands where a run is to start.
+
+        Raises:
+            DriveError: it stands elsewhere, or does not answer within `timeout` (s).
+        """
+        ...
+
     def enable(self, timeout: float) -> None:
         """Enable both drives at zero torque.
 

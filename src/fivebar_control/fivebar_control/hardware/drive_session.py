@@ -126,6 +126,7 @@ class DriveSession:
     def activate(self, clock: Callable[[], float]) -> bool:
         """Enable both drives at zero torque and begin at sample 0; return whether they are enabled."""
         try:
+            self.drives.confirm_start(self._enable_timeout)
             self.drives.enable(self._enable_timeout)
         except DriveError as error:
             self.latch(error.fault)

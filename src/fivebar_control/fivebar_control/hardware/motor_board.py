@@ -23,9 +23,9 @@ from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.sample_clock import SampleClock
 from fivebar_description.interface import ACTIVE_JOINTS
 
-LAST_WORDS = 3
-"""Frames with zero current that are sent to a board that does not answer any more, before nothing is: a port that
-nobody reads would block the sender."""
+LAST_WORDS, MOST_UNANSWERED = 3, 60
+"""Frames that are sent to a board that does not answer any more, once that is a fault, and at most in all: the driver's
+write has no timeout, and a port that nobody reads takes some 4000 bytes."""
 
 SETTLE_PERIODS = 3
 """Cycles at zero torque in which the board must answer before it counts as enabled."""
@@ -105,12 +105,25 @@ class MotorBoard:
     def tend(self) -> None:
         """Keep the board waiting: without commands its watchdog holds both currents at zero."""
 
-    def enable(self, timeout: float) -> None:
-        """Enable both motors at zero torque, where the robot stands as declared.
+    def confirm_start(self, timeout: float) -> None:
+        """Confirm that both encoders read the declared posture.
 
         Raises:
             DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
         """
+        self._await_answers(timeout)
+        self._check_posture()
+
+    def enable(self, timeout: float) -> None:
+        """Enable both motors at zero torque.
+
+        Raises:
+            DriveError: a fault, or no answer within `timeout` (s).
+        """
+        self._await_answers(timeout)
+        self._enabled = True
+
+    def _await_answers(self, timeout: float) -> None:
         self._clock.begin()
         end, answered = time.monotonic() + timeout, 0
         while answered < SETTLE_PERIODS:
@@ -120,8 +133,6 @@ class MotorBoard:
             answered = answered + 1 if exchange.complete else 0
             if time.monotonic() > end:
                 raise DriveError(Fault("board_missing", f"{self._board.port}: no steady answers in {timeout:g} s"))
-        self._check_posture()
-        self._enabled = True
 
     def _check_posture(self) -> None:
         posture = self._board.posture
@@ -250,7 +261,7 @@ class MotorBoard:
 
     def _send(self, wait: float = 0.0) -> None:
         """Send a command, and wait for its echo for a time (s)."""
-        if self._link_fault is not None or self._silent > self._board.missing_limit + LAST_WORDS:
+        if self._link_fault is not None or self._silent > min(self._board.missing_limit + LAST_WORDS, MOST_UNANSWERED):
             return
         for motor, drive, torque in zip(
             (self._client.m0, self._client.m1), self._board.pair, self._torques, strict=True

@@ -45,7 +45,7 @@ class EmulatedBoard:
         self.motors = EmulatedMotor(first, file.tick), EmulatedMotor(second, file.tick)
         self.history: deque[MeasuredRecord] = deque(maxlen=HISTORY)
         """The last measurements, the newest at the end."""
-        self.measured = 0
+        self.measured = self._ticks = 0
         """Measurements so far that were told."""
         self.drop = self.corrupt = self.ignore = 0
         """State frames to lose, state frames to corrupt, and command frames to lose from now on."""
@@ -78,6 +78,11 @@ class EmulatedBoard:
         """Bit i: motor i is calibrated and has passed its checks."""
         self._button_since: float | None = None
         self._expired = True
+
+    @property
+    def periods(self) -> int:
+        """Periods since the board was switched on, resets included."""
+        return self._ticks // self._file.ticks
 
     @property
     def flags(self) -> int:
@@ -168,6 +173,7 @@ class EmulatedBoard:
             motor.drive(command if enabled & 1 << number else OFF)
             for number, (motor, command) in enumerate(zip(self.motors, self._command.motors, strict=True))
         ]
+        self._ticks += 1
         self._time += round(self._file.tick * 1e6)
         try:
             self.plant.advance((torques[0], torques[1]))

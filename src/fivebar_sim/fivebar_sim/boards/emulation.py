@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from fivebar_sim.boards.board import EmulatedBoard
+from fivebar_sim.boards.board import BOTH, EmulatedBoard
 from fivebar_sim.boards.commands import USAGE, BoardOrder, read_order
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import TURN
@@ -119,6 +119,7 @@ class BoardEmulation:
         board = self.board
         board.drop = board.corrupt = board.ignore = 0
         board.silent = False
+        board.ready = BOTH
         for motor in board.motors:
             motor.frozen = False
         self.port.plug()

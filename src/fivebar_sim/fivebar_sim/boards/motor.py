@@ -40,6 +40,11 @@ class EmulatedMotor:
         return self._facts.zero_rad + self._facts.sign * self.angle
 
     @property
+    def wanted_torque(self) -> float:
+        """Torque (Nm) at the joint that the current's target stands for."""
+        return self._facts.sign * self._facts.torque_constant * self._target
+
+    @property
     def state(self) -> MotorState:
         """What the board tells of the motor: its angle within half a turn of zero, as of an absolute encoder."""
         angle = math.remainder(self.angle, TURN)

@@ -29,7 +29,7 @@ class DrivesOnBus:
             self._bus = open_bus(file.bus)
         except (can.CanError, OSError) as error:
             raise InputError(f"{file.bus.interface} {file.bus.channel}: {' '.join(str(error).split())}") from error
-        self._emulation = Emulation(file, self._bus)
+        self.emulation = Emulation(file, self._bus)
         self.place = f"{file.bus.interface} {file.bus.channel}"
         self.resolution = max(TURN / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
         """Size (rad) of the coarser encoder's count at the joint."""
@@ -37,15 +37,15 @@ class DrivesOnBus:
     @property
     def history(self) -> deque[MeasuredRecord]:
         """The last SYNCs, the newest at the end."""
-        return self._emulation.history
+        return self.emulation.history
 
     def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
         """Serve the bus until `ending` is set; `between` is called between frames."""
-        self._emulation.run(ending, between)
+        self.emulation.run(ending, between)
 
     def obey(self, line: str) -> str:
         """Execute one line of the drives' protocol and return the reply to its author."""
-        return execute(self._emulation, line)
+        return execute(self.emulation, line)
 
     def close(self) -> None:
         """Leave the bus."""
