@@ -97,7 +97,13 @@ class MpcSettings(NamedTuple):
         ),
     ] = 3e-7
     observer_rate: Annotated[
-        float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)
+        float,
+        Setting(
+            "Bandwidth of the disturbance observer, 0 for none; an estimator's disturbance takes its place.",
+            "1/s",
+            at_least=0.0,
+            at_most=1e4,
+        ),
     ] = 40.0
     disturbance_limit: Annotated[
         float,
@@ -327,7 +333,10 @@ def stage_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Stag
 def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcSettings) -> tuple[Torque, MpcMemory]:
     """Return the torque (Nm) of the predictive law and its memory for the next sample."""
     state, reference, period = instant.state, instant.reference, instant.period
-    standing_in = unified_settings(settings)
+    # an estimator gives its disturbance with the reference's friction, and the observer then has nothing to do
+    f1, f2 = friction_of(robot, reference)
+    estimated = (f1, f2) != (reference.f1, reference.f2)
+    standing_in = unified_settings(settings, 0.0 if estimated else settings.observer_rate)
     mapped = input_map(robot, state)
     if mapped is None:
         return UNDEFINED, after_gap(memory)
@@ -350,8 +359,6 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
         d1, d2 = observed_disturbance(mapped, state, memory.unified, standing_in, period)
         coming = [stages[platform] for platform in ahead]
         points = np.array([mapped, *(one.mapped for one in coming)])
-        # the reference's friction may hold a disturbance that an estimator has found
-        f1, f2 = friction_of(robot, reference)
         friction = np.array([(f1, f2), *((one.f1, one.f2) for one in coming[:-1])])
         acting = np.array((d1 + f1 - reference.f1, d2 + f2 - reference.f2))
         weights = weights_of(
@@ -389,10 +396,10 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
     )
 
 
-def unified_settings(settings: MpcSettings) -> UnifiedSettings:
-    """Return the settings of the law that stands in, whose disturbance observer this law has."""
+def unified_settings(settings: MpcSettings, observer_rate: float) -> UnifiedSettings:
+    """Return the settings of the law that stands in, whose disturbance observer (1/s) this law has."""
     return UnifiedSettings()._replace(
-        observer_rate=settings.observer_rate,
+        observer_rate=observer_rate,
         disturbance_limit=settings.disturbance_limit,
         torque_limit=settings.torque_limit,
     )
@@ -439,7 +446,6 @@ LAW = Law(
     step=mpc_step,
     memory=FIRST_MEMORY,
     after_gap=after_gap,
-    observes_disturbance=True,
     samples_ahead=horizon_of,
     compiles=False,
 )
