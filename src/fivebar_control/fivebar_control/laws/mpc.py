@@ -85,7 +85,7 @@ class MpcSettings(NamedTuple):
             at_most=1.0,
             tunable=True,
         ),
-    ] = 3e-6
+    ] = 2e-6
     weight: Annotated[
         float,
         Setting(
@@ -195,15 +195,23 @@ class Weights(NamedTuple):
     rows: FloatArray
 
 
+def prediction_matrices(horizon: int, period: float) -> tuple[FloatArray, FloatArray]:
+    """Return, float64[horizon, horizon] each, what an acceleration held over interval k adds at the end of interval j.
+
+    The first is the change of position (s^2), the second that of velocity (s).
+    """
+    samples = np.arange(horizon, dtype=np.float64)
+    after = np.maximum(samples[:, None] - samples[None, :] + 1.0, 0.0)
+    to_place = period * period * np.where(after > 0.0, after - 0.5, 0.0)
+    return to_place.astype(np.float64), (period * (after > 0.0)).astype(np.float64)
+
+
 @cache
 def weights_of(
     horizon: int, period: float, speed_time: float, end_weight: float, step_weight: float, weight: float
 ) -> Weights:
     """Return the constant parts of the quadratic program."""
-    samples = np.arange(horizon)
-    after = np.maximum(samples[:, None] - samples[None, :], -1) + 1.0
-    to_speed = period * (after > 0.0)
-    to_place = period * period * np.where(after > 0.0, after - 0.5, 0.0)
+    to_place, to_speed = prediction_matrices(horizon, period)
     stage = np.full(horizon, SCALE)
     stage[-1] *= end_weight
     from_place, from_speed = to_place.T * stage, to_speed.T * (stage * speed_time**2)
@@ -217,7 +225,7 @@ def weights_of(
         from_speed=from_speed,
         to_place=to_place,
         to_speed=to_speed,
-        times=np.asarray(period * (samples[:, None] + 1.0), dtype=np.float64),
+        times=np.cumsum(to_speed[:, :1], axis=0),
         rows=np.ascontiguousarray(changes[2:]),
     )
 
