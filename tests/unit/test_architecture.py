@@ -172,6 +172,7 @@ FROM_PIP = {
     "annotated_types": "pydantic",
     "cv2": "opencv-python-headless",
     "daqp": "daqp",
+    "toppra": "toppra",
     "pydantic": "pydantic",
     "pydantic_core": "pydantic",
     "mcap": "mcap",

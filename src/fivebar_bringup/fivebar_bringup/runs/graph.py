@@ -341,7 +341,7 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
 def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
     limit = scenario.torque_limit
     goals = GoalSettings(
-        takes_goals=scenario.scheme().needs_no_zones,
+        takes_goals=scenario.scheme().takes_goals,
         goal_speed_limit=scenario.safety.joint_speed_limit,
         goal_error_tolerance=scenario.error_tolerance,
         goal_estimated=scenario.estimated,

@@ -93,5 +93,5 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     refuse_uncompiled(case.controller)
     loop = _loop(*steps_of(case.controller), case.numbers.mechanism is not None)
-    outcome: Outcome = loop(first_memory(case.controller), case.numbers, plan, trace)
+    outcome: Outcome = loop(first_memory(case.controller, case.numbers.control, list), case.numbers, plan, trace)
     return outcome

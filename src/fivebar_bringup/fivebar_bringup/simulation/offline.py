@@ -16,7 +16,7 @@ from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.cycle import Cycle, CycleSettings, control_cycle
-from fivebar_control.loop.plan_sample import PlanSample, plan_sample, reference_ahead
+from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
 from fivebar_control.loop.setup import first_memory, steps_of
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
@@ -154,7 +154,8 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant, scenario.imu)
     imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu)
     nominal_step, constraint_step = steps_of(scenario.scheme())
-    settings, memory = cycle_settings(scenario), first_memory(scenario.scheme())
+    settings = cycle_settings(scenario)
+    memory = first_memory(scenario.scheme(), settings, lambda: planned_references(plan, rate_hz))
     samples_ahead = scenario.tuned().samples_ahead
     estimator = estimator_of(scenario) if scenario.estimated else None
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)

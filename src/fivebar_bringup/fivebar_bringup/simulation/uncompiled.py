@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -50,7 +50,8 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
         prediction=estimator.prediction,
         **robot,
     )
-    return loop(first_memory(controller), case.numbers, plan, trace)
+    memory = first_memory(controller, control, lambda: _platforms(plan, range(len(plan.rows))))
+    return loop(memory, case.numbers, plan, trace)
 
 
 def planned_with_ahead(count: int, case: Numbers, sampled: Sampled, moment: int) -> PlanSample:
@@ -58,5 +59,9 @@ def planned_with_ahead(count: int, case: Numbers, sampled: Sampled, moment: int)
     # after the end the platform rests at the last waypoint
     last = len(sampled.rows) - 1
     numbers = [min(moment + later, last) for later in range(1, count + 1)]
+    return planned_at(case, sampled, moment)._replace(ahead=tuple(_platforms(sampled, numbers)))
+
+
+def _platforms(sampled: Sampled, numbers: Sequence[int]) -> list[Platform]:
     places: list[list[float]] = sampled.rows[numbers, X : AY + 1].tolist()
-    return planned_at(case, sampled, moment)._replace(ahead=tuple(Platform(*place) for place in places))
+    return [Platform(*place) for place in places]

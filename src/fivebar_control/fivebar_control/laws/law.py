@@ -10,7 +10,7 @@ law with a solver from a library, says so (`compiles`), and the engine refuses i
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_control.laws.reference import Reference
@@ -88,6 +88,8 @@ class Law(NamedTuple):
         min_authority: least |n . v1| at which it can cross.
         samples_ahead: from its settings, of how many samples that follow it needs the reference.
         compiles: whether numba can compile the step, so that the engine can run it.
+        prepare: (robot, mode1, mode2, references of all samples, period, settings as numbers) -> the memory before the
+            first sample, for a law that needs the whole plan; requested motions are then refused.
     """
 
     name: str
@@ -104,6 +106,7 @@ class Law(NamedTuple):
     min_authority: float = 0.0
     samples_ahead: Callable[[Any], int] = present_only
     compiles: bool = True
+    prepare: Callable[[FiveBar, int, int, Sequence[Platform], float, Any], Any] | None = None
 
     @property
     def topic(self) -> Topic:

@@ -85,7 +85,7 @@ class MpcSettings(NamedTuple):
             at_most=1.0,
             tunable=True,
         ),
-    ] = 3e-6
+    ] = 2e-6
     weight: Annotated[
         float,
         Setting(
@@ -97,7 +97,13 @@ class MpcSettings(NamedTuple):
         ),
     ] = 3e-7
     observer_rate: Annotated[
-        float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)
+        float,
+        Setting(
+            "Bandwidth of the disturbance observer, 0 for none; an estimator's disturbance takes its place.",
+            "1/s",
+            at_least=0.0,
+            at_most=1e4,
+        ),
     ] = 40.0
     disturbance_limit: Annotated[
         float,
@@ -189,15 +195,23 @@ class Weights(NamedTuple):
     rows: FloatArray
 
 
+def prediction_matrices(horizon: int, period: float) -> tuple[FloatArray, FloatArray]:
+    """Return, float64[horizon, horizon] each, what an acceleration held over interval k adds at the end of interval j.
+
+    The first is the change of position (s^2), the second that of velocity (s).
+    """
+    samples = np.arange(horizon, dtype=np.float64)
+    after = np.maximum(samples[:, None] - samples[None, :] + 1.0, 0.0)
+    to_place = period * period * np.where(after > 0.0, after - 0.5, 0.0)
+    return to_place.astype(np.float64), (period * (after > 0.0)).astype(np.float64)
+
+
 @cache
 def weights_of(
     horizon: int, period: float, speed_time: float, end_weight: float, step_weight: float, weight: float
 ) -> Weights:
     """Return the constant parts of the quadratic program."""
-    samples = np.arange(horizon)
-    after = np.maximum(samples[:, None] - samples[None, :], -1) + 1.0
-    to_speed = period * (after > 0.0)
-    to_place = period * period * np.where(after > 0.0, after - 0.5, 0.0)
+    to_place, to_speed = prediction_matrices(horizon, period)
     stage = np.full(horizon, SCALE)
     stage[-1] *= end_weight
     from_place, from_speed = to_place.T * stage, to_speed.T * (stage * speed_time**2)
@@ -211,7 +225,7 @@ def weights_of(
         from_speed=from_speed,
         to_place=to_place,
         to_speed=to_speed,
-        times=np.asarray(period * (samples[:, None] + 1.0), dtype=np.float64),
+        times=np.cumsum(to_speed[:, :1], axis=0),
         rows=np.ascontiguousarray(changes[2:]),
     )
 
@@ -327,7 +341,10 @@ def stage_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Stag
 def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcSettings) -> tuple[Torque, MpcMemory]:
     """Return the torque (Nm) of the predictive law and its memory for the next sample."""
     state, reference, period = instant.state, instant.reference, instant.period
-    standing_in = unified_settings(settings)
+    # an estimator gives its disturbance with the reference's friction, and the observer then has nothing to do
+    f1, f2 = friction_of(robot, reference)
+    estimated = (f1, f2) != (reference.f1, reference.f2)
+    standing_in = unified_settings(settings, 0.0 if estimated else settings.observer_rate)
     mapped = input_map(robot, state)
     if mapped is None:
         return UNDEFINED, after_gap(memory)
@@ -350,8 +367,6 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
         d1, d2 = observed_disturbance(mapped, state, memory.unified, standing_in, period)
         coming = [stages[platform] for platform in ahead]
         points = np.array([mapped, *(one.mapped for one in coming)])
-        # the reference's friction may hold a disturbance that an estimator has found
-        f1, f2 = friction_of(robot, reference)
         friction = np.array([(f1, f2), *((one.f1, one.f2) for one in coming[:-1])])
         acting = np.array((d1 + f1 - reference.f1, d2 + f2 - reference.f2))
         weights = weights_of(
@@ -389,10 +404,10 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
     )
 
 
-def unified_settings(settings: MpcSettings) -> UnifiedSettings:
-    """Return the settings of the law that stands in, whose disturbance observer this law has."""
+def unified_settings(settings: MpcSettings, observer_rate: float) -> UnifiedSettings:
+    """Return the settings of the law that stands in, whose disturbance observer (1/s) this law has."""
     return UnifiedSettings()._replace(
-        observer_rate=settings.observer_rate,
+        observer_rate=observer_rate,
         disturbance_limit=settings.disturbance_limit,
         torque_limit=settings.torque_limit,
     )
@@ -439,7 +454,6 @@ LAW = Law(
     step=mpc_step,
     memory=FIRST_MEMORY,
     after_gap=after_gap,
-    observes_disturbance=True,
     samples_ahead=horizon_of,
     compiles=False,
 )

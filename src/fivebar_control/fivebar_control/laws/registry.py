@@ -8,7 +8,7 @@ from collections.abc import Collection
 from functools import cache
 from typing import NamedTuple
 
-from fivebar_control.laws import ctc, mpc, multi_model, unified, vhc_cartesian, vhc_joint
+from fivebar_control.laws import ctc, lqr, mpc, multi_model, unified, vhc_cartesian, vhc_joint
 from fivebar_control.laws.law import Law, TunedLaw, check_law
 from fivebar_description.strict_yaml import InputError
 
@@ -48,8 +48,13 @@ class Controller(NamedTuple):
 
     @property
     def needs_no_zones(self) -> bool:
-        """Whether a single regular law needs no blending zones, so that motions can be planned during a run."""
+        """Whether a single regular law needs no blending zones."""
         return not self.blended and self.nominal.regular_on_locus
+
+    @property
+    def takes_goals(self) -> bool:
+        """Whether it follows motions that are planned during a run."""
+        return self.needs_no_zones and all(law.prepare is None for law in self.laws)
 
     @property
     def meets_type_1(self) -> bool:
@@ -99,6 +104,7 @@ CONTROLLERS = {
         Controller("multi_model_ctc", ctc.LAW, multi_model.LAW, SIGMOID),
         Controller("unified", unified.LAW),
         Controller("mpc", mpc.LAW),
+        Controller("lqr", lqr.LAW),
     )
 }
 """The controllers of this package."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from fivebar_control.laws.law import Instant, TunedLaw
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.laws.torque import Torque
-from fivebar_control.loop.plan_sample import reference_ahead
+from fivebar_control.loop.plan_sample import planned_references, reference_ahead
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import Platform, State
@@ -18,16 +20,24 @@ from fivebar_description.settings import as_numbers
 class LawRunner:
     """Computes a law's torque sample by sample."""
 
-    def __init__(self, law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int) -> None:
-        """Bind a law to its nominal robot, a plan and a sampling rate (Hz)."""
+    def __init__(self, law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int, memory: Any = None) -> None:
+        """Bind a law to its nominal robot, a plan and a sampling rate (Hz); by default with its first memory."""
         self._law = law.law
         self._ahead = law.samples_ahead
         self._settings = as_numbers(law.settings)
         self._robot = robot
         self._plan = plan
         self._rate_hz = rate_hz
-        self._memory = law.law.memory
+        self._memory = self.first_memory(law, robot, plan, rate_hz) if memory is None else memory
         self._last: int | None = None
+
+    @staticmethod
+    def first_memory(law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int) -> Any:
+        """Return the memory of a law before the first sample of a plan."""
+        if law.law.prepare is None:
+            return law.law.memory
+        references, settings = planned_references(plan, rate_hz), as_numbers(law.settings)
+        return law.law.prepare(robot, plan.mode1, plan.mode2, references, 1.0 / rate_hz, settings)
 
     def __call__(
         self, sample: int, state: State, reference: Reference, ahead: tuple[Platform, ...] | None = None

@@ -40,6 +40,11 @@ def reference_ahead(plan: Plan, sample: int, rate_hz: int, count: int) -> tuple[
     return tuple(plan.path.at(number / rate_hz) for number in range(sample + 1, sample + count + 1))
 
 
+def planned_references(plan: Plan, rate_hz: int) -> list[Platform]:
+    """Return the references of a plan's samples, for a law that needs them all."""
+    return [plan.path.at(number / rate_hz) for number in range(plan.path.samples(rate_hz) + 1)]
+
+
 def plan_sample(robot: FiveBar, plan: Plan, t: float, ahead: tuple[Platform, ...] | None = None) -> PlanSample:
     """Return the plan of a robot at time t (s); `ahead` is what laws see of the reference beyond it."""
     platform = plan.path.at(t)

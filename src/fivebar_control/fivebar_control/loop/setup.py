@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from fivebar_control.laws.law import Step, no_step
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fivebar_control.laws.law import Law, Step, no_step
 from fivebar_control.laws.registry import SIGMOID, Controller, TunedController
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings
+from fivebar_control.model.state import Platform
 from fivebar_control.safety.brake import Brake
 from fivebar_control.safety.stages import Limits
 from fivebar_description.parameters import FiveBar, LegParameters
@@ -18,10 +22,29 @@ def steps_of(controller: Controller) -> tuple[Step, Step]:
     return controller.nominal.step, no_step if constraint is None else constraint.step
 
 
-def first_memory(controller: Controller) -> CycleMemory:
-    """Return the memory of a controller before the first sample."""
-    constraint = controller.constraint
-    return CycleMemory(controller.nominal.memory, None if constraint is None else constraint.memory, ZERO, 0, 0)
+def first_memory(
+    controller: Controller, settings: CycleSettings, references: Callable[[], Sequence[Platform]]
+) -> CycleMemory:
+    """Return the memory of a controller before the first sample.
+
+    Args:
+        controller: whose memory.
+        settings: constants of its cycle.
+        references: returns those of all samples, for a law that needs the whole plan.
+    """
+
+    def of_law(law: Law | None, numbers: Any) -> Any:
+        if law is None:
+            return None
+        if law.prepare is None:
+            return law.memory
+        return law.prepare(settings.robot, settings.mode1, settings.mode2, references(), settings.period, numbers)
+
+    nominal, constraint = (
+        of_law(controller.nominal, settings.nominal),
+        of_law(controller.constraint, settings.constraint),
+    )
+    return CycleMemory(nominal, constraint, ZERO, 0, 0)
 
 
 def cycle_settings_of(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
 from fivebar_control.loop.cycle import CycleSettings, control_cycle
-from fivebar_control.loop.plan_sample import plan_sample, reference_ahead
+from fivebar_control.loop.plan_sample import plan_sample, planned_references, reference_ahead
 from fivebar_control.loop.setup import cycle_settings_of, first_memory, steps_of
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -145,8 +145,8 @@ def _predict_stretch(
     """Return what becomes of a stretch together with those before it."""
     mode1, mode2 = stretch.mode
     nominal_step, constraint_step = steps_of(follower.controller)
-    memory = first_memory(follower.controller)
     rate_hz = round(1.0 / settings.period)
+    memory = first_memory(follower.controller, settings, lambda: planned_references(plan, rate_hz))
     steps = math.ceil(settings.period / LONGEST_STEP - 1e-9)
     start = plan.path.at(stretch.first / rate_hz)
     state = state_from_platform(robot, mode1, mode2, start.x, start.y, 0.0, 0.0)

@@ -40,6 +40,7 @@ class ReferenceTorque:
         self._nominal = follower.nominal
         self._regular = follower.controller.needs_no_zones
         self._constraint = follower.constraint
+        self._memories: dict[str, Any] = {}
         self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
 
     def __call__(self, sample: int, reference: Reference) -> Torque:
@@ -57,7 +58,11 @@ class ReferenceTorque:
 
     def _answer(self, law: TunedLaw, sample: int, state: State, reference: Reference) -> Torque:
         """Return the torque of a law without memory and limits."""
-        return LawRunner(unlimited(law), self._robot, self._plan, self._rate_hz)(sample, state, reference)
+        free = unlimited(law)
+        if law.law.name not in self._memories:
+            self._memories[law.law.name] = LawRunner.first_memory(free, self._robot, self._plan, self._rate_hz)
+        memory = self._memories[law.law.name]
+        return LawRunner(free, self._robot, self._plan, self._rate_hz, memory)(sample, state, reference)
 
 
 def full_torque(robot: FiveBar, reference: Reference) -> Torque:

@@ -20,6 +20,7 @@ from fivebar_control.model.singularity import (
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.criterion import criterion_curvature, criterion_law
 from fivebar_control.trajectory.joint_segment import JointSegment
+from fivebar_control.trajectory.optimal import optimal_law
 from fivebar_control.trajectory.path import Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
@@ -43,11 +44,11 @@ SEARCH_STEPS = 400
 """Points per segment at which the sign of det A is sampled; two crossings closer than that count as none."""
 
 
-QUINTIC, CRITERION, SEPTIC = "quintic", "criterion", "septic"
-TIME_LAWS = (QUINTIC, CRITERION, SEPTIC)
+QUINTIC, CRITERION, SEPTIC, OPTIMAL = "quintic", "criterion", "septic", "optimal"
+TIME_LAWS = (QUINTIC, CRITERION, SEPTIC, OPTIMAL)
 """How the reference passes along a straight segment: by the fifth-order polynomial, which knows nothing of the locus
-(4.2); so that the dynamic criterion holds at the crossing; or by the seventh-order polynomial without a jerk at rest,
-which every segment has that is planned in the motors' angles."""
+(4.2); so that the dynamic criterion holds at the crossing; by the seventh-order polynomial without a jerk at rest,
+which every segment has that is planned in the motors' angles; or with the least torque for its duration."""
 
 
 TimeLaw = Annotated[str, Setting("How the reference passes along a segment.", choices=TIME_LAWS)]
@@ -189,7 +190,7 @@ def plan_motion(
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, index + 1, leg, leg_number)
         fractions = _locus_fractions(robot, mode1, mode2, segment)
-        timed = _timed(robot, (mode1, mode2), segment, index + 1, fractions, time_law)
+        timed = _timed(robot, mode1, mode2, segment, index + 1, fractions, time_law)
         segments[index] = timed
         met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
@@ -301,11 +302,13 @@ def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, segment: Segment) -
 
 
 def _timed(
-    robot: FiveBar, mode: tuple[int, int], segment: Segment, number: int, crossed: list[float], time_law: str
+    robot: FiveBar, mode1: int, mode2: int, segment: Segment, number: int, crossed: list[float], time_law: str
 ) -> Segment:
     """Return a segment that crosses the locus at fractions of its way, with its time law."""
     if time_law == SEPTIC:
         return segment._replace(time_law=rest_to_rest_without_jerk)
+    if time_law == OPTIMAL:
+        return _quickest(robot, mode1, mode2, segment, number, crossed)
     if time_law != CRITERION or not crossed:
         return segment
     if len(crossed) > 1:
@@ -316,12 +319,23 @@ def _timed(
     dx, dy = segment.end_x - segment.start_x, segment.end_y - segment.start_y
     length = math.hypot(dx, dy)
     at_x, at_y = segment.start_x + dx * crossed[0], segment.start_y + dy * crossed[0]
-    rho = criterion_curvature(robot, *mode, at_x, at_y, dx / length, dy / length)
+    rho = criterion_curvature(robot, mode1, mode2, at_x, at_y, dx / length, dy / length)
     law = criterion_law(crossed[0], rho * length)
     if law is None:
         raise PlanRefused(
             f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
             " goes forwards meets the dynamic criterion so near an end"
+        )
+    return segment._replace(time_law=law.__call__)
+
+
+def _quickest(robot: FiveBar, mode1: int, mode2: int, segment: Segment, number: int, crossed: list[float]) -> Segment:
+    ends = (segment.start_x, segment.start_y), (segment.end_x, segment.end_y)
+    law = optimal_law(robot, mode1, mode2, *ends, tuple(crossed))
+    if law is None:
+        raise PlanRefused(
+            f"segment {number}: has no passage of bounded torque that only goes forwards and meets the criterion:"
+            " expected another time law, or a segment that crosses the Type 2 locus elsewhere"
         )
     return segment._replace(time_law=law.__call__)
 

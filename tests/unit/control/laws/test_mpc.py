@@ -10,7 +10,7 @@ import pytest
 from fivebar_control.laws import mpc
 from fivebar_control.laws.law import Instant, TunedLaw
 from fivebar_control.laws.mpc import LAW, MpcMemory, MpcSettings, Problem
-from fivebar_control.laws.reference import reference_from_platform
+from fivebar_control.laws.reference import against_disturbance, reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.laws.unified import unified_step
 from fivebar_control.loop.plan_sample import reference_ahead
@@ -118,7 +118,7 @@ def test_unified_answers_where_there_is_no_solution(dextar: FiveBar, monkeypatch
     else:
         instant = instant._replace(ahead=(instant.ahead[0]._replace(y=1.0), *instant.ahead[1:]))
     torque, memory = LAW.step(dextar, instant, LAW.memory, settings)
-    standing_in = mpc.unified_settings(settings)
+    standing_in = mpc.unified_settings(settings, settings.observer_rate)
     wanted, kept = unified_step(
         dextar, instant.state, instant.reference, LAW.memory.unified, standing_in, instant.period
     )
@@ -137,3 +137,20 @@ def test_after_a_gap_only_the_disturbance_is_kept(dextar: FiveBar) -> None:
     assert (after.unified.d1, after.unified.d2) == (memory.unified.d1, memory.unified.d2)
     assert after.unified.unset
     assert (after.torque, after.duals) == (None, None)
+
+
+def test_an_estimated_disturbance_takes_the_place_of_the_observer(dextar: FiveBar) -> None:
+    """It comes with the reference's friction, and holds over the whole horizon."""
+    plan, settings = middle(dextar, 0.5), as_numbers(MpcSettings())
+    torques = []
+    for disturbance in (0.0, 0.1):
+        memory = LAW.memory
+        for sample in range(3):
+            instant = instant_at(dextar, plan, sample, 1e-4)
+            reference = against_disturbance(instant.reference, disturbance, -disturbance)
+            torque, memory = LAW.step(dextar, instant._replace(reference=reference), memory, settings)
+            torques.append(torque)
+        assert (memory.unified.d1 == 0.0) == (disturbance != 0.0)
+    # without an error of the model, and before the observer has learnt from the offset, only the disturbance differs
+    assert torques[3].tau1 == pytest.approx(torques[0].tau1 - 0.1, abs=1e-9)
+    assert torques[3].tau2 == pytest.approx(torques[0].tau2 + 0.1, abs=1e-9)

@@ -27,6 +27,7 @@ def test_the_controllers_are_those_of_the_thesis_and_the_regular_laws() -> None:
         "multi_model_ctc": ["ctc", "reduced_ctc"],
         "unified": ["unified"],
         "mpc": ["mpc"],
+        "lqr": ["lqr"],
     }
     assert set(CONSTRAINT_LAWS) == {"vhc_joint", "vhc_cartesian", "reduced_ctc"}
 
@@ -39,10 +40,11 @@ def test_what_a_controller_can_do_follows_from_its_laws() -> None:
     }
     assert {name for name, one in CONTROLLERS.items() if not one.crosses} == {"ctc"}
     for wanted, able in (
-        ("needs_no_zones", {"unified", "mpc"}),
+        ("needs_no_zones", {"unified", "mpc", "lqr"}),
+        ("takes_goals", {"unified", "mpc"}),
         ("meets_type_1", {"unified"}),
-        ("observes_disturbance", {"unified", "mpc"}),
-        ("compiles", set(CONTROLLERS) - {"mpc"}),
+        ("observes_disturbance", {"unified"}),
+        ("compiles", set(CONTROLLERS) - {"mpc", "lqr"}),
     ):
         assert {name for name, one in CONTROLLERS.items() if getattr(one, wanted)} == able, wanted
     ahead = {name: default_tuning(one).samples_ahead for name, one in CONTROLLERS.items()}
@@ -75,7 +77,7 @@ def test_a_law_from_elsewhere_is_a_controller_of_its_own() -> None:
     [
         (
             "toy",
-            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, mpc, or my_package.my_law",
+            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, mpc, lqr, or my_package",
         ),
         ("toy_law.LAW", "expected one of ctc"),
         ("toy_law:NOTHING", "cannot be loaded: module 'toy_law' has no attribute 'NOTHING'"),

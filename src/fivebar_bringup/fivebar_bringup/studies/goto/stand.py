@@ -35,8 +35,8 @@ def stand(
     Raises:
         InputError: the controller accepts no goals, or the output directory cannot be used.
     """
-    if not scenario.scheme().needs_no_zones:
-        raise InputError(f"controller: {scenario.controller}: accepts no goals: expected unified")
+    if not scenario.scheme().takes_goals:
+        raise InputError(f"controller: {scenario.controller}: accepts no goals: expected unified or mpc")
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
     resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)

@@ -1,0 +1,67 @@
+"""The quickest time law: a consistent motion, little torque for its duration, the dynamic criterion on the locus."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.model.dynamics import inverse_dynamics_of_platform
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.planning.predicted_run import predict_run
+from fivebar_control.trajectory.criterion import criterion_residual
+from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_description.parameters import FiveBar
+
+RATE_HZ = 500
+MIDDLE = ((0.0, 0.15), (0.0, 0.02))
+
+
+def planned(robot: FiveBar, duration: float, time_law: str) -> Plan:
+    return plan_motion(robot, (1, -1), MIDDLE, [duration], RATE_HZ, ZoneRule(), time_law=time_law)
+
+
+def torque_beyond_friction(robot: FiveBar, plan: Plan) -> float:
+    """Return the largest torque (Nm) that a plan needs, 2 ms and more from the locus."""
+    torques = []
+    for t in np.linspace(0.0, plan.path.duration, 1001).tolist():
+        if abs(t - plan.crossings[0].time) > 2e-3:
+            x, y, vx, vy, ax, ay = plan.path.at(t)
+            state = state_from_platform(robot, 1, -1, x, y, vx, vy)
+            torques += inverse_dynamics_of_platform(robot, state, ax, ay, 0.0, 0.0)
+    return float(np.max(np.abs(torques)))
+
+
+def test_speed_and_acceleration_are_the_derivatives_of_the_way(dextar: FiveBar) -> None:
+    law = planned(dextar, 1.0, OPTIMAL).path.straight(0).time_law
+    assert (law(0.0), law(1.0)) == ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    step = 1e-6
+    for u in (0.01, 0.2, 0.4844, 0.6, 0.9, 0.99):
+        (before, speed0, _), (_, ds, dds), (after, speed1, _) = law(u - step), law(u), law(u + step)
+        assert (after - before) / (2.0 * step) == pytest.approx(ds, rel=1e-6)
+        assert (speed1 - speed0) / (2.0 * step) == pytest.approx(dds, rel=1e-3, abs=1e-3)
+        assert ds > 0.0
+
+
+def test_it_takes_little_more_than_half_the_torque_and_meets_the_criterion(dextar: FiveBar) -> None:
+    quickest, quintic = (planned(dextar, 1.0, time_law) for time_law in (OPTIMAL, QUINTIC))
+    assert torque_beyond_friction(dextar, quickest) < 0.6 * torque_beyond_friction(dextar, quintic)
+    crossing = quickest.crossings[0]
+    there = quickest.path.at(crossing.time)
+    assert abs(criterion_residual(dextar, 1, -1, there)) < 1e-6
+    # what is quickest does not depend on the duration, and the torque goes with its inverse square
+    half = torque_beyond_friction(dextar, planned(dextar, 0.5, OPTIMAL))
+    assert half == pytest.approx(4.0 * torque_beyond_friction(dextar, quickest), rel=0.02)
+
+
+def test_the_predictive_law_follows_at_the_limit_of_its_torque(dextar: FiveBar) -> None:
+    run = predict_run(dextar, planned(dextar, 0.35, OPTIMAL), RATE_HZ, default_tuning(CONTROLLERS["mpc"]), 1.2)
+    assert run.mode_changes.value == 1.0
+    assert run.torque.value < 1.2
+    assert run.error.value < 2e-4
+
+
+def test_a_rest_just_before_the_locus_has_no_such_passage(dextar: FiveBar) -> None:
+    with pytest.raises(PlanRefused, match="segment 1: has no passage of bounded torque"):
+        plan_motion(dextar, (1, -1), ((0.0, 0.0846), (0.0, 0.02)), [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
