@@ -34,6 +34,7 @@ setup(
             "blender = fivebar_control.nodes.blender:main",
             "state_estimator = fivebar_control.nodes.state_estimator:main",
             "imu_listener = fivebar_control.nodes.imu_listener:main",
+            "vision_listener = fivebar_control.nodes.vision_listener:main",
             "dextar_bridge = fivebar_control.nodes.dextar_bridge:main",
             "motkin_bridge = fivebar_control.nodes.motkin_bridge:main",
         ],

@@ -26,6 +26,7 @@ setup(
     entry_points={
         "console_scripts": [
             "plant = fivebar_sim.nodes.plant:main",
+            "camera = fivebar_sim.nodes.camera:main",
             "emulated_board = fivebar_sim.boards.main:main",
             "emulated_drives = fivebar_sim.drives.main:main",
             "emulated_robot = fivebar_sim.nodes.emulated_robot:main",

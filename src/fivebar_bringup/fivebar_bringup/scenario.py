@@ -249,7 +249,7 @@ class Scenario(StrictModel):
     @property
     def has_ground_truth(self) -> bool:
         """Whether the exact state of the robot is recorded besides: the sensors of all joints do not show it."""
-        return self.estimated or has_effects(self.plant)
+        return self.estimated or self.camera.on or has_effects(self.plant)
 
     @property
     def gyro(self) -> bool:

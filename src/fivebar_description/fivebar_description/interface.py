@@ -32,11 +32,21 @@ ESTIMATE_NAMES = ("x", "y", "vx", "vy", "d1", "d2")
 """Fields of `estimate/covariance`: position holds standard deviations, at the moment of the measurement, of the
 platform's position (m) and velocity (m/s) and of the two motors' disturbance torques (Nm)."""
 
+VISION_NAMES = ("x", "y", "deviation_x", "deviation_y", "correlation")
+"""Fields of `vision/platform`: position holds the platform's position (m), its standard deviations (m) and their
+correlation."""
+
+PLATFORM_NAMES = ("x", "y")
+"""Fields of `vision/error`: position by the camera minus that by the joints at the time of the exposure (m)."""
+
 BASE_FRAME = "base_link"
 """Frame of the robot's plane: origin midway between the motors, x from motor 1 to motor 2, z up; root of the URDF."""
 
 IMU_FRAME = "imu"
 """Frame of `imu/data`, fixed to the distal link of leg 2 at the platform."""
+
+CAMERA_FRAME = "camera"
+"""Frame of the pictures: x to the right, y down, z along the optical axis."""
 
 START_STAMP_NS = 1_000_000_000
 """Stamp of sample 0 in lockstep, where time is simulated. Not zero, because a zero stamp means "not set" in ROS."""
@@ -106,6 +116,11 @@ READINGS_RELEASED = Topic("readings_released", "sensor_msgs/msg/JointState")
 of its stamp in samples. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it
 out."""
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
+VISION_PLATFORM = Topic("vision/platform", "sensor_msgs/msg/JointState")
+"""The platform by the camera, stamped with the time of the exposure; NaN where a picture does not show it."""
+VISION_ERROR = Topic("vision/error", "sensor_msgs/msg/JointState")
+CAMERA_IMAGE = Topic("camera/image_raw", "sensor_msgs/msg/Image", Qos(depth=16))
+CAMERA_INFO = Topic("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(depth=16))
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
 SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", STATE_QOS)
 DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", STATE_QOS)
@@ -137,6 +152,8 @@ TOPICS = (
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
+    VISION_PLATFORM,
+    VISION_ERROR,
     FAULTS,
     SAFETY_STATE,
     DRIVES_STATE,
@@ -171,13 +188,20 @@ them; a bag has them where the run was asked for them."""
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""
 
+VISION_TOPICS = (VISION_PLATFORM, VISION_ERROR)
+"""Topics that only a run with a camera has."""
+
+CAMERA_TOPICS = (CAMERA_IMAGE, CAMERA_INFO)
+"""Pictures and what they were taken with; a bag has them where the run was asked for them."""
+
 ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE)
 """Topics that only a run with an estimator has: `joint_states` is then its estimate."""
 
 
 def topic_named(name: str) -> Topic | None:
     """Return a topic of the graph by its name, also that of a law from elsewhere; None where there is none."""
-    known = next((topic for topic in (*TOPICS, *PICTURES, *RECORDED_BESIDES) if topic.name == name), None)
+    topics = (*TOPICS, *PICTURES, *CAMERA_TOPICS, *RECORDED_BESIDES)
+    known = next((topic for topic in topics if topic.name == name), None)
     if known is None and name.endswith("/torque"):
         return torque_topic(name.removesuffix("/torque"))
     return known

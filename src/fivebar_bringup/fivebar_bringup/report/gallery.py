@@ -105,6 +105,12 @@ def draw_pictures(run: RunAnalysis) -> list[Picture]:
                 f" Corresponds to {thesis.acceleration}.",
             ),
         }
+        if run.summary.vision_error_rms_m is not None:
+            drawn["vision"] = (
+                figures.vision(run),
+                "Position of the platform that the camera measured, minus that by the joints at the time of the"
+                " exposure, and minus the exact one. The thesis names this validation as future work.",
+            )
         if run.summary.mode == REALTIME and run.summary.cycle_time_ms is not None:
             drawn["cycles"] = (
                 cycle_figure.cycles(run),

@@ -85,6 +85,10 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("largest weight σ", "–" if summary.sigma_max is None else f"{summary.sigma_max:.3g}", "1 on the locus")
     imu = plain(summary.imu_acceleration_error_rms, "m/s²")
     yield Metric("root mean square acceleration error by the IMU", imu, "goes to zero")
+    if summary.vision_error_rms_m is not None:
+        seen = f"{engineering(summary.vision_error_rms_m, 'm')}, {engineering(summary.vision_error_max_m, 'm')}"
+        yield Metric("camera minus joints: root mean square, largest", seen)
+        yield Metric("camera minus exact platform, largest", engineering(summary.vision_true_error_max_m, "m"))
     yield Metric("largest error of the estimate", engineering(summary.estimate_error_max_m, "m"))
     yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
     times = "–" if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fivebar_bringup.report.vision import NOTHING_SEEN, VisionSeries, Way, vision_series
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.imu_check import ImuCheck
@@ -29,6 +30,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
     VHC_TORQUE,
+    VISION_PLATFORM,
     Topic,
 )
 from fivebar_description.parameters import FiveBar
@@ -70,6 +72,7 @@ class RunSeries:
         estimate_error: [n], distance (m) of the estimated platform from the actual one at the time that the estimate is
             for, `lead_samples` after the row's measurement: prediction included. NaN
             without an estimator, and where the run ended before that time.
+        vision: what the camera saw; its rows are exposures, not samples.
     """
 
     sample: IntArray
@@ -92,6 +95,7 @@ class RunSeries:
     tracking_error: FloatArray
     acceleration_error: FloatArray
     estimate_error: FloatArray
+    vision: VisionSeries
 
     @property
     def in_zone(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -154,6 +158,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
             reference,
         ),
         estimate_error=_estimate_errors(robot, join, scenario, platform),
+        vision=_vision(robot, recording, join, scenario, platform),
     )
 
 
@@ -227,15 +232,36 @@ def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: 
     errors = np.full(join.sample.size, math.nan)
     if not scenario.estimated:
         return errors
-    position = join.values(JOINT_STATES, JOINTS, "position")
-    velocity = join.values(JOINT_STATES, JOINTS, "velocity")
-    states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
-    estimated = _rows([(state.x, state.y) for state in states], 2)
+    estimated = _platform_by_joints(robot, join)
     _, then, row = np.intersect1d(
         join.sample, join.sample + scenario.lead_samples, assume_unique=True, return_indices=True
     )
     errors[row] = np.hypot(*(estimated[row] - platform[then, :2]).T)
     return errors
+
+
+def _vision(
+    robot: FiveBar, recording: Recording, join: _Join, scenario: Scenario, platform: FloatArray
+) -> VisionSeries:
+    """Return what the camera saw, against the published joints and the exact platform [n, 4]."""
+    if recording.count(VISION_PLATFORM) == 0:
+        return NOTHING_SEEN
+    by_joints = _platform_by_joints(robot, join)
+    known = np.isfinite(by_joints[:, 0])
+    return vision_series(
+        recording,
+        scenario.rate_hz,
+        Way(join.sample[known] + scenario.lead_samples, by_joints[known]),
+        Way(join.sample, platform[:, :2]),
+    )
+
+
+def _platform_by_joints(robot: FiveBar, join: _Join) -> FloatArray:
+    """Return [n, 2], the platform (m) by the published joints of the samples."""
+    position = join.values(JOINT_STATES, JOINTS, "position")
+    velocity = join.values(JOINT_STATES, JOINTS, "velocity")
+    states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
+    return _rows([(state.x, state.y) for state in states], 2)
 
 
 def _constraint_errors(robot: FiveBar, plan: Plan, t: float, state: State) -> tuple[float, float, float]:

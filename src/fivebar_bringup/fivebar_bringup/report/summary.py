@@ -60,6 +60,9 @@ class Summary:
         estimate_error_max_m: largest distance of the estimated platform from the actual one at the time that the
             estimate is for, prediction over the drives' delay included (m); None without estimator.
         imu_acceleration_error_rms: of the IMU's minus the desired magnitude (m/s^2).
+        vision_error_rms_m, vision_error_max_m: distance of the platform by the camera from that by the joints at the
+            time of the exposure (m); None without a camera.
+        vision_true_error_max_m: its largest distance from the exact platform (m), as far as that is recorded.
         cycle_time_ms: None where time did not pass, as in an offline run.
         latency_ms: from a sample to its torque at the plant; None where time did not pass.
         overruns: clock periods that passed without a torque: samples whose torque was late.
@@ -91,6 +94,9 @@ class Summary:
     torque_saturated_samples: int | None
     estimate_error_max_m: float | None
     imu_acceleration_error_rms: float | None
+    vision_error_rms_m: float | None
+    vision_error_max_m: float | None
+    vision_true_error_max_m: float | None
     cycle_time_ms: CycleTime | None
     latency_ms: CycleTime | None
     overruns: int | None
@@ -160,6 +166,9 @@ def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timin
         torque_saturated_samples=None if limit is None else _saturated(series.torque_requested, limit),
         estimate_error_max_m=peak(series.estimate_error),
         imu_acceleration_error_rms=rms(series.acceleration_error),
+        vision_error_rms_m=rms(np.hypot(*series.vision.error.T)),
+        vision_error_max_m=peak(np.hypot(*series.vision.error.T)),
+        vision_true_error_max_m=peak(np.hypot(*series.vision.true_error.T)),
         cycle_time_ms=cycle_time(series),
         latency_ms=CycleTime(**timing.latency_ms) if clocked and timing.latency_ms else None,
         overruns=timing.overruns,

@@ -36,9 +36,14 @@ from fivebar_control.ros.node_settings import (
     MotionSettings,
     SupervisorSettings,
     TrajectorySettings,
+    VisionListenerSettings,
 )
+from fivebar_description.camera import CAMERA_PREFIX
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX
 from fivebar_description.interface import (
+    CAMERA_IMAGE,
+    CAMERA_INFO,
+    CAMERA_TOPICS,
     CANDIDATES,
     CLOCK,
     DRIVES_STATE,
@@ -70,12 +75,21 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
     VHC_TORQUE,
+    VISION_ERROR,
+    VISION_PLATFORM,
+    VISION_TOPICS,
     Topic,
 )
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX
 from fivebar_description.settings import to_parameters
 from fivebar_description.tolerances import TOLERANCE_PREFIX
-from fivebar_sim.ros.node_settings import ALL_JOINTS, MOTORS, EmulatedRobotSettings, PlantNodeSettings
+from fivebar_sim.ros.node_settings import (
+    ALL_JOINTS,
+    MOTORS,
+    CameraNodeSettings,
+    EmulatedRobotSettings,
+    PlantNodeSettings,
+)
 
 
 class Mode(StrEnum):
@@ -184,10 +198,12 @@ def crossing_graph(
         _blender(scenario, mode, endless=bridged),
         *([] if bridged else [_imu_listener(scenario)]),
     ]
+    nodes += _vision(scenario, None if drives is not None else PLANT if rehearsal is None else EMULATED_ROBOT)
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
     absent = (*absent, *(() if scenario.passive.leg else (PASSIVE_STATES,)))
+    absent = (*absent, *_absent_of_vision(scenario))
     if bridged:
         # the emulated robot has a gyroscope, but no accelerometer
         absent = (*absent, IMU_ERROR)
@@ -202,6 +218,8 @@ def crossing_graph(
         nodes += _emulated_hardware(scenario, rehearsal, awaited)
     recorded = tuple(topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent)
     recorded = (*recorded, *RECORDED_BESIDES, *(PICTURES if scene else ()))
+    if scenario.camera.on and scenario.camera.pictures and scenario.camera.record:
+        recorded = (*recorded, *CAMERA_TOPICS)
     recorder = NodeSpec(
         "fivebar_bringup",
         RECORDER,
@@ -248,6 +266,50 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
         (IMU_DATA, REFERENCE, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (IMU_ERROR,),
     )
+
+
+def _vision(scenario: Scenario, keeper: str | None) -> list[NodeSpec]:
+    """Return the camera, where it is simulated, and who reads its pictures.
+
+    `keeper` is the node that publishes the robot's exact state, None for a real robot.
+    """
+    camera = scenario.camera
+    if not camera.on:
+        return []
+    parameters = to_parameters(camera, CAMERA_PREFIX)
+    waits = () if keeper is None else ("camera", "state_estimator" if scenario.estimated else keeper)
+    own = CameraNodeSettings(scenario.robot, scenario.rate_hz, () if keeper is None else (keeper,))
+    simulation = NodeSpec(
+        "fivebar_sim",
+        "camera",
+        {**to_parameters(own), **parameters, **to_parameters(scenario.plant)},
+        (GROUND_TRUTH, RUN_READY, RUN_PLAN, RUN_EPOCH),
+        CAMERA_TOPICS if camera.pictures else (VISION_PLATFORM,),
+    )
+    listener = NodeSpec(
+        "fivebar_control",
+        "vision_listener",
+        {
+            **to_parameters(
+                VisionListenerSettings(scenario.robot, scenario.rate_hz, scenario.lead_samples, waits),
+            ),
+            **parameters,
+        },
+        (CAMERA_IMAGE, CAMERA_INFO, JOINT_STATES, RUN_READY, RUN_PLAN, RUN_EPOCH),
+        VISION_TOPICS,
+    )
+    return [*([] if keeper is None else [simulation]), *([listener] if camera.pictures else [])]
+
+
+def _awaited_sights(scenario: Scenario, mode: Mode) -> tuple[Topic, ...]:
+    """Return the topic for which the plant waits where pictures come with a sample."""
+    return (VISION_PLATFORM,) if scenario.camera.on and mode is Mode.LOCKSTEP else ()
+
+
+def _absent_of_vision(scenario: Scenario) -> tuple[Topic, ...]:
+    if not scenario.camera.on:
+        return VISION_TOPICS
+    return () if scenario.camera.pictures else (VISION_ERROR,)
 
 
 def bridge(scenario: Scenario, drives: str, awaited: Sequence[str], last_sample: bool = False) -> NodeSpec:
@@ -470,8 +532,9 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             **to_parameters(scenario.plant),
             **to_parameters(scenario.imu, IMU_PREFIX),
             **to_parameters(scenario.passive, PASSIVE_PREFIX),
+            **to_parameters(scenario.camera, CAMERA_PREFIX),
         },
-        (TORQUE_COMMAND, RUN_READY, RUN_PLAN),
+        (TORQUE_COMMAND, *_awaited_sights(scenario, mode), RUN_READY, RUN_PLAN),
         (
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
             *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),

@@ -11,6 +11,7 @@ from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.settings import cycle_settings
+from fivebar_bringup.simulation.vision import SimulatedVision, VisionSample
 from fivebar_control.estimation.estimator import Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
@@ -41,6 +42,7 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     NANOSECONDS,
     PASSIVE_STATES,
+    PLATFORM_NAMES,
     REFERENCE,
     REFERENCE_NAMES,
     SAFETY_STATE,
@@ -50,6 +52,10 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
     VHC_TORQUE,
+    VISION_ERROR,
+    VISION_NAMES,
+    VISION_PLATFORM,
+    VISION_TOPICS,
     Topic,
     late_stamp_ns,
     moment_of_stamp,
@@ -113,6 +119,8 @@ class Sample(NamedTuple):
         requested: torque before limits (Nm), None once a fault is latched.
         estimated: None without an estimator.
         truth: the exact joint states, None where they are not recorded besides.
+        vision: what came from the camera with the sample.
+        vision_errors: stamp (ns) of each exposure that could be compared now, and the difference to the joints (m).
     """
 
     number: int
@@ -127,6 +135,8 @@ class Sample(NamedTuple):
     command: Torque
     estimated: Estimated | None = None
     truth: Measurement | None = None
+    vision: tuple[VisionSample, ...] = ()
+    vision_errors: tuple[tuple[int, tuple[float, float]], ...] = ()
 
     @property
     def exact(self) -> Measurement:
@@ -161,6 +171,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     passive_queue: ReadingQueue[float] = ReadingQueue(scenario.passive, rate_hz, scenario.plant.seed, PASSIVE_LOSSES)
     encoder = passive_numbers(scenario.passive, scenario.plant.seed)
+    camera = SimulatedVision(scenario) if scenario.camera.on else None
     samples: list[Sample] = []
     faults: list[str] = []
     last = plan.path.samples(rate_hz)
@@ -174,6 +185,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
         if scenario.passive.leg:
             angle = passive_reading(encoder, plant.truth().position[scenario.passive.place])
             angles = passive_queue.arrived(number, angle)
+        vision = camera.arrived(number, plant.truth()) if camera is not None else ()
         estimated = None
         if estimator is not None:
             motors = measured.of_motors()
@@ -188,6 +200,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
             estimated = Estimated(motors, estimate.deviations, estimate.disturbance)
         state = state_from_joints(robot, *measured.position, *measured.velocity)
+        compared = camera.compared(number, vision, state.x, state.y) if camera is not None else ()
         moment = number + lead
         planned = plan_sample(robot, plan, moment / rate_hz, reference_ahead(plan, moment, rate_hz, samples_ahead))
         reference = planned.reference
@@ -221,6 +234,8 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
                 cycle.command,
                 estimated,
                 plant.truth() if scenario.has_ground_truth else None,
+                vision,
+                compared,
             )
         )
         if estimator is not None:
@@ -265,6 +280,8 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         topics.append(PASSIVE_STATES)
     if scenario.has_ground_truth:
         topics.append(GROUND_TRUTH)
+    if scenario.camera.on:
+        topics += VISION_TOPICS if scenario.camera.pictures else (VISION_PLATFORM,)
     rate_hz = scenario.rate_hz
     path = scenario.plan().path
     with BagWriter(directory, topics) as bag:
@@ -330,6 +347,13 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) ->
             (ESTIMATE_COVARIANCE, serialize.joint_state(stamp, ESTIMATE_NAMES, deviations)),
             (ESTIMATE_DISTURBANCE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=disturbance)),
         ]
+    messages += [
+        (VISION_PLATFORM, serialize.joint_state(one.stamp, VISION_NAMES, one.reading)) for one in sample.vision
+    ]
+    messages += [
+        (VISION_ERROR, serialize.joint_state(made, PLATFORM_NAMES, difference))
+        for made, difference in sample.vision_errors
+    ]
     if sample.truth is not None:
         messages.append((GROUND_TRUTH, serialize.joint_state(stamp, JOINTS, *sample.truth)))
     return messages

@@ -224,6 +224,15 @@ class ImuListenerSettings(NamedTuple):
     wait_for_nodes: AwaitedNodes = ()
 
 
+class VisionListenerSettings(NamedTuple):
+    """The vision listener, in addition to the camera."""
+
+    robot: Robot = "dextar"
+    rate_hz: RateHz = 500
+    lead_samples: LeadSamples = 0
+    wait_for_nodes: AwaitedNodes = ()
+
+
 class BridgeSettings(NamedTuple):
     """The bridge to the drives."""
 

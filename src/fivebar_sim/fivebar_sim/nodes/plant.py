@@ -11,10 +11,12 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
 from fivebar_description.imu import IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
+    CAMERA_FRAME,
     CLOCK,
     DRIVES_STATE,
     FAULTS,
@@ -29,6 +31,7 @@ from fivebar_description.interface import (
     RUN_STATUS,
     START_STAMP_NS,
     TORQUE_COMMAND,
+    VISION_PLATFORM,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
@@ -50,6 +53,7 @@ from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.late_sensors import Arrived, LateSensors
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
 from fivebar_sim.settings import PlantSettings, has_effects
+from fivebar_sim.vision.sights import Sights
 
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2
@@ -79,6 +83,7 @@ class PlantNode(GraphNode):
         plant = self.declare_settings(PlantSettings)
         imu = self.declare_settings(ImuSettings, IMU_PREFIX)
         passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
+        camera = self.declare_settings(CameraSettings, CAMERA_PREFIX)
         self._rate_hz = settings.rate_hz
         # in lockstep time is simulated, and every run has the same stamps
         epoch_ns = START_STAMP_NS if settings.mode == LOCKSTEP else None
@@ -101,12 +106,15 @@ class PlantNode(GraphNode):
         self._overruns = 0
         self._latency = LatencyWatch()
         self._published = 0.0
+        self._to_publish = -1
         self._arrived: Arrived | None = None
+        self._sights = Sights(camera, self._rate_hz, plant.seed) if camera.on and self._lockstep else None
         self._began = self._heard = time.monotonic()
         self._motors_only = settings.publishes == MOTORS
         self._time = self.advertise(CLOCK) if self._lockstep else None
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
-        self._ground_truth = self.advertise(GROUND_TRUTH) if self._motors_only or has_effects(plant) else None
+        has_truth = self._motors_only or camera.on or has_effects(plant)
+        self._ground_truth = self.advertise(GROUND_TRUTH) if has_truth else None
         self._late = LateSensors(self, self._run, self._rate_hz, imu, passive, plant.seed)
         self._released = self.advertise(READINGS_RELEASED) if settings.announces_readings else None
         self._faults = self.advertise(FAULTS)
@@ -115,6 +123,8 @@ class PlantNode(GraphNode):
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.listen(TORQUE_COMMAND, self._on_command)
         self.listen(RUN_READY, self._on_ready)
+        if self._sights is not None:
+            self.listen(VISION_PLATFORM, self._on_sight)
         self.every(STATUS_PERIOD, lambda: self._publish_status("running"))
         self._start_timer = self.every(REPEAT_PERIOD, self._start)
         self._running = False
@@ -182,8 +192,27 @@ class PlantNode(GraphNode):
     def _publish_sample(self) -> None:
         if self._time is not None:
             self._time.publish(Clock(clock=to_stamp(self._run.stamp(self._sample))))
-        # then the joint states, because the controllers wait for them
         joints, truth = self._measured
+        if self._sights is not None:
+            # the camera's answer to the exact state comes before the rest of the sample
+            self._to_publish = self._sample
+            if self._ground_truth is not None:
+                self._ground_truth.publish(truth)
+            self._sights.expect(self._sample)
+            self._publish_when_seen()
+            return
+        self._publish_readings(joints)
+        if self._ground_truth is not None:
+            self._ground_truth.publish(truth)
+
+    def _publish_when_seen(self) -> None:
+        assert self._sights is not None
+        if self._to_publish == self._sample and self._sights.complete:
+            self._to_publish = -1
+            self._publish_readings(self._measured[0])
+
+    def _publish_readings(self, joints: JointSample) -> None:
+        # the joint states first, because the controllers wait for them
         self._joint_states.publish(joints)
         self._published = time.monotonic()
         if self._arrived is None:
@@ -192,13 +221,15 @@ class PlantNode(GraphNode):
         if self._released is not None:
             self._released.publish(self._announcement(self._arrived))
         self._late.publish(self._arrived)
-        if self._ground_truth is not None:
-            self._ground_truth.publish(truth)
 
     def _announcement(self, arrived: Arrived) -> JointSample:
         """Return which late readings come with the sample."""
         names = [IMU_FRAME] * len(arrived.imu) + [self._late.passive.joint] * len(arrived.angles)
         moments = [self._run.moment(stamp_of(message)) for message in (*arrived.imu, *arrived.angles)]
+        if self._sights is not None:
+            seen = self._sights.taken(self._sample)
+            names += [CAMERA_FRAME] * len(seen)
+            moments += [self._run.moment(stamp_ns) for stamp_ns in seen]
         return joint_sample(self._run.stamp(self._sample), names, moments)
 
     def _read_imu(self) -> Imu:
@@ -230,6 +261,11 @@ class PlantNode(GraphNode):
             self._move()
             if self._lockstep:
                 self._advance()
+
+    def _on_sight(self, message: JointMessage) -> None:
+        assert self._sights is not None
+        self._sights.note(stamp_of(message))
+        self._publish_when_seen()
 
     def _tick(self) -> None:
         """Real time: advance to the next sample unconditionally; without a new command the last one stays in effect."""

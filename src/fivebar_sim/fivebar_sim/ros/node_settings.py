@@ -17,6 +17,14 @@ START_JOINTS = (1.6573402912344397, -0.9225800732005386, 1.4842523623553534, 0.9
 """At rest at (0, 0.15) m with the elbows outwards, where the middle crossing starts."""
 
 
+class CameraNodeSettings(NamedTuple):
+    """The camera's node, besides camera and simulated robot."""
+
+    robot: Robot = "dextar"
+    rate_hz: RateHz = 500
+    wait_for_nodes: AwaitedNodes = ()
+
+
 class PlantNodeSettings(NamedTuple):
     """The plant's node: the run, besides the simulated robot and its IMU."""
 

@@ -1,0 +1,154 @@
+"""Finds the platform in the camera's pictures, and compares it with where the joints have it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import CameraInfo, Image
+
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.ros.node_settings import VisionListenerSettings
+from fivebar_control.vision.calibration import read_calibration
+from fivebar_control.vision.comparison import Position, VisionCheck
+from fivebar_control.vision.localisation import PlatformTracker
+from fivebar_control.vision.reading import PlatformReading
+from fivebar_control.vision.sight import reading_of
+from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
+from fivebar_description.camera_model import Optics
+from fivebar_description.interface import (
+    CAMERA_IMAGE,
+    CAMERA_INFO,
+    JOINT_STATES,
+    JOINTS,
+    NANOSECONDS,
+    PLATFORM_NAMES,
+    VISION_ERROR,
+    VISION_NAMES,
+    VISION_PLATFORM,
+)
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.ros.sampling_node import QUEUE_DEPTH
+from fivebar_description.run_plan import robot_value
+
+PICTURES = 16
+"""That wait at most; older ones are of no use."""
+
+
+class VisionListener(GraphNode):
+    """Publishes the platform's position for every picture, NaN where it is not seen, and its difference to the joints'.
+
+    The camera's optics are those of its calibration, or else what its CameraInfo says.
+    """
+
+    def __init__(self) -> None:
+        """Make the node."""
+        super().__init__("vision_listener")
+        settings = self.declare_settings(VisionListenerSettings)
+        self._camera = self.declare_settings(CameraSettings, CAMERA_PREFIX)
+        self._robot, self._lead = load_robot(settings.robot), settings.lead_samples
+        self._rate_hz = settings.rate_hz
+        agreed = {"robot": robot_value(settings.robot), "lead_samples": settings.lead_samples}
+        self._run = RunAgreement(self, settings.rate_hz, agreed)
+        self._run.on_begin = self._restart
+        path = self._camera.calibration
+        self._optics: Optics | None = read_calibration(Path(path)).optics if path else None
+        self._early: list[Image] = []
+        self._unseen = self._pictures = 0
+        self._restart()
+        self._platform = self.advertise(VISION_PLATFORM)
+        self._errors = self.advertise(VISION_ERROR)
+        self.listen(CAMERA_INFO, self._on_info)
+        self.listen(CAMERA_IMAGE, self._on_image, PICTURES)
+        self.listen(JOINT_STATES, self._on_joints, QUEUE_DEPTH)
+        self.wait_for_publishers(settings.wait_for_nodes)
+
+    def stop(self) -> None:
+        """Process queued pictures before shutdown: the run does not wait for this node."""
+        self.drain()
+
+    def health(self) -> tuple[bytes, str]:
+        """Return a warning where the platform is often not seen."""
+        if 2 * self._unseen > self._pictures > 0:
+            seen = self._pictures - self._unseen
+            return DiagnosticStatus.WARN, f"the platform is in {seen} of {self._pictures} pictures"
+        return super().health()
+
+    def _restart(self) -> None:
+        self._check = VisionCheck(self._rate_hz, self._lead)
+        self._tracker = None if self._optics is None else PlatformTracker(self._camera, self._optics)
+        self._last: tuple[PlatformReading, int] | None = None
+        self._last_stamp = self._last_joints = -1
+
+    def _on_info(self, message: CameraInfo) -> None:
+        if self._optics is not None:
+            return
+        if message.distortion_model != "plumb_bob" or len(message.d) != 5 or not message.k[0] > 0.0:
+            self.drop(CAMERA_INFO, f"distortion model {message.distortion_model!r}, expected plumb_bob")
+            return
+        k = message.k
+        self._optics = Optics(*(float(one) for one in (k[0], k[4], k[2], k[5], *message.d)))
+        self._restart()
+        early, self._early = self._early, []
+        for image in early:
+            self._on_image(image)
+
+    def _on_image(self, message: Image) -> None:
+        if not self._run.holds:
+            return
+        if self._tracker is None:
+            self._early = [*self._early[1 - PICTURES :], message]
+            return
+        if message.encoding != "mono8" or len(message.data) != message.step * message.height:
+            self.drop(CAMERA_IMAGE, f"encoding {message.encoding!r}, expected a picture of mono8")
+            return
+        stamp = stamp_of(message)
+        if stamp != self._last_stamp or self._last is None:
+            picture = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)[:, : message.width]
+            self._last = reading_of(self._tracker, self._camera, picture)
+            self._last_stamp = stamp
+            self._pictures += 1
+            self._unseen += not math.isfinite(self._last[0].x)
+            reading, late = self._last
+            self._compare(self._check.seen(self._run.moment(stamp + late), reading))
+            self.note_answer()
+        reading, late = self._last
+        self._platform.publish(joint_sample(stamp + late, VISION_NAMES, reading))
+
+    def _on_joints(self, message: JointMessage) -> None:
+        if not self._run.holds:
+            return
+        sample = self._run.sample(stamp_of(message))
+        try:
+            position, velocity = read_fields(message, JOINTS, ("position", "velocity"))
+        except MessageError as error:
+            self.drop(JOINT_STATES, str(error))
+            return
+        if sample is None or sample == self._last_joints:
+            return
+        if sample == 0 and self._last_joints > 0:
+            self._restart()
+        self._last_joints = sample
+        state = state_from_joints(self._robot, *position, *velocity)
+        self._compare(self._check.joints(sample, state.x, state.y))
+
+    def _compare(self, compared: list[tuple[float, Position]]) -> None:
+        period_ns = NANOSECONDS // self._rate_hz
+        for moment, difference in compared:
+            stamp = self._run.stamp(0) + round(moment * period_ns)
+            self._errors.publish(joint_sample(stamp, PLATFORM_NAMES, difference))
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(VisionListener)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,32 @@
+"""What `vision/platform` says of a picture: where the platform was, and how exactly."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_description.camera import CameraSettings
+
+
+class PlatformReading(NamedTuple):
+    """The platform's position by a picture, all NaN where it was not seen.
+
+    Attributes:
+        x, y: position (m).
+        deviation_x, deviation_y: standard deviations (m).
+        correlation: of both.
+    """
+
+    x: float
+    y: float
+    deviation_x: float
+    deviation_y: float
+    correlation: float
+
+
+NOT_SEEN = PlatformReading(math.nan, math.nan, math.nan, math.nan, math.nan)
+
+
+def simulated_reading(settings: CameraSettings, x: float, y: float) -> PlatformReading:
+    """Return the reading of a position (m) that was simulated without a picture."""
+    return PlatformReading(x, y, settings.deviation, settings.deviation, 0.0)

@@ -1,0 +1,24 @@
+"""From a picture to what `vision/platform` says of it."""
+
+from __future__ import annotations
+
+import math
+
+from fivebar_control.vision.detector import Picture
+from fivebar_control.vision.localisation import PlatformTracker
+from fivebar_control.vision.reading import NOT_SEEN, PlatformReading
+from fivebar_description.camera import CameraSettings
+from fivebar_description.interface import NANOSECONDS
+
+
+def reading_of(tracker: PlatformTracker, settings: CameraSettings, picture: Picture) -> tuple[PlatformReading, int]:
+    """Return what a picture says, and by how much (ns) its exposure was later than its stamp.
+
+    The rows of a rolling shutter are exposed one after the other; the stamp is that of the middle one.
+    """
+    sight = tracker.seen(picture)
+    if sight is None:
+        return NOT_SEEN, 0
+    one, two = math.sqrt(sight.variance_x), math.sqrt(sight.variance_y)
+    late = settings.readout * ((sight.row + 0.5) / settings.height - 0.5)
+    return PlatformReading(sight.x, sight.y, one, two, sight.covariance / (one * two)), round(late * NANOSECONDS)

@@ -1,0 +1,126 @@
+"""The simulated camera as a node: pictures of the robot as it moves, late and some lost."""
+
+from __future__ import annotations
+
+from array import array
+
+from sensor_msgs.msg import CameraInfo, Image
+
+from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
+from fivebar_description.interface import (
+    CAMERA_FRAME,
+    CAMERA_IMAGE,
+    CAMERA_INFO,
+    GROUND_TRUTH,
+    JOINTS,
+    VISION_NAMES,
+    VISION_PLATFORM,
+)
+from fivebar_description.parameters import load_robot
+from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.ros.sampling_node import QUEUE_DEPTH
+from fivebar_description.run_plan import robot_value
+from fivebar_sim.effects.mechanism import actual_robot
+from fivebar_sim.ros.node_settings import CameraNodeSettings
+from fivebar_sim.settings import PlantSettings
+from fivebar_sim.vision.camera import Camera, Delivered
+from fivebar_sim.vision.renderer import Picture
+
+
+class CameraNode(GraphNode):
+    """Follows the exact joint states, and publishes each picture with the sample with which it arrives.
+
+    Without pictures it publishes the platform's position in the listener's place.
+    """
+
+    def __init__(self) -> None:
+        """Make the node."""
+        super().__init__("camera")
+        settings = self.declare_settings(CameraNodeSettings)
+        self._settings = self.declare_settings(CameraSettings, CAMERA_PREFIX)
+        self._plant = self.declare_settings(PlantSettings)
+        self._robot = actual_robot(load_robot(settings.robot), self._plant)
+        self._rate_hz = settings.rate_hz
+        self._run = RunAgreement(self, settings.rate_hz, {"robot": robot_value(settings.robot)})
+        self._run.on_begin = self._restart
+        self._restart()
+        self._info = _camera_info(self._settings)
+        if self._settings.pictures:
+            self._images = self.advertise(CAMERA_IMAGE)
+            self._infos = self.advertise(CAMERA_INFO)
+        else:
+            self._positions = self.advertise(VISION_PLATFORM)
+        self.listen(GROUND_TRUTH, self._on_joints, QUEUE_DEPTH)
+        self.wait_for_publishers(settings.wait_for_nodes)
+
+    def _restart(self) -> None:
+        self._camera = Camera(self._robot, self._settings, self._rate_hz, self._plant.seed)
+        self._last = -1
+        self._delivered: list[Delivered] = []
+
+    def _on_joints(self, message: JointMessage) -> None:
+        if not self._run.holds:
+            return
+        sample = self._run.sample(stamp_of(message))
+        try:
+            position, velocity = read_fields(message, JOINTS, ("position", "velocity"))
+        except MessageError as error:
+            self.drop(GROUND_TRUTH, str(error))
+            return
+        if sample is None:
+            self.drop(GROUND_TRUTH, f"stamp {stamp_of(message)} ns is not on the grid of {self._rate_hz} Hz")
+            return
+        if sample == 0 and self._last > 0:
+            self._restart()
+        if sample > self._last:
+            self._delivered = self._camera.take(sample, position, velocity)
+            self._last = sample
+            self.note_answer()
+        elif sample < self._last:
+            return
+        # a repeated sample: its pictures may have been lost
+        for one in self._delivered:
+            self._publish(one)
+
+    def _publish(self, one: Delivered) -> None:
+        stamp = self._camera.stamp_ns(self._run.stamp(one.sample))
+        if one.picture is None:
+            spread = self._settings.deviation
+            self._positions.publish(joint_sample(stamp, VISION_NAMES, (one.x, one.y, spread, spread, 0.0)))
+            return
+        self._info.header.stamp = to_stamp(stamp)
+        self._infos.publish(self._info)
+        self._images.publish(_image(one.picture, stamp))
+
+
+def _image(picture: Picture, stamp_ns: int) -> Image:
+    height, width = picture.shape
+    message = Image(height=height, width=width, encoding="mono8", is_bigendian=0, step=width)
+    message.header.stamp = to_stamp(stamp_ns)
+    message.header.frame_id = CAMERA_FRAME
+    message.data = array("B", picture.tobytes())
+    return message
+
+
+def _camera_info(settings: CameraSettings) -> CameraInfo:
+    optics = settings.optics()
+    matrix = [float(one) for one in optics.matrix().ravel()]
+    message = CameraInfo(height=settings.height, width=settings.width, distortion_model="plumb_bob")
+    message.header.frame_id = CAMERA_FRAME
+    message.d = [float(one) for one in optics.distortion()]
+    message.k = matrix
+    message.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    message.p = [*matrix[:3], 0.0, *matrix[3:6], 0.0, *matrix[6:], 0.0]
+    return message
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(CameraNode)
+
+
+if __name__ == "__main__":
+    main()
