@@ -85,8 +85,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="'SECONDS FAULT'",
-            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE; of a motor"
-            f" board: {BOARD_USAGE}.",
+            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE; of a"
+            f" motor board: {BOARD_USAGE}.",
         ),
     ] = None,
     drives: Annotated[
