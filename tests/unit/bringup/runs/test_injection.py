@@ -77,3 +77,13 @@ def test_a_death_is_announced_by_name_and_a_living_process_is_not() -> None:
         assert heard.empty()
         first.kill()
     assert heard.empty(), "after the context nobody listens"
+
+
+def test_a_motor_board_has_words_of_its_own() -> None:
+    assert read_injection("0.3 fault 9", board=True).command == "fault 9"
+    assert read_injection("0.3 unplug", board=True).seconds == 0.3
+    for text in ("0.3 fault 10", "0.3 bus_off", "0.3 button"):
+        with pytest.raises(InputError, match="unplug"):
+            read_injection(text, board=True)
+    with pytest.raises(InputError, match="bus_off"):
+        read_injection("0.3 unplug")
