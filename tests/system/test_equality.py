@@ -26,6 +26,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
     UNIFIED_TORQUE,
+    VISION_TOPICS,
     Topic,
 )
 
@@ -36,7 +37,7 @@ STAMPED = [
     topic
     for topic in TOPICS
     if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
-    and topic not in (*ESTIMATION_TOPICS, GROUND_TRUTH, PASSIVE_STATES, UNIFIED_TORQUE)
+    and topic not in (*ESTIMATION_TOPICS, GROUND_TRUTH, PASSIVE_STATES, UNIFIED_TORQUE, *VISION_TOPICS)
 ]
 IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
 

@@ -23,6 +23,7 @@ from fivebar_description.interface import (
     PASSIVE_STATES,
     TOPICS,
     UNIFIED_TORQUE,
+    VISION_TOPICS,
     Topic,
     late_stamp_ns,
 )
@@ -51,7 +52,7 @@ tolerances: {length: 0.0003, zero: 0.001}
 
 SAMPLES, DELAY, RATE_HZ = 251, 2, 500
 IMU_OF = {ENCODERS: ImuSettings(), GYROSCOPE: ImuSettings(rate_hz=100, latency=0.004, lost=0.05, clock_offset=0.005)}
-OTHERS = (UNIFIED_TORQUE, PASSIVE_STATES)
+OTHERS = (UNIFIED_TORQUE, PASSIVE_STATES, *VISION_TOPICS)
 STAMPED = [topic for topic in TOPICS if topic.type == "sensor_msgs/msg/JointState" and topic not in OTHERS]
 
 
