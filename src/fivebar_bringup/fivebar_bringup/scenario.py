@@ -257,6 +257,11 @@ class Scenario(StrictModel):
         return self.estimated and self.ekf.gyro
 
     @property
+    def sees(self) -> bool:
+        """Whether the estimator uses the camera."""
+        return self.estimated and self.camera.on and (self.ekf.camera or self.ekf.seen_start)
+
+    @property
     def passive(self) -> PassiveEncoder:
         """The encoder on a passive joint; its leg is 0 where there is none."""
         return self.sensors.passive_encoder
@@ -292,7 +297,9 @@ class Scenario(StrictModel):
         if not self.estimated:
             return None
         every = self.imu.schedule(self.rate_hz).every
-        return Sensing(self.drives(), self.ekf, self.known_within(), every, self.passive)
+        return Sensing(
+            self.drives(), self.ekf, self.known_within(), every, self.passive, self.camera.every(self.rate_hz)
+        )
 
     def homing(self) -> Homing:
         """Return the posture in which the robot starts, as the estimator is told."""
@@ -409,6 +416,8 @@ def load_scenario(name_or_path: str) -> Scenario:
         scenario.plan()
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())
+            if (scenario.ekf.camera or scenario.ekf.seen_start) and not scenario.camera.on:
+                raise InputError("ekf.camera: there is no camera: expected camera: {on: true}")
         elif scenario.passive.leg:
             raise InputError("sensors.passive_encoder: only the estimator reads it: expected estimator ekf")
     except InputError as error:

@@ -129,6 +129,9 @@ def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
         speed_step=0.0 if counts is None else math.tau * scenario.rate_hz / counts,
         predictable=is_predictable(plan),
     )
+    if scenario.sees and scenario.ekf.camera:
+        # the estimator does not give up near the locus, since it sees on which side the platform is
+        limits = limits._replace(dwell=math.inf, rest=0.0)
     return limits._replace(
         zone_stay=max(limits.zone_stay, ZONE_PASSAGES * plan.zone_time),
         predicted_error=PREDICTED_SHARE * scenario.error_tolerance,

@@ -422,7 +422,7 @@ def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
 
 def _announced(scenario: Scenario, mode: Mode) -> bool:
     """Return whether each sample announces which late readings come with it."""
-    return bool(scenario.gyro or scenario.passive.leg) and mode is Mode.LOCKSTEP
+    return bool(scenario.gyro or scenario.passive.leg or scenario.sees) and mode is Mode.LOCKSTEP
 
 
 def _passive_states(scenario: Scenario) -> tuple[Topic, ...]:
@@ -464,6 +464,7 @@ def _estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
             *((TORQUE_COMMAND,) if drives.delay_samples else ()),
             *((IMU_DATA,) if scenario.gyro else ()),
             *_passive_states(scenario),
+            *((VISION_PLATFORM,) if scenario.sees else ()),
             *((READINGS_RELEASED,) if awaits_readings else ()),
             RUN_PLAN,
             RUN_EPOCH,

@@ -32,6 +32,7 @@ from fivebar_sim.passive_encoder import PassiveNumbers, passive_numbers
 from fivebar_sim.plant import MAX_STEP
 from fivebar_sim.readings import PASSIVE_LOSSES, made_readings
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects, without_effects
+from fivebar_sim.vision.frames import frame_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -72,6 +73,9 @@ class Estimation(NamedTuple):
         passive: the encoder on a passive joint, whose leg is that of the model.
         passive_latency: samples from a reading of it to its arrival.
         passive_made: bool[N + 1], at which samples a reading of it is made that arrives; [0] without one.
+        frames: float64[n, 4], the camera's positions by arrival: samples of exposure and arrival, and the errors in x
+            and y (m); [0, 4] without a camera. Pictures are not rendered here.
+        seen_variance: of either coordinate (m^2), as the positions say of themselves.
     """
 
     on: bool
@@ -83,6 +87,8 @@ class Estimation(NamedTuple):
     passive: PassiveNumbers
     passive_latency: int
     passive_made: BoolArray
+    frames: FloatArray
+    seen_variance: float
 
 
 class Numbers(NamedTuple):
@@ -152,6 +158,18 @@ def _passive_made(scenario: Scenario) -> BoolArray:
     return made_readings(scenario.passive, scenario.rate_hz, scenario.plant.seed, _samples(scenario), PASSIVE_LOSSES)
 
 
+def _frames(scenario: Scenario) -> FloatArray:
+    """Return the camera's positions that the estimator takes, as `Estimation` has them."""
+    if not (scenario.sees and scenario.ekf.camera):
+        return np.zeros((0, 4))
+    camera, rate_hz = scenario.camera, scenario.rate_hz
+    made = [frame_of(camera, rate_hz, scenario.plant.seed, sample) for sample in range(_samples(scenario))]
+    frames = sorted((one for one in made if one is not None and one.arrival >= 0), key=lambda one: one.arrival)
+    spread = camera.deviation
+    rows = [(one.sample, one.arrival, spread * one.noise_x, spread * one.noise_y) for one in frames]
+    return np.array(rows, dtype=np.float64).reshape(len(rows), 4)
+
+
 def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bool = False) -> Case:
     """Return a scenario's case; `actual` replaces the robot that its section `plant` describes.
 
@@ -194,6 +212,8 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
             passive_numbers(scenario.passive, scenario.plant.seed),
             scenario.passive.schedule(scenario.rate_hz).latency,
             _passive_made(scenario),
+            _frames(scenario),
+            scenario.camera.deviation * scenario.camera.deviation,
         ),
         stop_at_fault=stop_at_fault,
     )

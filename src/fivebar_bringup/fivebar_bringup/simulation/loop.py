@@ -31,7 +31,15 @@ from fivebar_bringup.simulation.outcome import (
     TraceRow,
 )
 from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
-from fivebar_control.estimation.step import first_update, next_update, prediction, with_elbow, with_motors, with_rate
+from fivebar_control.estimation.step import (
+    first_update,
+    next_update,
+    prediction,
+    with_elbow,
+    with_motors,
+    with_rate,
+    with_seen,
+)
 from fivebar_control.laws.law import no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
@@ -90,6 +98,9 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
     memory = first_update(estimator, assembly_mode(at_home), readings.q11, readings.q21)
     rates = np.full(case.estimation.gyro_errors.shape[0], math.nan)
     elbows = np.full(case.estimation.passive_made.shape[0], math.nan)
+    frames = case.estimation.frames
+    sights = np.zeros((last + 1 if frames.shape[0] > 0 else 0, 2))
+    seen_frames = 0
 
     fault, fault_sample, left_sample = NO_FAULT, -1, -1
     samples = mode_changes = saturated = 0
@@ -110,6 +121,9 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
             if elbows.shape[0] > 0 and case.estimation.passive_made[number]:
                 angle = exact.q12 if estimator.elbow == 1 else exact.q22
                 elbows[number] = passive_reading(case.estimation.passive, angle)
+            if frames.shape[0] > 0:
+                exactly = state_of(case.actual, exact)
+                sights[number, 0], sights[number, 1] = exactly.x, exactly.y
             if number > 0:
                 memory = with_motors(memory, number, 1, readings.q11, readings.q21, applied1, applied2)
                 start = memory.newest
@@ -124,6 +138,14 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
                     if made >= 0 and not math.isnan(elbows[made]):
                         placed = with_elbow(estimator, memory, float(made), elbows[made])
                         memory, start = placed.memory, min(start, placed.start)
+                while seen_frames < frames.shape[0] and frames[seen_frames, 1] <= number:
+                    exposed = int(frames[seen_frames, 0])
+                    there_x = sights[exposed, 0] + frames[seen_frames, 2]
+                    there_y = sights[exposed, 1] + frames[seen_frames, 3]
+                    variance = case.estimation.seen_variance
+                    begin = with_seen(estimator, memory, float(exposed), there_x, there_y, variance).start
+                    start = min(start, begin)
+                    seen_frames += 1
                 memory = next_update(estimator, memory, start).memory
             estimated = prediction(estimator, memory, commands, number - delay)
             memory = estimated.memory

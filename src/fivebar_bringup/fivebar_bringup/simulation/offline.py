@@ -12,7 +12,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_bringup.simulation.vision import SimulatedVision, VisionSample
-from fivebar_control.estimation.estimator import Vector6
+from fivebar_control.estimation.estimator import Seen, Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
@@ -24,6 +24,7 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import JointAngles, Platform, State
 from fivebar_control.safety.stages import NO_FAULT, fault_of
 from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.vision.reading import used
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -194,7 +195,8 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
                 for stamp, one in arrived
                 if scenario.gyro
             ]
-            estimate = estimator.take(number, *motors[0], *motors[1], rates, angles)
+            seen = [Seen(one.moment, *used(one.reading)) for one in vision] if scenario.sees else []
+            estimate = estimator.take(number, *motors[0], *motors[1], rates, angles, seen)
             if estimator.fault is not None and not faults:
                 faults.append(str(estimator.fault))
             measured = Measurement(estimate.position, estimate.velocity, estimate.effort)

@@ -228,6 +228,35 @@ class EkfSettings(NamedTuple):
             at_most=0.01,
         ),
     ] = 1e-4
+    camera: Annotated[
+        bool,
+        Setting("Whether the estimator uses the platform's position by the camera of `vision/platform`."),
+    ] = False
+    camera_deviation: Annotated[
+        float,
+        Setting(
+            "Least standard deviation of such a position: what lens, tag height and stamp leave, whatever it says.",
+            "m",
+            at_least=1e-7,
+            at_most=0.1,
+        ),
+    ] = 5e-5
+    camera_gate: Annotated[
+        float,
+        Setting(
+            "Distance of a position from the estimate, in standard deviations, beyond which it is not taken.",
+            at_least=1.0,
+            at_most=1e3,
+        ),
+    ] = 6.0
+    camera_latency: Annotated[
+        float,
+        Setting("Age beyond which a position is discarded.", "s", at_least=0.0, at_most=0.2),
+    ] = 0.1
+    seen_start: Annotated[
+        bool,
+        Setting("Take the assembly mode at the start from the camera instead of the declared posture."),
+    ] = False
     feed_forward: Annotated[
         bool,
         Setting("Whether laws without an observer of their own compensate the estimated disturbance torques."),
@@ -612,6 +641,32 @@ def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
     parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
     leg = leg_motion(parameters, mode, x, y, vx, vy)
     return leg.dtheta - leg.dq1
+
+
+def seen_at(belief: Belief, x: float, y: float, lag: float, variance: float, gate: float) -> Taken:
+    """Return the effect of a position by the camera; one beyond the gate has none, but its misfit is returned.
+
+    Args:
+        belief: at a sample.
+        x, y: position (m).
+        lag: time (s) from the sample to the exposure.
+        variance: of either coordinate (m^2).
+        gate: in standard deviations of the innovation.
+    """
+    e, p = belief.estimate, belief.covariance
+    row_x, row_y = np.zeros(SIZE), np.zeros(SIZE)
+    row_x[X], row_x[VX], row_y[Y], row_y[VY] = 1.0, lag, 1.0, lag
+    off_x, off_y = x - e.x - lag * e.vx, y - e.y - lag * e.vy
+    column_x, column_y = p @ row_x, p @ row_y
+    s_xx, s_yy = float(np.dot(row_x, column_x)) + variance, float(np.dot(row_y, column_y)) + variance
+    s_xy = float(np.dot(row_y, column_x))
+    squared = (s_yy * off_x * off_x - 2.0 * s_xy * off_x * off_y + s_xx * off_y * off_y) / (s_xx * s_yy - s_xy * s_xy)
+    if not squared <= gate * gate:
+        return Taken(belief, 0.5 * squared)
+    one = _taken(belief, row_x, off_x, variance)
+    e = one.belief.estimate
+    two = _taken(one.belief, row_y, y - e.y - lag * e.vy, variance)
+    return Taken(two.belief, 0.5 * squared)
 
 
 def _taken(belief: Belief, row: Vector, innovation: float, variance: float) -> Taken:

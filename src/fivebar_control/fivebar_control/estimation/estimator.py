@@ -17,7 +17,7 @@ import numpy as np
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import FrozenWatch
-from fivebar_control.estimation.homing import Homing, check_declared, check_encoders
+from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, check_encoders, seen_assembly
 from fivebar_control.estimation.mirror import ambiguity_reason
 from fivebar_control.estimation.step import (
     Drives,
@@ -34,6 +34,7 @@ from fivebar_control.estimation.step import (
     with_elbow,
     with_motors,
     with_rate,
+    with_seen,
 )
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
@@ -51,6 +52,15 @@ their torque by default. After a longer gap the estimate is lost."""
 NO_READINGS = Misfit(math.nan, math.nan, math.nan)
 
 Vector6 = tuple[float, float, float, float, float, float]
+
+
+class Seen(NamedTuple):
+    """A position by the camera: its moment in samples, x, y (m), NaN where nothing was seen, their deviation (m)."""
+
+    made: float
+    x: float
+    y: float
+    deviation: float
 
 
 class JointEstimate(NamedTuple):
@@ -104,6 +114,7 @@ class StateEstimator:
         self._robot = robot
         self._homing = homing
         self._steps = steps
+        self._sees, self._seen_start = settings.camera, settings.seen_start
         self._model = estimator_model(
             robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known
         )
@@ -150,19 +161,20 @@ class StateEstimator:
         tau2: float,
         rates: Sequence[tuple[float, float]] = (),
         elbows: Sequence[tuple[float, float]] = (),
+        seen: Sequence[Seen] = (),
     ) -> JointEstimate:
         """Return the joint states for a sample's motor angles (rad) and the torques applied before it (Nm).
 
         `rates` are the gyroscope's readings that came with the sample: the moment of each one's stamp, in samples, and
         the rate (rad/s) of the distal link of leg 2. `elbows` are those of a passive joint's encoder (rad), in their
-        order. One that is older than the history is left out.
+        order. `seen` are positions by the camera. One that is older than the history is left out.
 
         A missing command is replaced by that of the sample before it, as the drives do.
 
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
-        memory = self._update(sample, q11, q21, tau1, tau2, rates, elbows)
+        memory = self._update(sample, q11, q21, tau1, tau2, rates, elbows, seen)
         ahead = self._steps.prediction(self._model, memory, self._pending(sample), 0)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
@@ -195,12 +207,13 @@ class StateEstimator:
         tau2: float,
         rates: Sequence[tuple[float, float]],
         elbows: Sequence[tuple[float, float]],
+        seen: Sequence[Seen],
     ) -> EstimatorMemory:
         model, last, self._last = self._model, self._last, sample
         if self._memory is None:
             one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
             check_encoders(self._robot, self._homing, self._tolerance, one.value, two.value)
-            return first_update(model, self._homing.assembly, q11, q21)
+            return first_update(model, self._first_assembly(one.value, two.value, seen), q11, q21)
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), self._longest_gap)
         memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
@@ -210,6 +223,9 @@ class StateEstimator:
         for made, angle in elbows:
             memory, begin = with_elbow(model, memory, made, angle)
             start = min(start, begin)
+        for made, x, y, deviation in seen:
+            if self._sees and math.isfinite(x + y + deviation):
+                start = min(start, with_seen(model, memory, made, x, y, deviation * deviation).start)
         updated = self._steps.next_update(model, memory, start)
         self.squared = updated.squared
         if sample - last > self._longest_gap:
@@ -218,6 +234,21 @@ class StateEstimator:
         if reason is not None:
             self._latch("encoder_frozen", f"at sample {sample} {reason}")
         return updated.memory
+
+    def _first_assembly(self, q11: float, q21: float, seen: Sequence[Seen]) -> int:
+        """Return the assembly mode at the start, which the camera tells if it is to."""
+        if not self._seen_start:
+            return self._homing.assembly
+        found = next((one for one in seen if math.isfinite(one.x + one.y)), None)
+        if found is None:
+            raise HomingContradicted("homing_contradicted: the camera does not see the platform at the start")
+        assembly = seen_assembly(self._robot, q11, q21, found.x, found.y)
+        if assembly != self._homing.assembly:
+            raise HomingContradicted(
+                f"homing_contradicted: the camera sees the platform in assembly mode {assembly}, the motion begins in"
+                f" {self._homing.assembly}"
+            )
+        return assembly
 
     def _pending(self, sample: int) -> list[tuple[float, float]]:
         """Return the commanded torques (Nm) that do not act yet when a sample is measured, a missing one repeated."""

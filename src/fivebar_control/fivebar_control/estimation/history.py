@@ -23,7 +23,11 @@ RATE, LAG, RATE_IS_NEW, ELBOW, ELBOW_VARIANCE, ELBOW_IS_NEW = range(8, 14)
 """Columns of the late readings, NaN for none: the gyroscope's (rad/s) and the time (s) from the entry's sample to its
 stamp, the passive joint's angle (rad) and its variance (rad^2), and of each whether no update has taken it yet."""
 
-INPUTS = 14
+SEEN_X, SEEN_Y, SEEN_LAG, SEEN_VARIANCE = range(14, 18)
+"""Columns of the camera's position, NaN for none: x and y (m), the time (s) from the entry's sample to the exposure,
+and the variance of either coordinate (m^2)."""
+
+INPUTS = 18
 
 
 class History(NamedTuple):
@@ -54,6 +58,7 @@ def keep_inputs(history: History, entry: int, sample: int, periods: int, tau1: f
     """Begin an entry: a sample, the periods since the entry before, and the torques (Nm) that were applied in them."""
     inputs = history.inputs[row_of(history, entry)]
     inputs[SAMPLE], inputs[PERIODS], inputs[RATE], inputs[ELBOW] = sample, periods, math.nan, math.nan
+    inputs[SEEN_X] = math.nan
     inputs[TAU1], inputs[TAU2] = tau1, tau2
 
 
@@ -95,6 +100,12 @@ def keep_elbow(history: History, entry: int, reading: Angle) -> None:
     """Keep a reading of the passive joint's encoder in an entry."""
     inputs = history.inputs[row_of(history, entry)]
     inputs[ELBOW], inputs[ELBOW_VARIANCE], inputs[ELBOW_IS_NEW] = reading.value, reading.variance, 1.0
+
+
+def keep_seen(history: History, entry: int, x: float, y: float, lag: float, variance: float) -> None:
+    """Keep a position (m) by the camera in an entry; `lag` (s) is the time from its sample to the exposure."""
+    inputs = history.inputs[row_of(history, entry)]
+    inputs[SEEN_X], inputs[SEEN_Y], inputs[SEEN_LAG], inputs[SEEN_VARIANCE] = x, y, lag, variance
 
 
 def keep_belief(history: History, entry: int, belief: Belief) -> None:

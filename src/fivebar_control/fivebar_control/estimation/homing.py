@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.model.geometry import inverse_geometry, wrap
+from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.parameters import FiveBar
@@ -13,6 +13,13 @@ from fivebar_description.strict_yaml import InputError
 
 MIN_HOMING_KAPPA = 0.1
 """Least 1/cond(A) of a homing posture: nearer to the locus the encoders do not determine the assembly mode."""
+
+
+SEEN_TOLERANCE = 0.005
+"""Largest distance (m) between the platform by the camera and by the encoders at the start."""
+
+SEEN_APART = 2.0
+"""By how many such distances the other assembly mode must be away."""
 
 
 class HomingContradicted(InputError):
@@ -55,6 +62,28 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
             f"homing_contradicted: at {place} in working mode [{homing.mode1}, {homing.mode2}] the assembly mode is"
             f" {-homing.assembly}, declared is {homing.assembly}"
         )
+
+
+def seen_assembly(robot: FiveBar, q11: float, q21: float, x: float, y: float) -> int:
+    """Return the assembly mode of a platform that was seen at (x, y) m, with both motor angles (rad).
+
+    Raises:
+        HomingContradicted: no assembly mode of these angles has the platform there, or both have.
+    """
+    places = {assembly: direct_geometry(robot, assembly, q11, q21) for assembly in (1, -1)}
+    distances = {assembly: math.hypot(at[0] - x, at[1] - y) for assembly, at in places.items()}
+    near = min(distances, key=lambda assembly: distances[assembly] if distances[assembly] >= 0.0 else math.inf)
+    if not distances[near] <= SEEN_TOLERANCE:
+        raise HomingContradicted(
+            f"homing_contradicted: the camera sees the platform at ({x:.4f}, {y:.4f}) m, {1e3 * distances[near]:.1f} mm"
+            f" from where the encoders have it, allowed are {1e3 * SEEN_TOLERANCE:g} mm"
+        )
+    if not distances[-near] > SEEN_APART * SEEN_TOLERANCE:
+        raise HomingContradicted(
+            f"homing_contradicted: at ({x:.4f}, {y:.4f}) m both assembly modes are within"
+            f" {1e3 * SEEN_APART * SEEN_TOLERANCE:g} mm of what the camera sees"
+        )
+    return near
 
 
 def check_encoders(robot: FiveBar, homing: Homing, tolerance: float, q11: float, q21: float) -> None:

@@ -28,6 +28,7 @@ from fivebar_control.estimation.ekf import (
     homed_belief,
     motor_speeds,
     predicted,
+    seen_at,
     turn_rate,
     turned,
 )
@@ -41,6 +42,10 @@ from fivebar_control.estimation.history import (
     RATE,
     RATE_IS_NEW,
     SAMPLE,
+    SEEN_LAG,
+    SEEN_VARIANCE,
+    SEEN_X,
+    SEEN_Y,
     TAU1,
     TAU2,
     History,
@@ -53,6 +58,7 @@ from fivebar_control.estimation.history import (
     keep_elbow,
     keep_inputs,
     keep_rate,
+    keep_seen,
     row_of,
 )
 from fivebar_control.estimation.mirror import AmbiguityCheck, AmbiguityLimits, check_ambiguity
@@ -92,6 +98,8 @@ class EstimatorModel(NamedTuple):
         elbow_resolution: angle of its count (rad), 0 for an exact one.
         elbow_rate: its readings per second.
         elbow_zero: its reading where the angle is 0, as far as it is known (rad).
+        camera_variance: least variance of a coordinate by the camera (m^2).
+        camera_gate: standard deviations beyond which a position by the camera is not taken.
         misfit_share: weight of a sample in the mean of the squared innovations.
         misfit_limit: of that mean.
         history: samples that are kept for late readings.
@@ -109,6 +117,8 @@ class EstimatorModel(NamedTuple):
     elbow_resolution: float
     elbow_rate: int
     elbow_zero: float
+    camera_variance: float
+    camera_gate: float
     misfit_share: float
     misfit_limit: float
     history: int
@@ -225,21 +235,33 @@ def estimator_model(
         rate_hz=rate_hz,
         delay_samples=drives.delay_samples,
         torque_limit=math.inf if drives.torque_limit is None else float(drives.torque_limit),
-        limits=AmbiguityLimits(numbers.mirror_deviations, numbers.dwell_limit),
+        limits=AmbiguityLimits(
+            numbers.mirror_deviations,
+            # the camera sees on which side of the locus the platform is; where it has been lost, the deviations tell
+            math.inf if settings.camera else numbers.dwell_limit,
+        ),
         gyro_clock=float(known.imu_clock),
         elbow=passive.leg,
         elbow_resolution=count_angle(passive.counts or 0),
         elbow_rate=max(1, rate_hz // passive.schedule(rate_hz).every),
         elbow_zero=float(known.passive_zero),
+        camera_variance=numbers.camera_deviation * numbers.camera_deviation,
+        camera_gate=numbers.camera_gate,
         misfit_share=1.0 - math.exp(-1.0 / (rate_hz * numbers.misfit_time)),
         misfit_limit=numbers.misfit_limit,
-        history=history_samples(rate_hz) if settings.gyro or passive.leg else 2,
+        history=_history(rate_hz, settings, passive),
     )
 
 
-def history_samples(rate_hz: int) -> int:
-    """Return how many samples are kept, so that readings that are `LONGEST_LATENCY` late still find theirs."""
-    return math.ceil(LONGEST_LATENCY * rate_hz) + 2
+def history_samples(rate_hz: int, latency: float = LONGEST_LATENCY) -> int:
+    """Return how many samples are kept, so that readings that are so late (s) still find theirs."""
+    return math.ceil(latency * rate_hz) + 2
+
+
+def _history(rate_hz: int, settings: EkfSettings, passive: PassiveEncoder) -> int:
+    if settings.camera:
+        return history_samples(rate_hz, max(LONGEST_LATENCY, settings.camera_latency))
+    return history_samples(rate_hz) if settings.gyro or passive.leg else 2
 
 
 def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -> EstimatorMemory:
@@ -349,6 +371,22 @@ def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, read
     return Placed(changed, entry)
 
 
+def with_seen(
+    model: EstimatorModel, memory: EstimatorMemory, made: float, x: float, y: float, variance: float
+) -> Placed:
+    """Add a position (m) by the camera with the variance (m^2) that it says of itself, as `with_rate` does.
+
+    It is put at the sample before its exposure, and takes effect there: what followed is worked out again.
+    """
+    entry = entry_of(memory.history, memory.newest, math.floor(made))
+    if entry == 0:
+        return Placed(memory, memory.newest)
+    at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
+    lag = (made - at) / model.rate_hz
+    keep_seen(memory.history, entry, x, y, lag, max(variance, model.camera_variance))
+    return Placed(memory, entry)
+
+
 def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> Update:
     """Return the memory after the newest motor readings, and the gyroscope's.
 
@@ -415,6 +453,9 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
                 by_gyro = Mean(by_gyro.total + by_rate.misfit, by_gyro.number + 1)
                 gyro += model.misfit_share * (by_rate.misfit - gyro)
                 inputs[RATE_IS_NEW] = 0.0
+        if not math.isnan(inputs[SEEN_X]):
+            x, y, lag = float(inputs[SEEN_X]), float(inputs[SEEN_Y]), float(inputs[SEEN_LAG])
+            belief = seen_at(belief, x, y, lag, float(inputs[SEEN_VARIANCE]), model.camera_gate).belief
         keep_belief(history, entry, belief)
     changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow))
     return Update(changed, expected, Misfit(by_encoders, mean_of(by_gyro), mean_of(by_elbow)))

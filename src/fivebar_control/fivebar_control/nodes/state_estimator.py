@@ -14,13 +14,15 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, StateEstimator
+from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, Seen, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
 from fivebar_control.estimation.step import Drives, history_samples
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
+from fivebar_control.vision.reading import PlatformReading, used
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    CAMERA_FRAME,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
     ESTIMATE_NAMES,
@@ -33,6 +35,8 @@ from fivebar_description.interface import (
     PASSIVE_STATES,
     READINGS_RELEASED,
     TORQUE_COMMAND,
+    VISION_NAMES,
+    VISION_PLATFORM,
     Topic,
 )
 from fivebar_description.parameters import known_sensors_of, load_robot, tolerances_of
@@ -128,8 +132,11 @@ class StateEstimatorNode(SamplingNode):
         self._estimator = StateEstimator(*self._arguments)
         self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
-        self._late: dict[Reading, float] = {}
+        self._late: dict[Reading, Any] = {}
+        self._sees, self._sees_start = ekf.camera or ekf.seen_start, ekf.seen_start
         self._longest_delay = history_samples(settings.rate_hz)
+        if self._sees:
+            self._longest_delay = max(self._longest_delay, history_samples(settings.rate_hz, ekf.camera_latency))
         self._replied = -1
         self._reply: tuple[JointSample, JointSample, JointSample] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
@@ -139,10 +146,16 @@ class StateEstimatorNode(SamplingNode):
         if drives.delay_samples > 0:
             self.listen(TORQUE_COMMAND, self._on_command)
         inputs = [Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort"))]
+        self._sensors: set[str] = set()
         if ekf.gyro:
+            self._sensors.add(IMU_FRAME)
             self.listen(IMU_DATA, self._on_imu)
         if passive.leg:
+            self._sensors.add(self._joint)
             self.listen(PASSIVE_STATES, self._on_passive)
+        if self._sees:
+            self._sensors.add(CAMERA_FRAME)
+            self.listen(VISION_PLATFORM, self._on_seen)
         if settings.awaits_readings:
             inputs.append(Input(READINGS_RELEASED, read_released))
         self.join(settings.rate_hz, inputs)
@@ -164,13 +177,17 @@ class StateEstimatorNode(SamplingNode):
         """Publish the joint states, now or once all that the estimate needs has arrived."""
         (q11, q21), (tau1, tau2) = values[0]
         self._end_wait()
-        self._waiting = (sample, (q11, q21, tau1, tau2), values[1] if len(values) > 1 else None)
+        # the IMU's readings come with every run, also where the estimator does not use them
+        released = tuple(one for one in values[1] if one[0] in self._sensors) if len(values) > 1 else None
+        self._waiting = (sample, (q11, q21, tau1, tau2), released)
         self._end_wait_if_complete()
 
     def _end_wait_if_complete(self) -> None:
         if self._waiting is None:
             return
         sample, _, released = self._waiting
+        if sample == 0 and self._sees_start and not any(sensor == CAMERA_FRAME for sensor, _ in self._late):
+            return
         if not self._estimator.awaits(sample) and all(one in self._late for one in released or ()):
             self._end_wait()
 
@@ -194,7 +211,17 @@ class StateEstimatorNode(SamplingNode):
             return
         self._keep(PASSIVE_STATES, self._joint, message, angle)
 
-    def _keep(self, topic: Topic, sensor: str, message: Imu | JointMessage, value: float) -> None:
+    def _on_seen(self, message: JointMessage) -> None:
+        if not self._run.holds:
+            return
+        try:
+            (values,) = read_fields(message, VISION_NAMES, ("position",), allow_nan=True)
+        except MessageError as error:
+            self.drop(VISION_PLATFORM, str(error))
+            return
+        self._keep(VISION_PLATFORM, CAMERA_FRAME, message, used(PlatformReading(*values)))
+
+    def _keep(self, topic: Topic, sensor: str, message: Imu | JointMessage, value: Any) -> None:
         """Keep a late sensor's reading until a sample takes it."""
         moment = self._run.moment(stamp_of(message))
         ahead = self._made((sensor, moment)) - self.last_sample
@@ -242,13 +269,14 @@ class StateEstimatorNode(SamplingNode):
             (sensor, made, self._late.pop((sensor, made))) for sensor, made in taken if (sensor, made) in self._late
         ]
         rates = [(made, value) for sensor, made, value in values if sensor == IMU_FRAME]
-        angles = [(made, value) for sensor, made, value in values if sensor != IMU_FRAME]
+        angles = [(made, value) for sensor, made, value in values if sensor not in (IMU_FRAME, CAMERA_FRAME)]
+        seen = [Seen(made, *value) for sensor, made, value in values if sensor == CAMERA_FRAME]
         # readings that no sample announces, as repeated ones, must not accumulate
         oldest = sample - self._longest_delay
         self._late = {one: value for one, value in self._late.items() if self._made(one) >= oldest}
         known = self._estimator.fault
         try:
-            estimate = self._estimator.take(sample, *readings, rates, angles)
+            estimate = self._estimator.take(sample, *readings, rates, angles, seen)
         except HomingContradicted as error:
             self._announce(str(error))
             self.exit_status = FAILED

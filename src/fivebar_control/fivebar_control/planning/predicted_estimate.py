@@ -20,6 +20,7 @@ from fivebar_control.estimation.ekf import (
     corrected,
     elbow_turned,
     homed_belief,
+    seen_at,
     transition,
     turn_rate,
     turned,
@@ -50,6 +51,7 @@ class Sensing(NamedTuple):
         tolerances: how exactly the robot is known.
         gyro_every: samples from one gyroscope reading to the next.
         passive: the encoder on a passive joint.
+        camera_every: samples from one position by the camera to the next, 0 for none.
     """
 
     drives: Drives
@@ -57,6 +59,7 @@ class Sensing(NamedTuple):
     tolerances: Tolerances
     gyro_every: int = 1
     passive: PassiveEncoder = NO_ENCODER
+    camera_every: int = 0
 
     @property
     def declared(self) -> bool:
@@ -153,6 +156,9 @@ def predict_estimate(
         if number > 0:
             gyro, elbow = (one > 0 and number % one == 0 for one in (every, elbow_every))
             belief = _next(model, belief, predicted.moments[number - 1], moment, gyro, elbow)
+            if sensing.settings.camera and sensing.camera_every and number % sensing.camera_every == 0:
+                at = seen_at(belief, moment.x, moment.y, 0.0, model.camera_variance, model.camera_gate)
+                belief = belief._replace(covariance=at.belief.covariance)
         t = number / rate_hz
         distance = mirror_distance(model.filter, belief)
         if distance < mirror.value:

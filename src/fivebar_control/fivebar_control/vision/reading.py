@@ -27,6 +27,11 @@ class PlatformReading(NamedTuple):
 NOT_SEEN = PlatformReading(math.nan, math.nan, math.nan, math.nan, math.nan)
 
 
+def used(reading: PlatformReading) -> tuple[float, float, float]:
+    """Return what the estimator takes of a reading: x, y (m), and the larger standard deviation (m)."""
+    return reading.x, reading.y, max(reading.deviation_x, reading.deviation_y)
+
+
 def simulated_reading(settings: CameraSettings, x: float, y: float) -> PlatformReading:
     """Return the reading of a position (m) that was simulated without a picture."""
     return PlatformReading(x, y, settings.deviation, settings.deviation, 0.0)
