@@ -92,6 +92,9 @@ def _quicker(scenario: Scenario) -> str:
             words.append(
                 f"at more than {math.hypot(there.vx, there.vy):.2g} m/s there, with a duration of {borne:g} s{which}"
             )
+    if not words:
+        # each segment by itself bears the loads, only the whole motion does not
+        return ""
     quicker = scenario.model_copy(update={"segment_duration": tuple(durations)})
     try:
         reasons = screened(quicker, quicker.plan()).reasons
