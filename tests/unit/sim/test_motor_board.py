@@ -176,7 +176,7 @@ def test_without_a_port_or_a_board_the_reason_is_told(served: Served, tmp_path: 
 
 def test_a_board_that_tells_states_but_hears_nothing_is_named(tmp_path: Path) -> None:
     served = Served(made(tmp_path, pace="clock"))
-    board = open_board(file(tmp_path, missing_limit=3))
+    board = open_board(file(tmp_path))
     served.order("ignore 1000000")
     assert fault_of(board) == "command_lost"
     board.close()
