@@ -92,8 +92,8 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "mo
         "period_us": period_us,
         "gather_deadline_us": int(GATHER_FRACTION * period_us),
         "watchdog_ms": max(1, cycles * period_us // 1000),
-        # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault; and a frame
-        # more takes the current, where a drive on a bus is told together with the next SYNC
+        # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault, and there
+        # is time for the frame that takes the current
         "missing_limit": cycles - 3,
         "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
     }
