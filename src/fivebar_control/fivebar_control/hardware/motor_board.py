@@ -111,6 +111,8 @@ class MotorBoard:
         Raises:
             DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
         """
+        # of all turns, the one of the declared posture: what the encoders have followed until now does not count
+        self._near = self._first_guess()
         self._await_answers(timeout)
         self._check_posture()
 
