@@ -60,7 +60,7 @@ NODES = {
     "killed bridge": Broken(f"kill {BOARD_BRIDGE}", "state_stale", resets=False),
 }
 
-CHEAP = {"torn cable", "button", "killed controller"}
+CHEAP = {"torn cable", "button"}
 """Of every test run, on the locus."""
 
 
