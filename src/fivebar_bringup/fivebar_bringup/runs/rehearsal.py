@@ -92,8 +92,9 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "mo
         "period_us": period_us,
         "gather_deadline_us": int(GATHER_FRACTION * period_us),
         "watchdog_ms": max(1, cycles * period_us // 1000),
-        # one less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
-        "missing_limit": cycles - 2,
+        # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault, and there
+        # is time for the frame that takes the current
+        "missing_limit": cycles - 3,
         "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
     }
     for motor in content["motors"].values():

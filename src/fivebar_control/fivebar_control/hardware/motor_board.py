@@ -62,7 +62,7 @@ class MotorBoard:
         self._enabled = False
         self._torques: Torques = ZERO
         self._sequence: int | None = None
-        self._silent = self._unechoed = 0
+        self._silent = 0
         self._lost = self._unanswered = self._without_state = 0
         self._link_fault: Fault | None = None
         self._refusal = ""
@@ -94,10 +94,10 @@ class MotorBoard:
             DriveError: it does not answer, or tells of a fault.
         """
         patience = self._board.set_up_timeout_ms
-        self._send(wait=patience / 1e3)
+        echoed = self._send(wait=patience / 1e3)
         state = self._client.state
         fault = fault_of(state["flags"]) if state else self._link_fault
-        if fault is None and self._unechoed:
+        if fault is None and not echoed:
             fault = Fault("board_missing", f"{self._board.port}: no answer in {patience} ms")
         if fault is not None:
             raise DriveError(fault)
@@ -111,6 +111,8 @@ class MotorBoard:
         Raises:
             DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
         """
+        # of all turns, the one of the declared posture: what the encoders have followed until now does not count
+        self._near = self._first_guess()
         self._await_answers(timeout)
         self._check_posture()
 
@@ -198,10 +200,10 @@ class MotorBoard:
             return self._judged(Exchange((None, None), fault, periods=0))
         self._silent, self._sequence = 0, state["sequence"]
         fault = fault_of(state["flags"]) or self._link_fault
-        if fault is None and self._unechoed > limit:
-            fault = Fault(
-                "command_lost", f"{self._board.port}: no echo of {self._unechoed} commands in a row{self._refusal}"
-            )
+        behind = (self._client.command_index - 1 - state["latest_command_index"]) % (1 << 32)
+        if fault is None and (self._refusal or behind > limit):
+            detail = self._refusal or f"the state echoes the command before the last {behind}"
+            fault = Fault("command_lost", f"{self._board.port}: {detail}")
         return self._judged(Exchange(self._readings(state), fault, self._clock.periods(state["t_us"])))
 
     def exchange_paced(self) -> Exchange:
@@ -223,7 +225,7 @@ class MotorBoard:
         self._lost += self._client.state_drops
         self._shut()
         self._link_fault, self._refusal = None, ""
-        self._silent = self._unechoed = 0
+        self._silent = 0
         self._sequence = None
         self._clock.begin()
         self._client = self._made()
@@ -259,10 +261,10 @@ class MotorBoard:
             self.switch_off()
         return exchange
 
-    def _send(self, wait: float = 0.0) -> None:
-        """Send a command, and wait for its echo for a time (s)."""
+    def _send(self, wait: float = 0.0) -> bool:
+        """Send a command, and wait for its echo for a time (s); return whether it has come."""
         if self._link_fault is not None or self._silent > min(self._board.missing_limit + LAST_WORDS, MOST_UNANSWERED):
-            return
+            return False
         for motor, drive, torque in zip(
             (self._client.m0, self._client.m1), self._board.pair, self._torques, strict=True
         ):
@@ -270,16 +272,15 @@ class MotorBoard:
         try:
             self._client.update(block=wait > 0.0, timeout_s=wait)
         except TimeoutError:
-            self._unechoed += 1
             self._unanswered += 1
         except OSError as error:
             self._link_fault = Fault("board_lost", f"{self._board.port}: {error}")
         except RuntimeError as error:
             # the driver sends nothing any more after a fault, until it is made anew; the state tells the cause by name
-            self._unechoed += 1
-            self._refusal = f"; the driver refuses: {error}"
+            self._refusal = f"the driver sends nothing: {error}"
         else:
-            self._unechoed = 0 if wait > 0.0 else self._unechoed
+            return wait > 0.0
+        return False
 
     def _readings(self, state: dict[str, Any]) -> tuple[Reading, Reading]:
         first, second = (
