@@ -76,7 +76,10 @@ def sweep(
         ),
     ] = None,
     controller: Annotated[
-        str | None, typer.Option("--controller", help=f"With --case: one of {', '.join(CONTROLLERS)} [default: all]")
+        str | None,
+        typer.Option(
+            "--controller", help=f"With --case: one of {', '.join(CONTROLLERS)} [default: those that the engine takes]"
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -130,11 +133,12 @@ def _one_case(number: int, seed: int | None, controller: str | None, out: Path |
     """
     # here, because they load matplotlib
     from fivebar_bringup.studies.sweep.directory import DEFAULT_SEED
+    from fivebar_bringup.studies.sweep.running import CONTROLLERS as SWEPT
     from fivebar_bringup.studies.sweep.single import rows_of, save_case
 
     if controller is not None and controller not in CONTROLLERS:
         raise InputError(f"--controller: {controller!r}: expected one of {', '.join(CONTROLLERS)}")
-    controllers = tuple(CONTROLLERS) if controller is None else (controller,)
+    controllers = SWEPT if controller is None else (controller,)
     number_seed = DEFAULT_SEED if seed is None else seed
     rows = rows_of(number_seed, number, controllers, rig)
     written = [] if out is None else save_case(number_seed, number, controllers, out, rig)

@@ -1,0 +1,33 @@
+"""docs/mpc.md says what the settings of the predictive law are, and what its horizon can still do on the locus."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from fivebar_bringup.report.thesis import MIDDLE
+from fivebar_bringup.studies.compare.mpc_study import authority, motion
+from fivebar_control.laws.lqr import LqrSettings
+from fivebar_control.laws.mpc import MpcSettings
+
+DOCS = Path(__file__).parents[2] / "docs"
+LIMITS = {"torque_limit", "torque_rate_limit"}
+
+
+@pytest.mark.parametrize(("page", "settings"), [("mpc.md", MpcSettings()), ("lqr.md", LqrSettings())])
+def test_the_settings_are_those_of_the_law(page: str, settings: MpcSettings | LqrSettings) -> None:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| ([\d.e-]+) .*\|.*\|$", text, re.MULTILINE)
+    told = {name: float(value) for name, value in rows}
+    told.pop("unified", None)  # the row of the study to compare with
+    assert told == {name: value for name, value in settings._asdict().items() if name not in LIMITS}
+
+
+def test_the_least_authority_on_the_locus_is_that_of_the_table() -> None:
+    scenario = motion(MIDDLE, 0.5)
+    for samples, wanted in ((2, 0.00048), (25, 0.27)):
+        found = authority(scenario, samples)
+        least = 1e3 * min(value for value, kappa in zip(found.least, found.kappa, strict=True) if kappa < 0.056)
+        assert least == pytest.approx(wanted, rel=0.02)
