@@ -36,7 +36,7 @@ RATE_HZ = 500
 LAG, SLOPE = -0.0005, 30.0
 """Of a gyroscope's reading: s from its sample to its stamp, and rad/s^2."""
 
-ESTIMATED = [*range(cov.CONSIDERED), cov.CLOCK, cov.PASSIVE]
+ESTIMATED = [*range(cov.CONSIDERED), cov.CLOCK, cov.PASSIVE, cov.FX, cov.FY]
 CONSTANT = slice(cov.CONSIDERED, cov.CONSIDERED_END)
 FIELDS = {
     cov.L11: ("leg1", "proximal"),
