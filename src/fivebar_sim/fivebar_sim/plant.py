@@ -28,6 +28,9 @@ from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
 
+FRICTION_DECAY = 2.0
+"""Largest step times rate of the decay that friction makes of a slow motion; the integration is stable up to 2.79."""
+
 CLOSURE_TOLERANCE = 1e-9
 """Largest closure gap (m) after one integration step; a step with a larger one is repeated with half its length."""
 
@@ -53,12 +56,23 @@ class Measurement(NamedTuple):
         return (self.position[0], self.position[2]), (self.effort[0], self.effort[2])
 
 
+def steps_of_period(robot: FiveBar, rate_hz: int) -> int:
+    """Return the number of integration steps in a sample period.
+
+    Near rest friction is a damper of coulomb / width, and no motor has less inertia than zz_i1R.
+    """
+    period = 1.0 / rate_hz
+    decay = max(leg.coulomb / leg.width / leg.inertia for leg in (robot.leg1, robot.leg2))
+    longest = min(MAX_STEP, FRICTION_DECAY / decay) if decay > 0.0 else MAX_STEP
+    return math.ceil(period / longest - 1e-9)
+
+
 class Plant:
     """The robot as a sampled system: measure sample k, apply the command that answers it, and so on.
 
-    Integration is classical Runge-Kutta of fourth order in steps of at most `MAX_STEP`, shorter where a step would
-    violate the closure, each followed by a projection onto the closed loop. The torque is held over the period,
-    friction varies within it.
+    Integration is classical Runge-Kutta of fourth order in steps of at most `MAX_STEP`, shorter where friction stops
+    the motors sooner and where a step would violate the closure, each followed by a projection onto the closed loop.
+    The torque is held over the period, friction varies within it.
     """
 
     def __init__(
@@ -88,7 +102,7 @@ class Plant:
         else:
             self._q, self._v = self._closed_posture(joints, velocities)
         period = 1.0 / rate_hz
-        self._steps = math.ceil(period / MAX_STEP - 1e-9)
+        self._steps = steps_of_period(self._robot, rate_hz)
         self._step = period / self._steps
         self._drives = TorqueOutput(settings, lost_commands(settings.bus, settings.seed, rate_hz))
         self._imu = Imu(imu if imu is not None else ImuSettings(), rate_hz, settings.seed, settings.tilt.angle)

@@ -18,7 +18,7 @@ from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.friction import friction_torque
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.parameters import FiveBar, load_robot, scaled
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.settings import PlantSettings
@@ -150,6 +150,15 @@ def test_the_sampling_rate_changes_nothing_but_the_samples(dextar: FiveBar) -> N
         for _ in range(10):
             fast.advance((0.8, -0.8))
     np.testing.assert_allclose(slow.joints, fast.joints, rtol=0.0, atol=1e-13)
+
+
+def test_friction_brings_light_motors_to_rest_and_does_not_drive_them() -> None:
+    """On the bench it stops a slow motion within a fraction of a millisecond."""
+    robot = load_robot("motkin")
+    plant = Plant(robot, inverse_geometry(robot, 1, -1, 0.0, 0.1), 500, velocities=(0.03, 0.0, 0.0, 0.0))
+    for _ in range(50):
+        plant.advance((0.0, 0.0))
+    assert np.abs(plant.truth().velocity).max() < 1e-6
 
 
 def test_a_plant_at_rest_stays_there_without_friction_offset(dextar: FiveBar) -> None:

@@ -29,7 +29,7 @@ from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.passive_encoder import PassiveNumbers, passive_numbers
-from fivebar_sim.plant import MAX_STEP
+from fivebar_sim.plant import steps_of_period
 from fivebar_sim.readings import PASSIVE_LOSSES, made_readings
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects, without_effects
 from fivebar_sim.vision.frames import frame_of
@@ -192,7 +192,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     mechanism = None
     if has_effects(plant):
         mechanism = mechanism_of(nominal if plant is scenario.plant else actual, plant, scenario.rate_hz)
-    steps = math.ceil(control.period / MAX_STEP - 1e-9)
+    steps = steps_of_period(actual, scenario.rate_hz)
     numbers = Numbers(
         control=control,
         actual=with_floats(actual),
