@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fivebar_bringup.report.vision import NOTHING_SEEN, VisionSeries, Way, vision_series
+from fivebar_bringup.report.vision import NOTHING_SEEN, NOWHERE, PlatformTrack, VisionSeries, vision_series
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.imu_check import ImuCheck
@@ -106,12 +106,16 @@ class RunSeries:
 def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
     """Join a recording of a scenario's run by stamp.
 
+    On real drives there is no ground truth: then the joints are those that the estimator, or else the drives, have
+    published, each for the time of the reference in the same sample, and nothing is known of their error.
+
     Raises:
         BagError: there are no joint states on the scenario's grid of stamps, or a topic does not have its content.
         InputError: the scenario's motion is refused.
     """
     robot, plan = scenario.five_bar(), scenario.plan()
-    exact = GROUND_TRUTH if scenario.has_ground_truth else JOINT_STATES
+    truth = scenario.has_ground_truth and recording.count(GROUND_TRUTH) > 0
+    exact = GROUND_TRUTH if truth else JOINT_STATES
     join = _Join(recording, scenario.rate_hz, exact)
     # a bag of a graph whose last node has no limits of its own has the command alone
     requested = TORQUE_REQUESTED if recording.count(TORQUE_REQUESTED) > 0 else TORQUE_COMMAND
@@ -124,9 +128,10 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
             join.values(REFERENCE, REFERENCE_NAMES, "velocity")[:, 2:],
         ]
     )
-    reference = _at_their_own_time(reference, join.sample, scenario, plan)
+    if truth:
+        reference = _at_their_own_time(reference, join.sample, scenario, plan)
     supervisor = join.values(SUPERVISOR_STATE, SUPERVISOR_NAMES, "position")
-    there = scenario.actual_robot() if scenario.has_ground_truth else robot
+    there = scenario.actual_robot() if truth else robot
     states = [state_from_joints(there, *row) for row in np.hstack([position, velocity]).tolist()]
     platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
     constraint = _rows(
@@ -157,8 +162,8 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
             join.accelerations(),
             reference,
         ),
-        estimate_error=_estimate_errors(robot, join, scenario, platform),
-        vision=_vision(robot, recording, join, scenario, platform),
+        estimate_error=_estimate_errors(robot, join, scenario, platform if truth else None),
+        vision=_vision(robot, recording, join, scenario, platform if truth else None),
     )
 
 
@@ -227,10 +232,10 @@ def _at_their_own_time(recorded: FloatArray, sample: IntArray, scenario: Scenari
     return moved
 
 
-def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: FloatArray) -> FloatArray:
+def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: FloatArray | None) -> FloatArray:
     """Return [n], distance (m) of the platform by the published joints from the exact one [n, 4] at the same time."""
     errors = np.full(join.sample.size, math.nan)
-    if not scenario.estimated:
+    if not scenario.estimated or platform is None:
         return errors
     estimated = _platform_by_joints(robot, join)
     _, then, row = np.intersect1d(
@@ -241,9 +246,9 @@ def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: 
 
 
 def _vision(
-    robot: FiveBar, recording: Recording, join: _Join, scenario: Scenario, platform: FloatArray
+    robot: FiveBar, recording: Recording, join: _Join, scenario: Scenario, platform: FloatArray | None
 ) -> VisionSeries:
-    """Return what the camera saw, against the published joints and the exact platform [n, 4]."""
+    """Return what the camera saw, against the published joints and, where it is known, the exact platform [n, 4]."""
     if recording.count(VISION_PLATFORM) == 0:
         return NOTHING_SEEN
     by_joints = _platform_by_joints(robot, join)
@@ -251,8 +256,8 @@ def _vision(
     return vision_series(
         recording,
         scenario.rate_hz,
-        Way(join.sample[known] + scenario.lead_samples, by_joints[known]),
-        Way(join.sample, platform[:, :2]),
+        PlatformTrack(join.sample[known] + scenario.lead_samples, by_joints[known]),
+        NOWHERE if platform is None else PlatformTrack(join.sample, platform[:, :2]),
     )
 
 

@@ -30,14 +30,18 @@ class VisionSeries(NamedTuple):
 NOTHING_SEEN = VisionSeries(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
-class Way(NamedTuple):
+class PlatformTrack(NamedTuple):
     """A platform's way: samples (whole numbers, rising), and positions at them, [n, 2] (m)."""
 
     sample: IntArray
     position: FloatArray
 
 
-def vision_series(recording: Recording, rate_hz: int, joints: Way, exact: Way) -> VisionSeries:
+NOWHERE = PlatformTrack(np.empty(0, np.int64), np.empty((0, 2)))
+"""Nothing is known of the platform."""
+
+
+def vision_series(recording: Recording, rate_hz: int, joints: PlatformTrack, exact: PlatformTrack) -> VisionSeries:
     """Return what the camera saw, compared with two ways; those of the joints may be an estimate's."""
     if recording.count(VISION_PLATFORM) == 0 or not set(VISION_NAMES) <= set(recording.joint_names(VISION_PLATFORM)):
         return NOTHING_SEEN
@@ -47,7 +51,7 @@ def vision_series(recording: Recording, rate_hz: int, joints: Way, exact: Way) -
     return VisionSeries(moments / rate_hz, position, position - _at(joints, moments), position - _at(exact, moments))
 
 
-def _at(way: Way, moments: FloatArray) -> FloatArray:
+def _at(way: PlatformTrack, moments: FloatArray) -> FloatArray:
     """Return where a way was at some moments, [n, 2], between two samples in a straight line; NaN beyond its ends."""
     if not way.sample.size:
         return np.full((moments.size, 2), math.nan)

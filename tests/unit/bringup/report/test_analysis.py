@@ -39,6 +39,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.settings import PlantSettings
 
 RATE_HZ = 50
 LAST = 10
@@ -140,6 +141,23 @@ def test_a_perfect_run_is_completed(record: Record) -> None:
     assert summary.simulated_s == 0.2
     assert summary.tracking_error_peak_m == pytest.approx(0.0, abs=1e-12)
     assert (summary.name, summary.controller) == ("down", "multi_cartesian")
+
+
+def test_real_drives_show_what_the_estimator_believes(record: Record) -> None:
+    """There is no ground truth; the estimate of a sample is for the time of its reference, one sample later."""
+    estimating = DOWN.model_copy(
+        update={
+            "controller": "unified",
+            "estimator": "ekf",
+            "plant": PlantSettings(encoder_counts=20_000, delay_samples=1),
+        }
+    )
+    assert estimating.lead_samples == 1
+    directory = record(offset=(0.001, 0.0))
+    series = series_of(directory, estimating)
+    assert series.tracking_error[:, 0] == pytest.approx(np.full(11, 0.001), abs=1e-12)
+    assert np.isnan(series.estimate_error).all()
+    assert summary_of(directory, estimating).estimate_error_max_m is None
 
 
 def test_errors_are_those_of_a_shifted_platform(record: Record) -> None:
