@@ -408,6 +408,7 @@ def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
         goal_error_tolerance=scenario.error_tolerance,
         goal_estimated=scenario.estimated,
         goal_gyro_every=scenario.imu.schedule(scenario.rate_hz).every,
+        goal_camera_every=scenario.camera.every(scenario.rate_hz),
     )
     return {
         **goal_conditions.GOALS.parameters(goals if limit is None else goals._replace(goal_torque_limit=limit)),

@@ -145,7 +145,7 @@ class MpcMemory(NamedTuple):
     Attributes:
         unified: of the disturbance observer, shared with the law that stands in.
         torque: the last torque (Nm), None before the first sample and after a gap.
-        stages: of the samples that were ahead, by their reference.
+        stages: of the samples that were ahead, by their reference; None for none.
         plan: float64[2N], torques beyond friction (Nm) that the last solution has planned from the next sample on; None
             for none.
         duals: of the last solution, float64[constraints], to start the next one from; None for none.
@@ -154,19 +154,19 @@ class MpcMemory(NamedTuple):
 
     unified: UnifiedMemory
     torque: Torque | None
-    stages: dict[Platform, Stage]
+    stages: dict[Platform, Stage] | None
     plan: FloatArray | None
     duals: FloatArray | None
     unfinished: int
 
 
-FIRST_MEMORY = MpcMemory(INITIAL_MEMORY, None, {}, None, None, 0)
+FIRST_MEMORY = MpcMemory(INITIAL_MEMORY, None, None, None, None, 0)
 """The memory before the first sample."""
 
 
 def after_gap(memory: MpcMemory) -> MpcMemory:
     """Return the memory after a gap in the samples: only the estimated disturbance is kept."""
-    return MpcMemory(restarted(memory.unified), None, {}, None, None, memory.unfinished)
+    return MpcMemory(restarted(memory.unified), None, None, None, None, memory.unfinished)
 
 
 class Weights(NamedTuple):
@@ -349,13 +349,10 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
     if mapped is None:
         return UNDEFINED, after_gap(memory)
     ahead = (instant.ahead or ())[: settings.horizon]
+    before = memory.stages or {}
     stages: dict[Platform, Stage] = {}
     for platform in ahead:
-        stage = (
-            memory.stages.get(platform)
-            or stages.get(platform)
-            or stage_of(robot, instant.mode1, instant.mode2, platform)
-        )
+        stage = before.get(platform) or stages.get(platform) or stage_of(robot, instant.mode1, instant.mode2, platform)
         if stage is None:
             break
         stages[platform] = stage

@@ -72,6 +72,7 @@ def conditions_of(values: Mapping[str, Any]) -> Conditions:
         tolerances_of(robot, TOLERANCES.read(values)),
         settings.goal_gyro_every,
         PASSIVE.read(values),
+        settings.goal_camera_every,
     )
     return Conditions(
         robot,

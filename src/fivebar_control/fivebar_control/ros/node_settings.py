@@ -149,6 +149,12 @@ class GoalSettings(NamedTuple):
     goal_gyro_every: Annotated[
         int, Setting("Samples from one reading of the gyroscope to the next, for planning.", "samples", at_least=1)
     ] = 1
+    goal_camera_every: Annotated[
+        int,
+        Setting(
+            "Samples from one position by the camera to the next, for planning; 0 for none.", "samples", at_least=0
+        ),
+    ] = 0
 
 
 class SupervisorSettings(NamedTuple):

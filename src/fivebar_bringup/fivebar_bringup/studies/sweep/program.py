@@ -14,7 +14,7 @@ from fivebar_description.parameters import load_robot
 
 DECIDING = {
     fivebar_description: ("*.py",),
-    fivebar_sim: ("*.py", "effects/*.py"),
+    fivebar_sim: ("*.py", "effects/*.py", "vision/*.py"),
     fivebar_control: (
         "compiling.py",
         "fault.py",
@@ -29,6 +29,7 @@ DECIDING = {
     fivebar_bringup: (
         "simulation/*.py",
         "scenario.py",
+        "sizes.py",
         "studies/compare/rigs.py",
         "studies/sweep/drawing.py",
         "studies/sweep/rigs.py",
