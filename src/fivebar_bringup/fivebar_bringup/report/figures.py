@@ -149,15 +149,15 @@ def vision(run: RunAnalysis) -> Figure:
     figure = new_figure("Check by the camera", "future work of the thesis, beside the IMU of section 4.3", 5.6)
     panels = figure.subplots(2, 1, sharex=True)
     scale, unit = suitable_unit(summary.vision_error_max_m, "m")
-    other = "the joints" if np.all(np.isnan(seen.true_error)) else "the joints, and minus the exact platform (dotted)"
+    dotted = "" if np.all(np.isnan(seen.true_error)) else " (dotted: minus the exact platform)"
     for axes, axis, color in ((panels[0], 0, BLUE), (panels[1], 1, VERMILION)):
         axes.plot(seen.time, seen.error[:, axis] * scale, color=color, linewidth=1.2)
         axes.plot(seen.time, seen.true_error[:, axis] * scale, color=INK, linewidth=0.9, linestyle=":")
         axes.set_ylabel(f"{'xy'[axis]}, camera − joints in {unit}")
         error_axis(axes, seen.error[:, axis] * scale)
     panels[0].set_title(
-        f"camera minus {other}: root mean square {engineering(summary.vision_error_rms_m, 'm')},"
-        f" at most {engineering(summary.vision_error_max_m, 'm')}"
+        f"rms {engineering(summary.vision_error_rms_m, 'm')}, at most"
+        f" {engineering(summary.vision_error_max_m, 'm')}{dotted}"
     )
     _finish(run, panels)
     return figure
