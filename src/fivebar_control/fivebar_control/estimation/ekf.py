@@ -447,8 +447,9 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
     With da = P dp + V dv + G dd and W = 1 - V h/2 - P h^2/4: W dv' = (2 - W) dv + P h dp + G h dd and
     dp' = dp + (dv + dv') h/2. Second order, and bounded however steep the friction is around zero speed.
     """
-    x, y, vx, vy, d1, d2, _, _, _, fx, fy = middle
-    a = acceleration_derivatives(model.robot, model.mode1, model.mode2, x, y, vx, vy, tau1 + d1, tau2 + d2, fx, fy)
+    x, y, vx, vy = middle.x, middle.y, middle.vx, middle.vy
+    g1, g2 = tau1 + middle.d1, tau2 + middle.d2
+    a = acceleration_derivatives(model.robot, model.mode1, model.mode2, x, y, vx, vy, g1, g2, middle.fx, middle.fy)
     h = model.period
     half, quarter = 0.5 * h, 0.25 * h * h
     w_xx = 1.0 - half * a.v_xx - quarter * a.p_xx
@@ -492,7 +493,7 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
 
 def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
     """Return dq11 and dq21 (rad/s)."""
-    x, y, vx, vy, _, _, _, _, _, _, _ = estimate
+    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     return leg1.dq1, leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dq1
 
@@ -526,7 +527,7 @@ class Corrected(NamedTuple):
 
 def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
     """Return the effect of the measured angles of both motors, in any turn."""
-    x, y, _, _, _, _, _, _, _, _, _ = belief.estimate
+    x, y = belief.estimate.x, belief.estimate.y
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
     # one after the other, which for independent encoders is the same as both at once
@@ -581,7 +582,7 @@ class Taken(NamedTuple):
 
 def turn_rate(model: FilterModel, estimate: Estimate) -> float:
     """Return the rate of the distal link of leg 2 (rad/s)."""
-    x, y, vx, vy, _, _, _, _, _, _, _ = estimate
+    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
     return leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dtheta
 
 
@@ -595,7 +596,8 @@ def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: f
         lag: time (s) from the sample to the reading's stamp, negative for one before it.
         slope: change of the rate in that time (rad/s^2).
     """
-    x, y, vx, vy, _, _, bias, clock, _, _, _ = belief.estimate
+    e = belief.estimate
+    x, y, vx, vy, bias, clock = e.x, e.y, e.vx, e.vy, e.bias, e.clock
     leg = model.robot.leg2
     moving = leg_motion(leg, model.mode2, x, y, vx, vy)
     row = np.zeros(SIZE)
@@ -625,7 +627,8 @@ def elbow_row(number: int, parameters: LegParameters, leg: LegMotion) -> Vector:
 
 def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle) -> Taken:
     """Return the effect of the measured angle of leg 1's or leg 2's passive joint, in any turn."""
-    x, y, vx, vy, _, _, _, _, passive, _, _ = belief.estimate
+    e = belief.estimate
+    x, y, vx, vy, passive = e.x, e.y, e.vx, e.vy, e.passive
     robot = model.robot
     parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
     leg = leg_motion(parameters, mode, x, y, vx, vy)
@@ -636,7 +639,7 @@ def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle
 
 def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
     """Return the speed (rad/s) of the passive joint of leg 1 or leg 2."""
-    x, y, vx, vy, _, _, _, _, _, _, _ = estimate
+    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
     robot = model.robot
     parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
     leg = leg_motion(parameters, mode, x, y, vx, vy)

@@ -97,7 +97,8 @@ def check_ambiguity(model: FilterModel, limits: AmbiguityLimits, near: int, beli
 
     Past the dwell limit the mirror image is not tested.
     """
-    x, y, vx, vy, _, _, _, _, _, _, _ = belief.estimate
+    e = belief.estimate
+    x, y, vx, vy = e.x, e.y, e.vx, e.vy
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
     kappa = inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)
@@ -112,7 +113,8 @@ def check_ambiguity(model: FilterModel, limits: AmbiguityLimits, near: int, beli
 
 def mirror_distance(model: FilterModel, belief: Belief) -> float:
     """Return how many standard deviations the other assembly mode is from a belief; infinite far from the locus."""
-    x, y, vx, vy, _, _, _, _, _, _, _ = belief.estimate
+    e = belief.estimate
+    x, y, vx, vy = e.x, e.y, e.vx, e.vy
     leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
     leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
     if not inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y) < TEST_KAPPA:
