@@ -1,8 +1,14 @@
-"""The power state machine of CiA 402 (IEC 61800-7-201): decoding statuswords and choosing the next controlword."""
+"""The power state machine of CiA 402 (IEC 61800-7-201): decoding statuswords and choosing the next controlword.
+
+The tables are those of `canopen`; which transition to take towards a power state is decided here, because `canopen`'s
+own node walks through all of them and waits in between, which a control cycle cannot.
+"""
 
 from __future__ import annotations
 
 from enum import Enum
+
+from canopen.profiles.p402 import State402
 
 
 class DriveState(Enum):
@@ -32,24 +38,21 @@ class PowerTarget(Enum):
     ENABLED = "enabled"
 
 
-STATUS_TABLE = (
-    (0x4F, 0x00, DriveState.NOT_READY),
-    (0x4F, 0x40, DriveState.SWITCH_ON_DISABLED),
-    (0x6F, 0x21, DriveState.READY),
-    (0x6F, 0x23, DriveState.SWITCHED_ON),
-    (0x6F, 0x27, DriveState.ENABLED),
-    (0x6F, 0x07, DriveState.QUICK_STOP),
-    (0x4F, 0x0F, DriveState.FAULT_REACTION),
-    (0x4F, 0x08, DriveState.FAULT),
-)
+STATUS_TABLE = tuple((mask, value, DriveState(name.lower())) for name, (mask, value) in State402.SW_MASK.items())
 """Mask, value under the mask, state. No word fits two rows."""
 
-DISABLE_VOLTAGE = 0x00
-STOP_QUICKLY = 0x02
-SHUTDOWN = 0x06
-SWITCH_ON = 0x07
-ENABLE_OPERATION = 0x0F
-FAULT_RESET = 0x80
+
+def _controlword(before: DriveState, after: DriveState) -> int:
+    word: int = State402.TRANSITIONTABLE[before.value.upper(), after.value.upper()]
+    return word
+
+
+DISABLE_VOLTAGE = _controlword(DriveState.ENABLED, DriveState.SWITCH_ON_DISABLED)
+STOP_QUICKLY = _controlword(DriveState.ENABLED, DriveState.QUICK_STOP)
+SHUTDOWN = _controlword(DriveState.SWITCH_ON_DISABLED, DriveState.READY)
+SWITCH_ON = _controlword(DriveState.READY, DriveState.SWITCHED_ON)
+ENABLE_OPERATION = _controlword(DriveState.SWITCHED_ON, DriveState.ENABLED)
+FAULT_RESET = _controlword(DriveState.FAULT, DriveState.SWITCH_ON_DISABLED)
 
 FAULT_RESET_SEQUENCE = (DISABLE_VOLTAGE, FAULT_RESET, DISABLE_VOLTAGE)
 """Reset acts on the rising edge of bit 7; the last word leaves the drive disabled."""

@@ -7,7 +7,7 @@ from fivebar_control.hardware.cia402 import DriveState, state_of
 from fivebar_control.hardware.configuration import MICROSECONDS, Drive
 from fivebar_control.hardware.drive_interface import Reading
 from fivebar_control.hardware.fault import ERROR_RESET, emergency_name
-from fivebar_control.hardware.frames import NMT_STATES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
+from fivebar_control.hardware.frames import NMT_NAMES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
 from fivebar_control.hardware.units import position_rad, scale_of, torque_nm, velocity_rad_s
 
 EMERGENCY_CYCLES = 2
@@ -115,7 +115,7 @@ class DriveLink:
             since = "no heartbeat yet" if age is None else f"last heartbeat {age:.0f} ms ago"
             return Fault("drive_lost", f"{self.place}: {since}, limit {self.drive.heartbeat_timeout_ms} ms")
         if self.nmt_state != OPERATIONAL:
-            state = NMT_STATES[self.nmt_state or 0]
+            state = NMT_NAMES[self.nmt_state or 0]
             return Fault("drive_restarted", f"{self.place}: NMT state {state}, expected operational")
         if self.silent:
             return Fault("feedback_missing", f"{self.place}: no complete answer to {self.missed} SYNCs in a row")

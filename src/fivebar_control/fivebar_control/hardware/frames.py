@@ -5,6 +5,8 @@ from __future__ import annotations
 import struct
 from typing import NamedTuple
 
+from canopen.nmt import NMT_COMMANDS, NMT_STATES
+
 from fivebar_control.hardware.configuration import Drive
 
 NMT_ID = 0x000
@@ -17,18 +19,16 @@ SDO_ANSWER_BASE = 0x580
 SDO_REQUEST_BASE = 0x600
 HEARTBEAT_BASE = 0x700
 
-NMT_START = 0x01
-NMT_PRE_OPERATIONAL = 0x80
+NMT_START = NMT_COMMANDS["OPERATIONAL"]
+NMT_PRE_OPERATIONAL = NMT_COMMANDS["PRE-OPERATIONAL"]
 
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
-"""NMT states as a heartbeat carries them."""
+"""NMT states as a heartbeat carries them; `canopen` knows two more, of no CiA 301 device."""
 
-NMT_STATES = {
-    BOOT_UP: "boot-up",
-    STOPPED: "stopped",
-    OPERATIONAL: "operational",
-    PRE_OPERATIONAL: "pre-operational",
+NMT_NAMES = {BOOT_UP: "boot-up"} | {
+    state: NMT_STATES[state].lower() for state in (STOPPED, OPERATIONAL, PRE_OPERATIONAL)
 }
+"""Boot-up is the message that a node sends once, when it has started."""
 
 _STATUS = struct.Struct("<Hi")
 _TORQUE = struct.Struct("<h")
@@ -110,7 +110,7 @@ class FrameReader:
         if base == TORQUE_BASE and len(data) == self._efforts[drive].size:
             torque, *velocity = self._efforts[drive].unpack(data)
             return Effort(drive, torque, velocity[0] if velocity else None)
-        if base == HEARTBEAT_BASE and len(data) == 1 and data[0] in NMT_STATES:
+        if base == HEARTBEAT_BASE and len(data) == 1 and data[0] in NMT_NAMES:
             return Heartbeat(drive, data[0])
         if base == EMERGENCY_BASE and len(data) == _EMERGENCY.size:
             return Emergency(drive, *_EMERGENCY.unpack(data))
