@@ -19,11 +19,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.laws.gains import SPEED_TIME, TORQUE_LIMIT
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
-from fivebar_control.laws.unified import UnifiedSettings, input_map, unified_step
+from fivebar_control.laws.unified import UnifiedSettings, reachable_input_map, unified_step
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar
@@ -44,27 +45,11 @@ REST_SAMPLES = 1000
 class LqrSettings(NamedTuple):
     """Settings of the linear-quadratic regulator."""
 
-    speed_time: Annotated[
-        float,
-        Setting(
-            "Time T_v that weighs the speed error: 1 mm/s counts as much as T_v times 1 mm/s of position error.",
-            "s",
-            at_least=0.0,
-            at_most=1.0,
-        ),
-    ] = 0.018
+    speed_time: Annotated[float, SPEED_TIME] = 0.018
     weight: Annotated[
         float, Setting("Weight r of the torque that departs from u_d.", "(m/Nm)^2", at_least=1e-10, at_most=1.0)
     ] = 4e-7
-    torque_limit: Annotated[
-        float | None,
-        Setting(
-            "Largest torque that the law may choose for either motor; by default the drives' limit.",
-            "Nm",
-            above=0.0,
-            at_most=1e6,
-        ),
-    ] = None
+    torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
 
 
 class Gain(NamedTuple):
@@ -86,7 +71,7 @@ def lqr_gains(
     gains: dict[Platform, Gain] = {}
     weights = np.diag([1.0, 1.0, settings.speed_time**2, settings.speed_time**2])
     value, last = 1e2 * weights, references[-1]
-    for reference in (*reversed(references),):
+    for reference in reversed(references):
         linear = linearised(robot, mode1, mode2, reference, period)
         if linear is None:
             break
@@ -152,8 +137,8 @@ def riccati_step(
 
 def _map_at(robot: FiveBar, mode1: int, mode2: int, place: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """Return G and a_0 at a place (m) and velocity (m/s)."""
-    mapped = input_map(robot, state_from_platform(robot, mode1, mode2, *place.tolist()))
-    if mapped is None or math.isnan(mapped.g_x1):
+    mapped = reachable_input_map(robot, state_from_platform(robot, mode1, mode2, *place.tolist()))
+    if mapped is None:
         return None
     return np.array(mapped[:4]).reshape(2, 2), np.array(mapped[4:])
 

@@ -18,12 +18,14 @@ where it does not finish, `unified` answers.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.laws.gains import DISTURBANCE_LIMIT, SPEED_TIME, TORQUE_LIMIT
 from fivebar_control.laws.law import MOST_AHEAD, Instant, Law
 from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, Torque
@@ -34,6 +36,7 @@ from fivebar_control.laws.unified import (
     UnifiedSettings,
     input_map,
     observed_disturbance,
+    reachable_input_map,
     restarted,
     unified_step,
 )
@@ -60,16 +63,7 @@ class MpcSettings(NamedTuple):
     horizon: Annotated[int, Setting("Samples that the law looks ahead.", "samples", at_least=2, at_most=MOST_AHEAD)] = (
         25
     )
-    speed_time: Annotated[
-        float,
-        Setting(
-            "Time T_v that weighs the speed error: 1 mm/s counts as much as T_v times 1 mm/s of position error.",
-            "s",
-            at_least=0.0,
-            at_most=1.0,
-            tunable=True,
-        ),
-    ] = 0.03
+    speed_time: Annotated[float, replace(SPEED_TIME, tunable=True)] = 0.03
     end_weight: Annotated[
         float,
         Setting(
@@ -105,21 +99,8 @@ class MpcSettings(NamedTuple):
             at_most=1e4,
         ),
     ] = 40.0
-    disturbance_limit: Annotated[
-        float,
-        Setting(
-            "Largest disturbance torque that the observer assumes of either motor.", "Nm", at_least=0.0, at_most=1e3
-        ),
-    ] = 0.5
-    torque_limit: Annotated[
-        float | None,
-        Setting(
-            "Largest torque that the law may choose for either motor; by default the drives' limit.",
-            "Nm",
-            above=0.0,
-            at_most=1e6,
-        ),
-    ] = None
+    disturbance_limit: Annotated[float, DISTURBANCE_LIMIT] = 0.5
+    torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
     torque_rate_limit: Annotated[
         float | None,
         Setting(
@@ -332,8 +313,8 @@ def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
 def stage_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Stage | None:
     """Return a coming sample of the reference; None where the robot has no input map there."""
     reference = reference_from_platform(robot, mode1, mode2, platform)
-    mapped = input_map(robot, reference.state)
-    if mapped is None or math.isnan(mapped.g_x1):
+    mapped = reachable_input_map(robot, reference.state)
+    if mapped is None:
         return None
     return Stage(mapped, reference.f1, reference.f2)
 

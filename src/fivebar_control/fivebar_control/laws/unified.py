@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
@@ -65,6 +65,12 @@ def input_map(robot: FiveBar, state: State) -> InputMap | None:
         a0_x=-(e1_x * leg1.c + e2_x * leg2.c),
         a0_y=-(e1_y * leg1.c + e2_y * leg2.c),
     )
+
+
+def reachable_input_map(robot: FiveBar, state: State) -> InputMap | None:
+    """Return the input map of a state that was made of a platform's place, None also where that is out of reach."""
+    mapped = input_map(robot, state)
+    return None if mapped is None or math.isnan(mapped.g_x1) else mapped
 
 
 def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm) -> InputMap:
@@ -135,21 +141,8 @@ class UnifiedSettings(NamedTuple):
     observer_rate: Annotated[
         float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)
     ] = 40.0
-    disturbance_limit: Annotated[
-        float,
-        Setting(
-            "Largest disturbance torque that the observer assumes of either motor.", "Nm", at_least=0.0, at_most=1e3
-        ),
-    ] = 0.5
-    torque_limit: Annotated[
-        float | None,
-        Setting(
-            "Largest torque that the law may choose for either motor; by default the drives' limit.",
-            "Nm",
-            above=0.0,
-            at_most=1e6,
-        ),
-    ] = None
+    disturbance_limit: Annotated[float, DISTURBANCE_LIMIT] = 0.5
+    torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
 
 
 class UnifiedMemory(NamedTuple):
