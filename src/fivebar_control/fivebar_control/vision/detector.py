@@ -15,12 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_description.camera import TAG_CELLS
 from fivebar_description.camera_model import Optics, Points
 
 Picture = NDArray[np.uint8]
-
-CELLS = 8
-"""Of an AprilTag 36h11 in a row; a profile stays within the outer one."""
 
 PROFILES = 32
 """Across each edge."""
@@ -73,6 +71,11 @@ class Window(NamedTuple):
     bottom: int
 
 
+def tag_dictionary() -> cv2.aruco.Dictionary:
+    """Return the dictionary AprilTag 36h11."""
+    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+
+
 class TagDetector:
     """Finds tags of the dictionary AprilTag 36h11."""
 
@@ -83,8 +86,7 @@ class TagDetector:
         self._optics = optics
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
-        names = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-        self._detector = cv2.aruco.ArucoDetector(names, parameters)
+        self._detector = cv2.aruco.ArucoDetector(tag_dictionary(), parameters)
 
     def find(self, picture: Picture, within: Window | None = None) -> dict[int, Tag]:
         """Return the tags of a picture, [h, w], or of a part of it, by number; one that appears twice is left out."""
@@ -93,7 +95,7 @@ class TagDetector:
         if within is not None:
             left, top = max(0, within.left), max(0, within.top)
             part = picture[top : max(0, within.bottom), left : max(0, within.right)]
-        if min(part.shape) < 2 * CELLS:
+        if min(part.shape) < 2 * TAG_CELLS:
             return {}
         found, numbers, _ = self._detector.detectMarkers(np.ascontiguousarray(part))
         if numbers is None:
@@ -130,7 +132,8 @@ class TagDetector:
         """Return the line of an edge between two corners (px); clockwise, so that the paper is to its left."""
         along = end - start
         length = float(np.hypot(*along))
-        reach = min(REACH, 0.4 * length / CELLS)
+        # a profile stays within the outer cell
+        reach = min(REACH, 0.4 * length / TAG_CELLS)
         if reach < 2.0 * STEP:
             return None
         along /= length
