@@ -35,7 +35,7 @@ class BoardDrivePair(StrictModel):
     q21: BoardDrive
 
 
-class Posture(StrictModel):
+class StartPosture(StrictModel):
     """Section `posture`: where the robot is said to stand when a run starts.
 
     Attributes:
@@ -69,7 +69,7 @@ class BoardFile(StrictModel):
     gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1500
     missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
     set_up_timeout_ms: Milliseconds = 2000
-    posture: Posture | None = None
+    posture: StartPosture | None = None
     motors: BoardDrivePair
 
     @property

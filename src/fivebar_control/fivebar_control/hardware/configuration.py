@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, Motor, NodeId, SyncPeriod, Unsigned32
+from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, DriveMotor, NodeId, SyncPeriod, Unsigned32
 from fivebar_description.parameters import Positive
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
@@ -73,8 +73,8 @@ class Stall(StrictModel):
     time_ms: Milliseconds
 
 
-class Drive(Motor):
-    """One drive: how its raw values are to be read, and what it may do; see `Motor` for the other keys.
+class Drive(DriveMotor):
+    """One drive: how its raw values are to be read, and what it may do; see `DriveMotor` for the other keys.
 
     Attributes:
         identity: what its object 0x1018 must say; not checked when left out.

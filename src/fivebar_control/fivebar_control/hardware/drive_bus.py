@@ -46,7 +46,7 @@ RESET_HOLD_CYCLES = 5
 """Cycles for which each word of a fault reset stands, for drives that look at it more slowly than SYNC."""
 
 
-class Counters(NamedTuple):
+class BusCounters(NamedTuple):
     """Frames that were not used: of unknown id, with other contents than the id promises, and unreadable ones."""
 
     unknown: int
@@ -96,14 +96,14 @@ class DriveBus:
         self.close()
 
     @property
-    def counters(self) -> Counters:
+    def counters(self) -> BusCounters:
         """Frames that were not used so far."""
-        return Counters(self._unknown, self._malformed, self._port.unreadable)
+        return BusCounters(self._unknown, self._malformed, self._port.unreadable)
 
     @property
     def unused(self) -> tuple[tuple[str, int], ...]:
         """The same by name."""
-        return tuple(zip(Counters._fields, self.counters, strict=True))
+        return tuple(zip(BusCounters._fields, self.counters, strict=True))
 
     @property
     def states(self) -> tuple[DriveState, DriveState]:

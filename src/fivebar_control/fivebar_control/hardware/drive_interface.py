@@ -14,7 +14,7 @@ Torques = tuple[float, float]
 ZERO: Torques = (0.0, 0.0)
 
 
-class Reading(NamedTuple):
+class DriveReading(NamedTuple):
     """One drive at one measurement: joint angle (rad), velocity (rad/s) and torque (Nm)."""
 
     position: float
@@ -32,7 +32,7 @@ class Exchange(NamedTuple):
             measurement belongs to the sample before, and is not to be published as another one.
     """
 
-    readings: tuple[Reading | None, Reading | None]
+    readings: tuple[DriveReading | None, DriveReading | None]
     fault: Fault | None
     periods: int = 1
 

@@ -43,7 +43,7 @@ class Board(NamedTuple):
         return np.asarray(self.made().generateImage(size), np.uint8)
 
 
-class Calibration(NamedTuple):
+class CameraCalibration(NamedTuple):
     """A calibrated camera.
 
     Attributes:
@@ -85,7 +85,7 @@ def board_corners(board: Board, picture: Picture) -> tuple[Points, Points] | Non
     return on_board, np.asarray(corners, np.float64).reshape(-1, 2)
 
 
-def calibrated(board: Board, pictures: list[Picture]) -> Calibration:
+def calibrated(board: Board, pictures: list[Picture]) -> CameraCalibration:
     """Return the camera that took pictures of a board, from different sides.
 
     Raises:
@@ -114,7 +114,7 @@ def calibrated(board: Board, pictures: list[Picture]) -> Calibration:
     k = np.asarray(matrix, np.float64)
     rest = [float(one) for one in np.ravel(distortion)[:5]]
     optics = Optics(float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2]), *rest)
-    return Calibration(width, height, optics, float(deviation), len(seen))
+    return CameraCalibration(width, height, optics, float(deviation), len(seen))
 
 
 class _Matrix(StrictModel):
@@ -134,7 +134,7 @@ class _CameraFile(StrictModel):
     projection_matrix: _Matrix | None = None
 
 
-def calibration_text(calibration: Calibration) -> str:
+def calibration_text(calibration: CameraCalibration) -> str:
     """Return a calibration as YAML in the format of ROS' camera_info_manager."""
     optics = calibration.optics
 
@@ -155,7 +155,7 @@ def calibration_text(calibration: Calibration) -> str:
     return yaml_text(content)
 
 
-def read_calibration(path: Path) -> Calibration:
+def read_calibration(path: Path) -> CameraCalibration:
     """Read a calibration.
 
     Raises:
@@ -165,6 +165,6 @@ def read_calibration(path: Path) -> Calibration:
     k, distortion = read.camera_matrix.data, read.distortion_coefficients.data
     if read.distortion_model != LENS_MODEL or len(k) != 9 or len(distortion) != 5:
         raise InputError(f"{path}: expected distortion_model {LENS_MODEL}, 9 values of the matrix and 5 coefficients")
-    return Calibration(
+    return CameraCalibration(
         read.image_width, read.image_height, Optics(k[0], k[4], k[2], k[5], *distortion), float("nan"), 0
     )

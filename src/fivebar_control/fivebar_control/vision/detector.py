@@ -128,7 +128,7 @@ class TagDetector:
             corners = self._optics.pixels(rays)
         return Tag(number, corners, rays, deviation)
 
-    def _line(self, picture: Picture, start: Points, end: Points) -> _Line | None:
+    def _line(self, picture: Picture, start: Points, end: Points) -> _EdgeLine | None:
         """Return the line of an edge between two corners (px); clockwise, so that the paper is to its left."""
         along = end - start
         length = float(np.hypot(*along))
@@ -154,7 +154,7 @@ class TagDetector:
         return _fitted(self._optics.rays(edge), LEAST_DEVIATION / self._optics.fx)
 
 
-class _Line(NamedTuple):
+class _EdgeLine(NamedTuple):
     """n . p = distance, n of length 1, in rays; and the variance of its place."""
 
     x: float
@@ -163,7 +163,7 @@ class _Line(NamedTuple):
     variance: float
 
 
-def _fitted(points: Points, least: float) -> _Line | None:
+def _fitted(points: Points, least: float) -> _EdgeLine | None:
     """Return the line through points [n, 2] without those that are off it, of a least deviation; None for too few."""
     keep = np.ones(len(points), np.bool_)
     for _ in range(3):
@@ -181,10 +181,10 @@ def _fitted(points: Points, least: float) -> _Line | None:
             break
         keep = now
     rest = max(least, float(np.sqrt(np.mean(off[keep] ** 2))))
-    return _Line(n_x, n_y, n_x * centre[0] + n_y * centre[1], rest * rest / int(keep.sum()))
+    return _EdgeLine(n_x, n_y, n_x * centre[0] + n_y * centre[1], rest * rest / int(keep.sum()))
 
 
-def _meeting(one: _Line, two: _Line) -> tuple[float, float]:
+def _meeting(one: _EdgeLine, two: _EdgeLine) -> tuple[float, float]:
     """Return where two lines meet; NaN where they do not."""
     determinant = one.x * two.y - one.y * two.x
     if abs(determinant) < 1e-6:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, Motor, SyncPeriod, Unsigned32
+from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, DriveMotor, SyncPeriod, Unsigned32
 from fivebar_description.settings import Keys, declared
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
@@ -19,8 +19,8 @@ NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name not 
 Four = Annotated[tuple[float, float, float, float], Field(strict=False)]
 
 
-class DriveFacts(Motor):
-    """One emulated drive; see `Motor` for the other keys.
+class DriveFacts(DriveMotor):
+    """One emulated drive; see `DriveMotor` for the other keys.
 
     Attributes:
         vendor, product: content of object 0x1018.
