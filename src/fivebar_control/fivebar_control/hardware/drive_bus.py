@@ -18,7 +18,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
-from fivebar_control.hardware.drive_interface import ZERO, Exchange, Torques
+from fivebar_control.hardware.drive_interface import ZERO, Exchange, Torques, set_up_or_closed
 from fivebar_control.hardware.drive_link import DriveLink
 from fivebar_control.hardware.drive_setup import DriveSetup
 from fivebar_control.hardware.fault import DriveError
@@ -362,10 +362,4 @@ def open_drives(drives: DriveFile) -> DriveBus:
     Raises:
         DriveError: the bus cannot be opened, or a drive cannot be set up; the bus is closed then.
     """
-    bus = DriveBus(drives)
-    try:
-        bus.set_up()
-    except DriveError:
-        bus.close()
-        raise
-    return bus
+    return set_up_or_closed(DriveBus(drives))

@@ -18,7 +18,7 @@ from fivebar_control.hardware.board_faults import fault_of
 from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
 from fivebar_control.hardware.configuration import MICROSECONDS
-from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, Torques
+from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, Torques, set_up_or_closed
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.sample_clock import SampleClock
 from fivebar_description.interface import ACTIVE_JOINTS
@@ -311,10 +311,4 @@ def open_board(board: BoardFile) -> MotorBoard:
     Raises:
         DriveError: the port cannot be opened, or the board is silent or tells of a fault; the port is closed then.
     """
-    opened = MotorBoard(board)
-    try:
-        opened.set_up()
-    except DriveError:
-        opened.close()
-        raise
-    return opened
+    return set_up_or_closed(MotorBoard(board))
