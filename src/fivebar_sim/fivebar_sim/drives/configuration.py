@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 
 from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, DriveMotor, SyncPeriod, Unsigned32
 from fivebar_description.settings import Keys, declared
-from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_description.strict_yaml import StrictModel
 from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
 
 NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name not in ("engine", "seed"))
@@ -73,18 +71,3 @@ class EmulationFile(StrictModel):
     def pair(self) -> tuple[DriveFacts, DriveFacts]:
         """The drives in the order of the motor joints."""
         return self.drives.q11, self.drives.q21
-
-
-def load_emulation(emulation: str) -> EmulationFile:
-    """Read a file by its shipped name ("dextar_emulated") or by its path.
-
-    Raises:
-        InputError: it is missing or does not describe two drives.
-    """
-    if emulation.endswith((".yaml", ".yml")):
-        return read_yaml(Path(emulation), EmulationFile)
-    path = share_file("fivebar_sim", "config", "drives", f"{emulation}.yaml")
-    if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in path.parent.glob("*.yaml")))
-        raise InputError(f"emulation {emulation!r}: expected one of {known}, or a path to a .yaml file")
-    return read_yaml(path, EmulationFile)
