@@ -74,14 +74,13 @@ def replay_data(runs: Sequence[tuple[str, RunAnalysis, Sequence[FaultMark]]]) ->
     known = {name for table in tables for name, values in table.items() if np.any(np.isfinite(values))}
     charts = [chart._replace(lines=tuple(line for line in chart.lines if line.column in known)) for chart in CHARTS]
     first = runs[0][1]
-    there = first.scenario.actual_robot() if first.scenario.has_ground_truth else first.robot
     return {
-        "scene": scene(there, first.modes, first.scenario.waypoints, corners_of(first.plan)),
+        "scene": scene(first.series.robot, first.modes, first.scenario.waypoints, corners_of(first.plan)),
         "charts": [chart.as_json() for chart in charts if chart.lines],
         "runs": [
             {
                 "name": name,
-                "robot": links(run.scenario.actual_robot() if run.scenario.has_ground_truth else run.robot),
+                "robot": links(run.series.robot),
                 "columns": {
                     column: _packed(values) for column, values in table.items() if column in known or column in ALWAYS
                 },

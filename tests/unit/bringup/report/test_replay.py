@@ -60,10 +60,9 @@ def column(data: dict[str, Any], name: str) -> NDArray[np.float32]:
 def repeated(series: RunSeries, count: int, rate_hz: int = 500) -> RunSeries:
     """The same series again and again, `count` rows in all."""
     rows = np.arange(count) % series.sample.size
-    longer = {name: values[rows] for name, values in vars(series).items() if name != "vision"}
-    return RunSeries(
-        **{**longer, "vision": series.vision, "sample": np.arange(count), "time": np.arange(count) / rate_hz}
-    )
+    kept = {"robot": series.robot, "vision": series.vision}
+    longer = {name: values[rows] for name, values in vars(series).items() if name not in kept}
+    return RunSeries(**{**longer, **kept, "sample": np.arange(count), "time": np.arange(count) / rate_hz})
 
 
 def test_the_robot_stands_where_the_bag_says(analysis: RunAnalysis) -> None:
