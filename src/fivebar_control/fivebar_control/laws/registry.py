@@ -109,6 +109,9 @@ CONTROLLERS = {
 }
 """The controllers of this package."""
 
+GOAL_CONTROLLERS = tuple(one.name for one in CONTROLLERS.values() if one.takes_goals)
+"""Names of the controllers that follow motions that are planned during a run."""
+
 LAWS = {law.name: law for controller in CONTROLLERS.values() for law in controller.laws}
 """The laws of this package."""
 
