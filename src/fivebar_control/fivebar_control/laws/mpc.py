@@ -211,7 +211,7 @@ def weights_of(
     )
 
 
-class QuadraticProgram(NamedTuple):
+class Problem(NamedTuple):
     """The quadratic program of a sample: min u^T H u / 2 + g^T u, low <= (u, A u) <= high.
 
     u holds the torques beyond friction of both motors, sample by sample; A u are its changes.
@@ -231,7 +231,7 @@ class Solution(NamedTuple):
     duals: FloatArray | None
 
 
-def solve(problem: QuadraticProgram, duals: FloatArray | None) -> Solution:
+def solve(problem: Problem, duals: FloatArray | None) -> Solution:
     """Return the solution of a quadratic program, started from the duals of one that is close to it."""
     # loaded by runs with this law only
     import daqp
@@ -260,7 +260,7 @@ def problem_of(
     last: Torque | None,
     torque_limit: float,
     torque_step: float,
-) -> QuadraticProgram:
+) -> Problem:
     """Return the quadratic program of a sample.
 
     Args:
@@ -290,12 +290,12 @@ def problem_of(
     off = offsets.reshape(2 * count)
     low, high = -torque_limit - off, torque_limit - off
     if not math.isfinite(torque_step):
-        return QuadraticProgram(quadratic, gradient, weights.rows[:0], low, high)
+        return Problem(quadratic, gradient, weights.rows[:0], low, high)
     if last is not None:
         held = np.array(last) - off[:2]
         low[:2], high[:2] = np.maximum(low[:2], held - torque_step), np.minimum(high[:2], held + torque_step)
     change = off[:-2] - off[2:]
-    return QuadraticProgram(
+    return Problem(
         quadratic,
         gradient,
         weights.rows,
