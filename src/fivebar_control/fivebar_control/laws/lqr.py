@@ -24,7 +24,7 @@ from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
-from fivebar_control.laws.unified import UnifiedSettings, reachable_input_map, unified_step
+from fivebar_control.laws.unified import UnifiedSettings, input_map, unified_step
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar
@@ -137,8 +137,8 @@ def riccati_step(
 
 def _map_at(robot: FiveBar, mode1: int, mode2: int, place: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """Return G and a_0 at a place (m) and velocity (m/s)."""
-    mapped = reachable_input_map(robot, state_from_platform(robot, mode1, mode2, *place.tolist()))
-    if mapped is None:
+    mapped = input_map(robot, state_from_platform(robot, mode1, mode2, *place.tolist()))
+    if mapped is None or math.isnan(mapped.g_x1):
         return None
     return np.array(mapped[:4]).reshape(2, 2), np.array(mapped[4:])
 

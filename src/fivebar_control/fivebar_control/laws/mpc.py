@@ -36,7 +36,6 @@ from fivebar_control.laws.unified import (
     UnifiedSettings,
     input_map,
     observed_disturbance,
-    reachable_input_map,
     restarted,
     unified_step,
 )
@@ -313,8 +312,8 @@ def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
 def stage_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Stage | None:
     """Return a coming sample of the reference; None where the robot has no input map there."""
     reference = reference_from_platform(robot, mode1, mode2, platform)
-    mapped = reachable_input_map(robot, reference.state)
-    if mapped is None:
+    mapped = input_map(robot, reference.state)
+    if mapped is None or math.isnan(mapped.g_x1):
         return None
     return Stage(mapped, reference.f1, reference.f2)
 

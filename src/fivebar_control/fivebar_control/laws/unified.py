@@ -67,12 +67,6 @@ def input_map(robot: FiveBar, state: State) -> InputMap | None:
     )
 
 
-def reachable_input_map(robot: FiveBar, state: State) -> InputMap | None:
-    """Return the input map of a state that was made of a platform's place, None also where that is out of reach."""
-    mapped = input_map(robot, state)
-    return None if mapped is None or math.isnan(mapped.g_x1) else mapped
-
-
 def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm) -> InputMap:
     leg1, leg2 = state.leg1, state.leg2
     one = response_to(form, state, form.per_zz1, 0.0, form.lever1, 0.0, 0.0, 0.0)
