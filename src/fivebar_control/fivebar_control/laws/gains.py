@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
@@ -16,6 +17,17 @@ SPEED_TIME = Setting(
     "s",
     at_least=0.0,
     at_most=1.0,
+)
+WEIGHT = Setting(
+    "Weight w of the torque, which regularises the uncontrollable direction.",
+    "(m/s^2 / Nm)^2",
+    at_least=1e-6,
+    at_most=1e6,
+    tunable=True,
+)
+FALLBACK_KP, FALLBACK_KD, FALLBACK_WEIGHT = (
+    replace(setting, description=f"`{name}` of the unified law where it stands in.", tunable=False)
+    for name, setting in (("kp", KP), ("kd", KD), ("weight", WEIGHT))
 )
 TORQUE_LIMIT = Setting(
     "Largest torque that the law may choose for either motor; by default the drives' limit.",

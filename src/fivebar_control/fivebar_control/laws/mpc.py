@@ -25,7 +25,14 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.laws.gains import DISTURBANCE_LIMIT, SPEED_TIME, TORQUE_LIMIT
+from fivebar_control.laws.gains import (
+    DISTURBANCE_LIMIT,
+    FALLBACK_KD,
+    FALLBACK_KP,
+    FALLBACK_WEIGHT,
+    SPEED_TIME,
+    TORQUE_LIMIT,
+)
 from fivebar_control.laws.law import MOST_AHEAD, Instant, Law
 from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, Torque
@@ -57,7 +64,10 @@ SCALE = 1e8
 
 
 class MpcSettings(NamedTuple):
-    """Settings of the predictive law."""
+    """Settings of the predictive law.
+
+    A robot's file may determine `disturbance_limit` and the settings of the law that stands in; see `UnifiedSettings`.
+    """
 
     horizon: Annotated[int, Setting("Samples that the law looks ahead.", "samples", at_least=2, at_most=MOST_AHEAD)] = (
         25
@@ -109,6 +119,9 @@ class MpcSettings(NamedTuple):
             at_most=1e9,
         ),
     ] = None
+    fallback_kp: Annotated[float, FALLBACK_KP] = UnifiedSettings().kp
+    fallback_kd: Annotated[float, FALLBACK_KD] = UnifiedSettings().kd
+    fallback_weight: Annotated[float, FALLBACK_WEIGHT] = UnifiedSettings().weight
 
 
 class Stage(NamedTuple):
@@ -383,7 +396,10 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
 
 def unified_settings(settings: MpcSettings, observer_rate: float) -> UnifiedSettings:
     """Return the settings of the law that stands in, whose disturbance observer (1/s) this law has."""
-    return UnifiedSettings()._replace(
+    return UnifiedSettings(
+        kp=settings.fallback_kp,
+        kd=settings.fallback_kd,
+        weight=settings.fallback_weight,
         observer_rate=observer_rate,
         disturbance_limit=settings.disturbance_limit,
         torque_limit=settings.torque_limit,

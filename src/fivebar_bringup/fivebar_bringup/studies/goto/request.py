@@ -6,10 +6,8 @@ import math
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.sizes import sizes_of
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.laws import registry
-from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
@@ -145,11 +143,7 @@ def _before(request: Request) -> Scenario:
 
 def _follower(request: Request) -> TunedController:
     """Return the controller with default settings, those of torques in the robot's size."""
-    sizes = sizes_of(read_robot(request.robot))
-    controller = registry.find_controller(request.controller)
-    return TunedController(
-        controller, *(TunedLaw(law, law.settings(**sizes.get(law.name, {}))) for law in controller.laws)
-    )
+    return registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
 
 
 def _refuse_malformed(request: Request) -> None:
