@@ -18,7 +18,7 @@ from fivebar_bringup.report.replay import replay_scripts
 from fivebar_bringup.report.report import write_overlay
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import load_scenario
@@ -49,7 +49,7 @@ def write_page(run: RunDirectory) -> None:
     """Write the report without its figures, which take most of the time and do not move."""
     scenario, recording = run.read_scenario(), read_bag(run.bag)
     series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, Timing())
+    summary = summarize(recording, series, scenario, RunTiming())
     analysis = RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
     replay = replay_scripts([(scenario.name, analysis, fault_marks(recording, series))])
     run.page.write_text(html_page(scenario, summary, [], replay), encoding="utf-8")

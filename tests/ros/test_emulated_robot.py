@@ -8,6 +8,7 @@ from pathlib import Path
 
 import can
 import yaml
+from emulation_file import load_emulation
 from graph_probe import RATE_HZ, Bench
 
 from fivebar_description.interface import (
@@ -22,7 +23,6 @@ from fivebar_description.interface import (
 )
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.share import share_file
-from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.emulation import SYNC_ID, open_bus
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import Summary, summarize
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
@@ -86,4 +86,4 @@ def _summary_of(content: str) -> tuple[Summary, RunSeries]:
     scenario = Scenario.model_validate_json(content)
     recording = RunInMemory(simulate(scenario), scenario)
     series = read_series(recording, scenario)
-    return summarize(recording, series, scenario, Timing(runner="offline")), series
+    return summarize(recording, series, scenario, RunTiming(runner="offline")), series

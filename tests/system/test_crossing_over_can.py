@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from emulation_file import load_emulation
 from fivebar_command import RUN_DEADLINE, FivebarCommand
 from graph_probe import Bench, Probe
 
@@ -25,7 +26,6 @@ from fivebar_description.interface import (
     TORQUE_REQUESTED,
 )
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.configuration import load_emulation
 
 PRIORITY = ("--priority", "20")
 """Real-time scheduling where it is granted: the clock waits for nobody, whatever else the machine has to do."""

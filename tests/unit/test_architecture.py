@@ -194,6 +194,16 @@ def test_what_is_imported_is_declared(package: str) -> None:
     assert {FROM_PIP[name] for name in foreign & set(FROM_PIP)} <= set(re.findall(r"[a-z]+(?:-[a-z]+)*", line))
 
 
+def test_a_class_name_stands_for_one_class() -> None:
+    """Whatever module it is in: so that a name in a docstring, a traceback or a search is never ambiguous."""
+    where: dict[str, list[str]] = {}
+    for path in modules():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                where.setdefault(node.name, []).append(str(path.relative_to(SRC)))
+    assert not {name: paths for name, paths in where.items() if len(paths) > 1}
+
+
 def undocumented(tree: ast.Module) -> Iterator[str]:
     """Names of the module, classes, functions and methods that people call and that say nothing about themselves."""
     if not ast.get_docstring(tree):

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fivebar_control.hardware.board_faults import CAUSES
-from fivebar_control.hardware.board_file import BoardDrive, BoardFile, Posture
+from fivebar_control.hardware.board_file import BoardDrive, BoardFile, StartPosture
 from fivebar_control.hardware.bus_load import bus_load, cycle_bits
 from fivebar_control.hardware.configuration import Bus, Drive, load_drives
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
@@ -49,7 +49,7 @@ def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    "key", sorted({*BoardFile.model_fields, *BoardDrive.model_fields, *Posture.model_fields} - {"name"})
+    "key", sorted({*BoardFile.model_fields, *BoardDrive.model_fields, *StartPosture.model_fields} - {"name"})
 )
 def test_every_key_of_a_board_is_explained(key: str) -> None:
     assert f"`{key}`" in BOARD_PAGE

@@ -22,6 +22,7 @@ from fivebar_control.laws.gains import Gains
 from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.multi_model import ReducedCtcSettings
 from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedController, controller_problem, find_controller
+from fivebar_control.laws.robot_sizes import law_sizes
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
 from fivebar_control.laws.vhc_joint import VhcJointSettings
@@ -47,6 +48,7 @@ from fivebar_description.parameters import (
     known_sensors_of,
     load_robot,
     loads_of,
+    read_robot,
     tolerances_of,
 )
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
@@ -320,9 +322,12 @@ class Scenario(StrictModel):
         return TunedController(scheme, *(TunedLaw(law, self._settings_of(law)) for law in scheme.laws))
 
     def _settings_of(self, law: Law) -> tuple[Any, ...]:
-        settings: Any = (
-            SECTIONS[law.name](self) if law.name in SECTIONS else read_settings(self.law, law.settings, "law")
-        )
+        settings: Any
+        if law.name in SECTIONS:
+            settings = SECTIONS[law.name](self)
+        else:
+            sized = law_sizes(read_robot(self.robot)).get(law.name, {})
+            settings = read_settings({**sized, **self.law}, law.settings, "law")
         if getattr(settings, "torque_limit", 0.0) is None:
             settings = settings._replace(torque_limit=self.plant.torque_limit)
         if getattr(settings, "torque_rate_limit", 0.0) is None and math.isfinite(self.safety.torque_rate_limit):

@@ -14,6 +14,9 @@ CAMERA_PREFIX = "camera_"
 PLATFORM_TAG = 0
 """Number of the tag on the distal link of leg 2, centred on the platform, in the dictionary AprilTag 36h11."""
 
+TAG_CELLS = 8
+"""Cells of a tag in a row, with its black frame."""
+
 BASE_TAGS = (1, 2, 3, 4)
 """Numbers of the tags on the base, in the order of `CameraSettings.base_tags`."""
 

@@ -17,6 +17,9 @@ Vector3 = tuple[float, float, float]
 
 UNDISTORT_STEPS = 20
 
+LENS_MODEL = "plumb_bob"
+"""Name of the model in a CameraInfo."""
+
 
 class Optics(NamedTuple):
     """Focal lengths and principal point (px), and the coefficients of the lens."""
@@ -35,8 +38,12 @@ class Optics(NamedTuple):
         """Return the camera matrix K, [3, 3]."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
+    def projection(self) -> Points:
+        """Return the projection matrix [K | 0], [3, 4]."""
+        return np.column_stack((self.matrix(), np.zeros(3)))
+
     def distortion(self) -> Points:
-        """Return k1, k2, p1, p2, k3, as `plumb_bob` of CameraInfo has them."""
+        """Return k1, k2, p1, p2, k3: the coefficients of a CameraInfo with `LENS_MODEL`."""
         return np.array([self.k1, self.k2, self.p1, self.p2, self.k3])
 
     def distorted(self, rays: Points) -> Points:

@@ -33,7 +33,7 @@ class CanChannel(StrictModel):
     port: Annotated[int, Field(ge=1024, le=65535)] = 43113
 
 
-class Motor(StrictModel):
+class DriveMotor(StrictModel):
     """One drive with its motor and encoder.
 
     Attributes:

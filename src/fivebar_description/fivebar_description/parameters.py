@@ -12,8 +12,8 @@ from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.settings import Section
-from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_description.share import share_file, yaml_path
+from fivebar_description.strict_yaml import StrictModel, read_yaml
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.tuning import NO_TUNING, Tuning
 
@@ -292,14 +292,12 @@ def _no_body(number: int, leg: LegParameters) -> str:
 
 
 def robot_path(robot: str) -> Path:
-    """Return the parameter file for a robot's name ("dextar") or for a path to a YAML file."""
-    if robot.endswith((".yaml", ".yml")):
-        return Path(robot)
-    path = share_file("fivebar_description", "config", f"{robot}.yaml")
-    if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in path.parent.glob("*.yaml")))
-        raise InputError(f"robot {robot!r}: expected one of {known}, or a path to a .yaml file")
-    return path
+    """Return the parameter file for a robot's name ("dextar") or for a path to a YAML file.
+
+    Raises:
+        InputError: no such name.
+    """
+    return yaml_path("robot", robot, share_file("fivebar_description", "config"))
 
 
 def load_robot(robot: str = "dextar") -> FiveBar:

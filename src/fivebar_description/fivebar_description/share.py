@@ -6,6 +6,8 @@ import importlib.util
 import sys
 from pathlib import Path
 
+from fivebar_description.strict_yaml import InputError
+
 
 def share_file(package: str, *parts: str) -> Path:
     """Return the path of a data file of `package`, such as ("fivebar_description", "config", "dextar.yaml").
@@ -27,3 +29,22 @@ def share_file(package: str, *parts: str) -> Path:
         if (prefix / "share" / package / "package.xml").is_file():
             return (prefix / "share" / package).joinpath(*parts)
     return Path(sys.prefix, "share", package).joinpath(*parts)
+
+
+def yaml_path(what: str, name: str, *folders: Path) -> Path:
+    """Return a YAML file by its shipped name or by its path.
+
+    Args:
+        what: what the file describes, for the message.
+        name: name of a shipped file without its ending, or a path that ends in .yaml or .yml.
+        folders: where the shipped files are.
+
+    Raises:
+        InputError: no file of that name is shipped.
+    """
+    if name.endswith((".yaml", ".yml")):
+        return Path(name)
+    shipped = {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
+    if name not in shipped:
+        raise InputError(f"{what} {name!r}: expected one of {', '.join(sorted(shipped))}, or a path to a .yaml file")
+    return shipped[name]

@@ -37,7 +37,7 @@ MUJOCO_HAS: Mapping[str, tuple[str, ...]] = {
 """The effects that MuJoCo's robot has, by section; any other one is refused, so that none is ignored."""
 
 
-class Motion(Protocol):
+class SimulatedMechanism(Protocol):
     """A mechanism that moves from sample to sample."""
 
     @property
@@ -62,7 +62,7 @@ class Motion(Protocol):
         """Return the motion of the link that carries the IMU."""
 
 
-def motion_of(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Sequence[float]) -> Motion:
+def motion_of(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Sequence[float]) -> SimulatedMechanism:
     """Return a robot with effects at rest where its motors' encoders read those of a posture (rad).
 
     Raises:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, load_yaml, validate
+from fivebar_description.share import share_file, yaml_path
+from fivebar_description.strict_yaml import load_yaml, validate
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.boards.commands import read_order
 from fivebar_sim.boards.configuration import BoardEmulationFile
@@ -30,20 +28,9 @@ def open_hardware(emulation: str) -> EmulatedHardware:
     Raises:
         InputError: the file is missing or describes neither, or its bus or its robot cannot be.
     """
-    path = _path(emulation)
+    folders = (share_file("fivebar_sim", "config", kind) for kind in ("drives", "boards"))
+    path = yaml_path("emulation", emulation, *folders)
     content = load_yaml(path)
     if isinstance(content, dict) and "drives" in content:
         return DrivesOnBus(validate(content, EmulationFile, str(path)))
     return BoardEmulation(validate(content, BoardEmulationFile, str(path)))
-
-
-def _path(emulation: str) -> Path:
-    if emulation.endswith((".yaml", ".yml")):
-        return Path(emulation)
-    folders = [share_file("fivebar_sim", "config", kind) for kind in ("drives", "boards")]
-    found = {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
-    if emulation not in found:
-        raise InputError(
-            f"emulation {emulation!r}: expected one of {', '.join(sorted(found))}, or a path to a .yaml file"
-        )
-    return found[emulation]

@@ -39,14 +39,14 @@ class Lump(NamedTuple):
         return f'<inertial pos="{self.place!r} 0 0" mass="{self.mass!r}" diaginertia="{inertia} {inertia} {inertia}"/>'
 
 
-class Links(NamedTuple):
+class LegLinks(NamedTuple):
     """Both links of a leg."""
 
     proximal: Lump
     distal: Lump
 
 
-def links_of(leg: LegParameters, inertia: float, tip_mass: float, extra: float, moment: float) -> Links:
+def links_of(leg: LegParameters, inertia: float, tip_mass: float, extra: float, moment: float) -> LegLinks:
     """Return the links of a leg as bodies.
 
     A distal link whose inertia is less than that of its point masses has some of its mass at the elbow, which the
@@ -77,10 +77,10 @@ def links_of(leg: LegParameters, inertia: float, tip_mass: float, extra: float, 
     )
     about_axis, first = inertia - elbow * leg.proximal**2, moment - elbow * leg.proximal
     if first == 0.0:
-        return Links(Lump(TINY_MASS, 0.0, about_axis), distal)
+        return LegLinks(Lump(TINY_MASS, 0.0, about_axis), distal)
     # any mass will do whose moment is right: the base carries it
     arm = min(0.5 * leg.proximal, 0.5 * about_axis / abs(first))
-    return Links(Lump(abs(first) / arm, math.copysign(arm, first), about_axis - abs(first) * arm), distal)
+    return LegLinks(Lump(abs(first) / arm, math.copysign(arm, first), about_axis - abs(first) * arm), distal)
 
 
 def _no_inertia(extra: float) -> InputError:

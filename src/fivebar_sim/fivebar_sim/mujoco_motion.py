@@ -12,7 +12,7 @@ import numpy as np
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.encoders import seen
-from fivebar_sim.effects.friction import Curve, friction
+from fivebar_sim.effects.friction import FrictionCurve, friction
 from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
 from fivebar_sim.effects.motion import ImuMotion
@@ -187,6 +187,6 @@ class MujocoMotion:
             self._data.xfrc_applied[body] = 0.5 * push.x, 0.5 * push.y, 0.0, 0.0, 0.0, torque
 
 
-def _dry(curve: Curve) -> Curve:
+def _dry(curve: FrictionCurve) -> FrictionCurve:
     """Return a curve without its viscous term, which is MuJoCo's."""
     return curve._replace(viscous=0.0)

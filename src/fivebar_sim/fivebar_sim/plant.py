@@ -20,7 +20,7 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.engines import Motion, motion_of
+from fivebar_sim.engines import SimulatedMechanism, motion_of
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.sensors import Encoder, TorqueOutput
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
@@ -95,7 +95,7 @@ class Plant:
         settings = settings if settings is not None else PlantSettings()
         self._robot = actual_robot(robot, settings)
         self._loop = ClosedLoop(self._robot)
-        self._motion: Motion | None = None
+        self._motion: SimulatedMechanism | None = None
         if settings.engine == MUJOCO or has_effects(settings):
             self._motion = motion_of(robot, settings, rate_hz, joints)
             self._q, self._v = self._motion.joints

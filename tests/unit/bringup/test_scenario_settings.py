@@ -169,6 +169,18 @@ def test_torques_and_sensors_follow_from_the_robot() -> None:
     assert validate(yaml.safe_load(bench.to_yaml()), Scenario, "again") == bench
 
 
+@pytest.mark.parametrize("controller", ["mpc", "lqr"])
+def test_the_law_that_stands_in_has_the_size_of_the_robot(controller: str) -> None:
+    bench, dextar = (scenario(**{**given, "controller": controller}).tuned().nominal for given in (BENCH, {}))
+    limit = {} if controller == "lqr" else {"disturbance_limit": 0.5 * 0.035 / 0.55}
+    sized = {"fallback_kp": 14400.0, "fallback_kd": 240.0, "fallback_weight": 3.0 * (0.55 / 0.035) ** 2, **limit}
+    assert {name: getattr(bench.settings, name) for name in sized} == pytest.approx(sized)
+    default = dextar.law.settings()
+    assert {name: getattr(dextar.settings, name) for name in sized} == {name: getattr(default, name) for name in sized}
+    given = scenario(**{**BENCH, "controller": controller}, law={"fallback_weight": 5.0}).tuned().nominal.settings
+    assert (given.fallback_weight, given.fallback_kp) == (5.0, 14400.0)
+
+
 def test_what_a_scenario_says_comes_before_what_the_robot_does() -> None:
     given = scenario(**BENCH, estimator="none", unified={"weight": 5.0}, plant={"torque_limit": 0.1})
     assert (given.unified.weight, given.unified.kp, given.plant.torque_limit) == (5.0, 14400.0, 0.1)

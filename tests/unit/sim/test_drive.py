@@ -8,8 +8,8 @@ from uuid import uuid4
 
 import can
 import pytest
+from emulation_file import load_emulation
 
-from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import EmulatedDrive
 from fivebar_sim.drives.power_state import PowerState
 

@@ -11,6 +11,7 @@ from uuid import uuid4
 
 import can
 import pytest
+from emulation_file import load_emulation
 
 from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import DriveFile, Identity, load_drives
@@ -18,7 +19,6 @@ from fivebar_control.hardware.drive_bus import DriveBus
 from fivebar_control.hardware.drive_interface import ZERO, Exchange
 from fivebar_control.hardware.fault import DriveError
 from fivebar_sim.drives.commands import execute
-from fivebar_sim.drives.configuration import load_emulation
 from fivebar_sim.drives.drive import InjectedFault
 from fivebar_sim.drives.emulation import Emulation
 from fivebar_sim.drives.power_state import PowerState

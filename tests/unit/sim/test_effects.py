@@ -19,7 +19,7 @@ from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import BusEffects, lost_commands
 from fivebar_sim.effects.encoders import EncoderDisc, EncoderErrors, angle_seen_as, seen
-from fivebar_sim.effects.friction import Curve, FrictionEffects, bristle_after, friction, stribeck
+from fivebar_sim.effects.friction import FrictionCurve, FrictionEffects, bristle_after, friction, stribeck
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt, push_at
 from fivebar_sim.effects.mechanism import MAX_STEP, Mechanism, actual_robot, mechanism_of
@@ -35,7 +35,7 @@ RATE = 500
 HOME = (0.0, 0.13)
 ELASTIC = Transmission(60.0, 0.0, 0.7)
 COMPLIANT = PlatformJoint(3e5, 0.0)
-LUGRE = Curve(0.3, 0.45, 0.1, 0.02, 0.05, 0.02, 300.0, 0.4)
+LUGRE = FrictionCurve(0.3, 0.45, 0.1, 0.02, 0.05, 0.02, 300.0, 0.4)
 
 
 def home(robot: FiveBar) -> tuple[float, ...]:
@@ -194,7 +194,7 @@ def test_near_rest_lugre_is_a_spring() -> None:
 
 @pytest.mark.parametrize("speed", [0.01, 0.1, 0.3, 2.0, -0.05, -1.0])
 @pytest.mark.parametrize("curve", [LUGRE, LUGRE._replace(stiffness=0.0, width=1e-6)], ids=["lugre", "tanh"])
-def test_steady_sliding_follows_the_stribeck_curve(curve: Curve, speed: float) -> None:
+def test_steady_sliding_follows_the_stribeck_curve(curve: FrictionCurve, speed: float) -> None:
     z = bristle_after(curve, 0.0, 10.0 * math.copysign(1.0, speed), 10.0 / abs(speed))
     level = 0.3 + 0.15 * math.exp(-((speed / 0.1) ** 2))
     assert stribeck(curve, speed) == pytest.approx(level)

@@ -21,7 +21,7 @@ from fivebar_sim.effects.loads import Tilt
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.transmission import Transmission
-from fivebar_sim.engines import MUJOCO_HAS, Motion, motion_of
+from fivebar_sim.engines import MUJOCO_HAS, SimulatedMechanism, motion_of
 from fivebar_sim.mujoco_model import links_of
 from fivebar_sim.mujoco_motion import MujocoMotion
 from fivebar_sim.plant import Plant, PlantDiverged
@@ -41,7 +41,7 @@ def home(robot: FiveBar) -> tuple[float, ...]:
     return tuple(inverse_geometry(robot, 1, -1, 0.0, 0.13))
 
 
-def places(motion: Motion, torque: float, samples: int = SAMPLES) -> Vector:
+def places(motion: SimulatedMechanism, torque: float, samples: int = SAMPLES) -> Vector:
     """The joints after each sample under torques that drive the platform through the locus."""
     found = []
     for _ in range(samples):
@@ -144,7 +144,7 @@ def test_a_loop_that_comes_apart_is_a_fault(dextar: FiveBar) -> None:
 def test_a_held_force_moves_it_as_the_other_plant(dextar: FiveBar) -> None:
     moved = []
     for kind in (MujocoMotion, EffectsMotion):
-        motion: Motion = kind(dextar, PlantSettings(friction_scale=0.0), RATE, home(dextar))
+        motion: SimulatedMechanism = kind(dextar, PlantSettings(friction_scale=0.0), RATE, home(dextar))
         motion.hold(0.3, -2.0)
         moved.append(places(motion, 0.0))
     assert np.abs(moved[1] - home(dextar)).max() > 0.05

@@ -20,7 +20,7 @@ COLUMNS = ("time", "x", "y", "q11", "q21", "mode", "torque1", "torque2", "sigma"
 """Columns of the rows: s, mm, mm, rad, rad, sign of det A, Nm, Nm, -, -, mm."""
 
 
-class Posture(NamedTuple):
+class JointStateSample(NamedTuple):
     """A message of `joint_states`: positions (rad) in the order of the joints, and the torques (Nm) of both motors."""
 
     position: tuple[float, float, float, float]
@@ -68,7 +68,7 @@ def thinned(stamps: Sequence[int]) -> list[int]:
 def row(
     robot: FiveBar,
     since_begin: int,
-    joints: Posture,
+    joints: JointStateSample,
     reference: tuple[float, float] | None,
     supervisor: tuple[float, float] | None,
 ) -> Mapping[str, float | None]:

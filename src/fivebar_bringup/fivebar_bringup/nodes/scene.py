@@ -16,7 +16,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from fivebar_bringup.scene.map import loci_shapes, path_shapes
-from fivebar_bringup.scene.moving import Moment, Trail, moving_shapes
+from fivebar_bringup.scene.moving import SceneSample, Trail, moving_shapes
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_bringup.scene.shapes import Colour, Kind, Shape
 from fivebar_control.model.kinematics import state_from_joints, working_mode
@@ -122,7 +122,7 @@ class Scene(GraphNode):
         if mode != self._mode:
             self._mode = mode
             self._publish_map(self._newest_ns)
-        moment = Moment(state, self._torque, self._reference)
+        moment = SceneSample(state, self._torque, self._reference)
         shapes = moving_shapes(self._motion.robot, moment, self._settings)
         self._pictures.publish(self._markers(shapes, self._newest_ns))
         self._undrawn += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 
-class Line(NamedTuple):
+class ChartLine(NamedTuple):
     """A line of a chart: a column, its name, and which of the page's colours it has."""
 
     column: str
@@ -26,7 +26,7 @@ class Chart(NamedTuple):
     title: str
     unit: str
     least: float
-    lines: tuple[Line, ...]
+    lines: tuple[ChartLine, ...]
 
     def as_json(self) -> dict[str, Any]:
         """Return the chart as plain values."""

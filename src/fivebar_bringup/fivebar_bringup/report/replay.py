@@ -11,7 +11,7 @@ import numpy as np
 
 from fivebar_bringup.pages.scripts import Scripts, page_scripts
 from fivebar_bringup.report.analysis import RunAnalysis
-from fivebar_bringup.report.charts import Chart, Line
+from fivebar_bringup.report.charts import Chart, ChartLine
 from fivebar_bringup.report.fault_marks import FaultMark
 from fivebar_bringup.report.scene import corners_of, links, scene
 from fivebar_bringup.report.series import RunSeries
@@ -29,28 +29,30 @@ CHARTS = (
         "Nm",
         0.02,
         (
-            Line("requested1", "motor 1, requested", "soft"),
-            Line("requested2", "motor 2, requested", "soft"),
-            Line("torque1", "motor 1", "first"),
-            Line("torque2", "motor 2", "second"),
+            ChartLine("requested1", "motor 1, requested", "soft"),
+            ChartLine("requested2", "motor 2, requested", "soft"),
+            ChartLine("torque1", "motor 1", "first"),
+            ChartLine("torque2", "motor 2", "second"),
         ),
     ),
-    Chart("Weight σ and 1/cond(A)", "", 0.02, (Line("sigma", "σ", "third"), Line("kappa", "1/cond(A)", "first"))),
+    Chart(
+        "Weight σ and 1/cond(A)", "", 0.02, (ChartLine("sigma", "σ", "third"), ChartLine("kappa", "1/cond(A)", "first"))
+    ),
     Chart(
         "Distance from reference, h, in mm",
         "mm",
         0.002,
         (
-            Line("error", "distance", "first"),
-            Line("constraint", "h", "fourth"),
-            Line("estimate", "error of the estimate", "soft"),
+            ChartLine("error", "distance", "first"),
+            ChartLine("constraint", "h", "fourth"),
+            ChartLine("estimate", "error of the estimate", "soft"),
         ),
     ),
     Chart(
         "Acceleration error by IMU, in m/s²",
         "m/s²",
         0.02,
-        (Line("acceleration", "acceleration", "first"),),
+        (ChartLine("acceleration", "acceleration", "first"),),
     ),
 )
 """The charts below the robot; those of which a run has no values are left out."""
@@ -72,14 +74,13 @@ def replay_data(runs: Sequence[tuple[str, RunAnalysis, Sequence[FaultMark]]]) ->
     known = {name for table in tables for name, values in table.items() if np.any(np.isfinite(values))}
     charts = [chart._replace(lines=tuple(line for line in chart.lines if line.column in known)) for chart in CHARTS]
     first = runs[0][1]
-    there = first.scenario.actual_robot() if first.scenario.has_ground_truth else first.robot
     return {
-        "scene": scene(there, first.modes, first.scenario.waypoints, corners_of(first.plan)),
+        "scene": scene(first.series.robot, first.modes, first.scenario.waypoints, corners_of(first.plan)),
         "charts": [chart.as_json() for chart in charts if chart.lines],
         "runs": [
             {
                 "name": name,
-                "robot": links(run.scenario.actual_robot() if run.scenario.has_ground_truth else run.robot),
+                "robot": links(run.series.robot),
                 "columns": {
                     column: _packed(values) for column, values in table.items() if column in known or column in ALWAYS
                 },

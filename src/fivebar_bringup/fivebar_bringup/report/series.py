@@ -50,6 +50,7 @@ class RunSeries:
     carries the stamp of its last answer.
 
     Attributes:
+        robot: to whose geometry the joints belong: the actual one with ground truth, else the nominal one.
         sample: int64[n], number of the sample; gaps are samples that were not recorded.
         time: [n], nominal time since sample 0 (s).
         stamp_ns: int64[n], the stamp (ns).
@@ -75,6 +76,7 @@ class RunSeries:
         vision: what the camera saw; its rows are exposures, not samples.
     """
 
+    robot: FiveBar
     sample: IntArray
     time: FloatArray
     stamp_ns: IntArray
@@ -139,6 +141,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         3,
     )
     return RunSeries(
+        robot=there,
         sample=join.sample,
         time=time,
         stamp_ns=join.stamp_ns,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.recording import FloatArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.trajectory.type1 import working_mode_changes
@@ -124,7 +124,7 @@ class Summary:
         return {key: list(value) if isinstance(value, tuple) else value for key, value in content.items()}
 
 
-def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timing: Timing) -> Summary:
+def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timing: RunTiming) -> Summary:
     """Return the summary of a run.
 
     Raises:

@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 
-class Timing(StrictModel):
+class RunTiming(StrictModel):
     """The content of timing.json; all fields are unknown without the file.
 
     Attributes:
@@ -33,7 +33,7 @@ class Timing(StrictModel):
     faults: list[str] = Field(default_factory=list)
 
 
-def read_timing(path: Path) -> Timing:
+def read_timing(path: Path) -> RunTiming:
     """Read timing.json; a run without one gives a Timing with all fields unknown.
 
     Raises:
@@ -42,9 +42,9 @@ def read_timing(path: Path) -> Timing:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        return Timing()
+        return RunTiming()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise InputError(f"{path}: is not valid JSON: {error}") from error
-    return validate(content, Timing, str(path))
+    return validate(content, RunTiming, str(path))

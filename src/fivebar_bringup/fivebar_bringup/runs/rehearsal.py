@@ -28,7 +28,6 @@ SHIPPED = "dextar_emulated.yaml"
 TORQUE_STEPS = 1000
 """Resolution of 0x6071: steps per rated torque."""
 
-TURN = 2.0 * math.pi
 
 GATHER_FRACTION = 0.75
 """Fraction of a period after which the bridge stops waiting for the drives' PDOs."""
@@ -159,7 +158,7 @@ def _can_files(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
         drives["drives"][joint] |= monitored
         if drives["drives"][joint]["sign"] < 0:
             # counts are rounded down in the motor's direction, which is up in the joint's
-            drives["drives"][joint]["home_offset_rad"] = -TURN / counts
+            drives["drives"][joint]["home_offset_rad"] = -math.tau / counts
     return emulation, drives
 
 

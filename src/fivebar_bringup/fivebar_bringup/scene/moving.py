@@ -44,7 +44,7 @@ ARC_RADIUS = 0.035
 LINK_COLOURS = (BLUE, VERMILION)
 
 
-class Moment(NamedTuple):
+class SceneSample(NamedTuple):
     """What is known of one sample.
 
     Attributes:
@@ -93,7 +93,7 @@ def assembly_colour(state: State) -> Colour:
     return BLUE if det_a(state) >= 0.0 else VERMILION
 
 
-def moving_shapes(robot: FiveBar, moment: Moment, settings: SceneSettings) -> list[Shape]:
+def moving_shapes(robot: FiveBar, moment: SceneSample, settings: SceneSettings) -> list[Shape]:
     """Return the shapes of one moment; those whose quantity is unknown have no points."""
     return [
         *_links(robot, moment.state),
@@ -122,7 +122,7 @@ def _links(robot: FiveBar, state: State) -> list[Shape]:
     return [*shapes, Shape("platform", 0, Kind.SPHERES, platform, assembly_colour(state), 1.3 * width)]
 
 
-def _torques(robot: FiveBar, moment: Moment, settings: SceneSettings) -> list[Shape]:
+def _torques(robot: FiveBar, moment: SceneSample, settings: SceneSettings) -> list[Shape]:
     """Return the torque of each motor as an arc with an arrow's head, from the direction of its proximal link."""
     shapes = []
     for index, (leg, angles) in enumerate(((robot.leg1, moment.state.leg1), (robot.leg2, moment.state.leg2))):
@@ -133,7 +133,7 @@ def _torques(robot: FiveBar, moment: Moment, settings: SceneSettings) -> list[Sh
     return shapes
 
 
-def _forces(robot: FiveBar, moment: Moment, settings: SceneSettings) -> list[Shape]:
+def _forces(robot: FiveBar, moment: SceneSample, settings: SceneSettings) -> list[Shape]:
     """Return the forces of the distal links on the platform, and their sum, by the model."""
     state = moment.state
     arrows: list[tuple[float, float]] = [(0.0, 0.0)] * 3
@@ -162,7 +162,7 @@ def _arrow(state: State, force: tuple[float, float], scale: float) -> tuple[tupl
     return in_plane(((state.x, state.y), (state.x + share * force[0], state.y + share * force[1])), ABOVE)
 
 
-def _reference(moment: Moment) -> Shape:
+def _reference(moment: SceneSample) -> Shape:
     points = in_plane((moment.reference,), PLANE + 0.002) if moment.reference is not None else ()
     return Shape("reference", 0, Kind.SPHERES, points, PURPLE, 0.006)
 

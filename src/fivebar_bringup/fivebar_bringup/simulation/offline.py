@@ -12,7 +12,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_bringup.simulation.vision import SimulatedVision, VisionSample
-from fivebar_control.estimation.estimator import Seen, Vector6
+from fivebar_control.estimation.estimator import PositionFix, Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
@@ -195,7 +195,7 @@ def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample
                 for stamp, one in arrived
                 if scenario.gyro
             ]
-            seen = [Seen(one.moment, *used(one.reading)) for one in vision] if scenario.sees else []
+            seen = [PositionFix(one.moment, *used(one.reading)) for one in vision] if scenario.sees else []
             estimate = estimator.take(number, *motors[0], *motors[1], rates, angles, seen)
             if estimator.fault is not None and not faults:
                 faults.append(str(estimator.fault))

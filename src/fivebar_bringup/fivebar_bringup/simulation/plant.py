@@ -31,7 +31,7 @@ class Direction(NamedTuple):
     y: float
 
 
-class Chain(NamedTuple):
+class LegState(NamedTuple):
     """One leg on its own: angles (rad), rates (rad/s) as in `joint_states`, directions of both links."""
 
     q1: float
@@ -45,8 +45,8 @@ class Chain(NamedTuple):
 class PlantState(NamedTuple):
     """Both legs."""
 
-    leg1: Chain
-    leg2: Chain
+    leg1: LegState
+    leg2: LegState
 
 
 class Closed(NamedTuple):
@@ -65,10 +65,12 @@ class Rates(NamedTuple):
     ddq22: float
 
 
-def chain_at(q1: float, q2: float, dq1: float, dq2: float) -> Chain:
+def chain_at(q1: float, q2: float, dq1: float, dq2: float) -> LegState:
     """Return a leg from its joint angles and rates."""
     theta = q1 + q2
-    return Chain(q1, q2, dq1, dq2, Direction(math.cos(q1), math.sin(q1)), Direction(math.cos(theta), math.sin(theta)))
+    return LegState(
+        q1, q2, dq1, dq2, Direction(math.cos(q1), math.sin(q1)), Direction(math.cos(theta), math.sin(theta))
+    )
 
 
 def turned(direction: Direction, angle: float) -> Direction:
@@ -94,7 +96,7 @@ def joint_accelerations(robot: FiveBar, state: PlantState, tau1: float, tau2: fl
     return Rates(motion.ddq11, ddtheta1 - motion.ddq11, motion.ddq21, ddtheta2 - motion.ddq21)
 
 
-def _leg(leg: LegParameters, chain: Chain) -> Leg:
+def _leg(leg: LegParameters, chain: LegState) -> Leg:
     r, u = chain.proximal, chain.distal
     dtheta = chain.dq1 + chain.dq2
     cos_q2, sin_q2 = r.x * u.x + r.y * u.y, r.x * u.y - r.y * u.x
@@ -114,9 +116,9 @@ def _leg(leg: LegParameters, chain: Chain) -> Leg:
     )
 
 
-def moved(chain: Chain, d1: float, d2: float, dq1: float, dq2: float) -> Chain:
+def moved(chain: LegState, d1: float, d2: float, dq1: float, dq2: float) -> LegState:
     """Return a leg whose joints have turned by small angles (rad), with other rates (rad/s)."""
-    return Chain(chain.q1 + d1, chain.q2 + d2, dq1, dq2, turned(chain.proximal, d1), turned(chain.distal, d1 + d2))
+    return LegState(chain.q1 + d1, chain.q2 + d2, dq1, dq2, turned(chain.proximal, d1), turned(chain.distal, d1 + d2))
 
 
 def closed(robot: FiveBar, state: PlantState) -> Closed:

@@ -11,7 +11,7 @@ from fivebar_bringup.simulation.case import Sampled, X, Y, case_of
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_control.model.kinematics import det_a, state_from_joints
-from fivebar_control.planning.predicted_run import LOST, Moment, Peak, PredictedRun
+from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings
 from fivebar_sim.settings import PlantSettings
 
@@ -58,5 +58,5 @@ def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
         error=peak(math.inf, len(trace) - 1) if lost else peak(float(distances[worst]), worst),
         torque=peak(float(requests[largest]), largest),
         mode_changes=peak(float(outcome.mode_changes), int(changes[-1]) if changes.size else 0),
-        moments=tuple(Moment(*row) for row in trace[:, MOMENT].tolist()),
+        moments=tuple(PredictedSample(*row) for row in trace[:, MOMENT].tolist()),
     )

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fivebar_bringup.scenario import load_scenario
-from fivebar_control.vision.calibration import Board, Calibration, calibrated
+from fivebar_control.vision.calibration import Board, CameraCalibration, calibrated
 from fivebar_control.vision.detector import Picture
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.vision.board import board_views
@@ -31,7 +31,7 @@ def write_board(board: Board, path: Path) -> None:
     path.write_bytes(content.tobytes())
 
 
-def calibrate_files(board: Board, paths: list[Path]) -> Calibration:
+def calibrate_files(board: Board, paths: list[Path]) -> CameraCalibration:
     """Return the camera that took the pictures of a board in files, or in directories of PNG files.
 
     Raises:
@@ -43,7 +43,7 @@ def calibrate_files(board: Board, paths: list[Path]) -> Calibration:
     return calibrated(board, [_read(path) for path in files])
 
 
-def calibrate_simulated(board: Board, scenario: str, views: int) -> Calibration:
+def calibrate_simulated(board: Board, scenario: str, views: int) -> CameraCalibration:
     """Return the calibration of a scenario's camera by so many rendered pictures of a board.
 
     Raises:

@@ -7,7 +7,7 @@ import numpy as np
 from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles
 from fivebar_control.calibration.parameters import PARAMETERS, deviations_before, values_before
 from fivebar_control.calibration.record import CalibrationRecord
-from fivebar_control.calibration.result import Calibration, Crossing, covariance_of
+from fivebar_control.calibration.result import Calibration, LocusPassage, covariance_of
 from fivebar_control.calibration.turning_points import turning_points
 from fivebar_control.identification.cutoff import encoder_resolution
 from fivebar_description.parameters import FiveBar
@@ -56,7 +56,7 @@ def calibrate_by_turning_points(robot: FiveBar, tolerances: Tolerances, record: 
         residuals=left * deviation,
         across=np.zeros(len(points)),
         yielding=0.0,
-        crossings=[Crossing(number, one.row) for number, one in enumerate(points)],
+        crossings=[LocusPassage(number, one.row) for number, one in enumerate(points)],
         misfit=misfit,
         colour=1.0,
         turning=None,

@@ -15,7 +15,7 @@ elsewhere: what cannot be seen stays as it was.
 
 from __future__ import annotations
 
-from fivebar_control.calibration.least_squares import Problem
+from fivebar_control.calibration.least_squares import ClosureProblem
 from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint, turning
 from fivebar_control.calibration.result import Calibration
 from fivebar_description.imu import ImuSettings
@@ -43,7 +43,7 @@ def calibrate(
         NotCalibratable: the recording is too short, does not cross the locus, or is that of another robot.
     """
     turned = turning(record, (imu or ImuSettings()).rotation()[2])
-    problem = Problem(robot, tolerances, record, turned, touched)
+    problem = ClosureProblem(robot, tolerances, record, turned, touched)
     fit = min((problem.fitted(*start) for start in problem.starts()), key=lambda one: one.cost)
     # weighed against what was known before by what the residuals turn out to be
     problem.colour = problem.found_colour(fit)

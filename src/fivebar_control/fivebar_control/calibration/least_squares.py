@@ -29,7 +29,7 @@ from fivebar_control.calibration.record import (
     Turning,
     angles,
 )
-from fivebar_control.calibration.result import Calibration, Crossing, covariance_of
+from fivebar_control.calibration.result import Calibration, LocusPassage, covariance_of
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances
 
@@ -69,7 +69,7 @@ LARGEST_RESIDUAL, LARGEST_MISFIT = 3e-4, 1000.0
 recording is that of another robot."""
 
 
-class Fit(NamedTuple):
+class ClosureFit(NamedTuple):
     """Values and states of the unknowns, and the sum of squares that they leave."""
 
     values: FloatArray
@@ -77,7 +77,7 @@ class Fit(NamedTuple):
     cost: float
 
 
-class Problem:
+class ClosureProblem:
     """The least squares: values, [15], and states, the angles theta_2 of the samples and of the touched points."""
 
     def __init__(
@@ -133,7 +133,7 @@ class Problem:
         states.sort(key=lambda one: self._cost(self._rows(self._start, one), self._start))
         return [(self._start, one) for one in states[:2]]
 
-    def fitted(self, values: FloatArray, states: FloatArray) -> Fit:
+    def fitted(self, values: FloatArray, states: FloatArray) -> ClosureFit:
         """Return the fit that begins at values and states."""
         damping = 0.0
         rows = self._rows(values, states)
@@ -160,7 +160,7 @@ class Problem:
             damping *= 0.1 if damping > 1e-6 else 0.0
             if settled:
                 break
-        return Fit(values, states, cost)
+        return ClosureFit(values, states, cost)
 
     def _first_states(self, assembly: int, bias: float) -> FloatArray:
         """Return angles theta_2 that follow the gyroscope from an assembly mode on, held to the geometry's own.
@@ -271,7 +271,7 @@ class Problem:
         prior = (values - self._start) / self._before
         return float(rows.residual @ rows.residual + prior @ prior)
 
-    def found_colour(self, fit: Fit) -> float:
+    def found_colour(self, fit: ClosureFit) -> float:
         """Return the factor by which correlated residuals widen the variances, at least 1."""
         rows = self._rows(fit.values, fit.states)
         step = reduced(rows, self._states)
@@ -280,7 +280,7 @@ class Problem:
     def _misfit(self, rows: Rows) -> float:
         return float(rows.residual @ rows.residual) / max(len(rows.residual) - self._states, 1)
 
-    def result(self, fit: Fit) -> Calibration:
+    def result(self, fit: ClosureFit) -> Calibration:
         """Return the calibration of a fit.
 
         Raises:
@@ -358,7 +358,7 @@ def _distance(geometry: FloatArray, motors: FloatArray, theta: float, point: Tou
     return math.hypot(place[0] - point.x, place[1] - point.y)
 
 
-def _crossings(closed: Closure, across: FloatArray) -> list[Crossing]:
+def _crossings(closed: Closure, across: FloatArray) -> list[LocusPassage]:
     """Return the samples before a change of the sign of det A."""
     signs = np.sign(across)
-    return [Crossing(int(k), closed.by_geometry[k]) for k in np.flatnonzero(signs[1:] * signs[:-1] < 0.0)]
+    return [LocusPassage(int(k), closed.by_geometry[k]) for k in np.flatnonzero(signs[1:] * signs[:-1] < 0.0)]

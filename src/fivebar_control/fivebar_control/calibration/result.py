@@ -16,7 +16,7 @@ CONFIDENCE, QUANTILE = 0.95, 1.959964
 """Of the intervals, and of the normal distribution for it."""
 
 
-class Crossing(NamedTuple):
+class LocusPassage(NamedTuple):
     """A passage through the Type 2 locus: its sample, and the row of the elbow gap's derivatives, [8]."""
 
     sample: int
@@ -57,7 +57,7 @@ class Calibration(NamedTuple):
     residuals: FloatArray
     across: FloatArray
     yielding: float
-    crossings: list[Crossing]
+    crossings: list[LocusPassage]
     misfit: float
     colour: float
     turning: Turning | None

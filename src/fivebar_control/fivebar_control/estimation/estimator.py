@@ -54,7 +54,7 @@ NO_READINGS = Misfit(math.nan, math.nan, math.nan)
 Vector6 = tuple[float, float, float, float, float, float]
 
 
-class Seen(NamedTuple):
+class PositionFix(NamedTuple):
     """A position by the camera: its moment in samples, x, y (m), NaN where nothing was seen, their deviation (m)."""
 
     made: float
@@ -161,7 +161,7 @@ class StateEstimator:
         tau2: float,
         rates: Sequence[tuple[float, float]] = (),
         elbows: Sequence[tuple[float, float]] = (),
-        seen: Sequence[Seen] = (),
+        seen: Sequence[PositionFix] = (),
     ) -> JointEstimate:
         """Return the joint states for a sample's motor angles (rad) and the torques applied before it (Nm).
 
@@ -207,7 +207,7 @@ class StateEstimator:
         tau2: float,
         rates: Sequence[tuple[float, float]],
         elbows: Sequence[tuple[float, float]],
-        seen: Sequence[Seen],
+        seen: Sequence[PositionFix],
     ) -> EstimatorMemory:
         model, last, self._last = self._model, self._last, sample
         if self._memory is None:
@@ -235,7 +235,7 @@ class StateEstimator:
             self._latch("encoder_frozen", f"at sample {sample} {reason}")
         return updated.memory
 
-    def _first_assembly(self, q11: float, q21: float, seen: Sequence[Seen]) -> int:
+    def _first_assembly(self, q11: float, q21: float, seen: Sequence[PositionFix]) -> int:
         """Return the assembly mode at the start, which the camera tells if it is to."""
         if not self._seen_start:
             return self._homing.assembly

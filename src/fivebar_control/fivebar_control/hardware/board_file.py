@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds
 from fivebar_description.board_file import PEAK_CURRENT, BoardMotor
 from fivebar_description.parameters import Positive
-from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_description.share import share_file, yaml_path
+from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 Angle = Annotated[float, Field(ge=-100.0, le=100.0)]
 
@@ -35,7 +35,7 @@ class BoardDrivePair(StrictModel):
     q21: BoardDrive
 
 
-class Posture(StrictModel):
+class StartPosture(StrictModel):
     """Section `posture`: where the robot is said to stand when a run starts.
 
     Attributes:
@@ -69,7 +69,7 @@ class BoardFile(StrictModel):
     gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1500
     missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
     set_up_timeout_ms: Milliseconds = 2000
-    posture: Posture | None = None
+    posture: StartPosture | None = None
     motors: BoardDrivePair
 
     @property
@@ -105,10 +105,4 @@ def board_path(board: str) -> Path:
     Raises:
         InputError: no such name.
     """
-    if board.endswith((".yaml", ".yml")):
-        return Path(board)
-    path = share_file("fivebar_control", "config", "boards", f"{board}.yaml")
-    if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in path.parent.glob("*.yaml")))
-        raise InputError(f"board {board!r}: expected one of {known}, or a path to a .yaml file")
-    return path
+    return yaml_path("board", board, share_file("fivebar_control", "config", "boards"))

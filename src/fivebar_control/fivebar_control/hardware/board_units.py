@@ -6,8 +6,6 @@ import math
 
 from fivebar_control.hardware.board_file import BoardDrive
 
-TURN = 2.0 * math.pi
-
 
 def joint_angle(drive: BoardDrive, reading: float, near: float) -> float:
     """Return the joint angle (rad) of the board's reading (rad), of all turns the one nearest to an angle.
@@ -15,11 +13,11 @@ def joint_angle(drive: BoardDrive, reading: float, near: float) -> float:
     An encoder of N counts says in which of N intervals the angle lies. The estimator expects the interval's lower edge;
     a board that counts the other way round rounds to the upper one.
     """
-    counts = round(reading * drive.counts_per_revolution / TURN)
+    counts = round(reading * drive.counts_per_revolution / math.tau)
     if drive.sign < 0:
         counts += 1
-    angle = drive.zero_rad + drive.sign * counts * TURN / drive.counts_per_revolution
-    return near + math.remainder(angle - near, TURN)
+    angle = drive.zero_rad + drive.sign * counts * math.tau / drive.counts_per_revolution
+    return near + math.remainder(angle - near, math.tau)
 
 
 def joint_torque(drive: BoardDrive, current: float) -> float:

@@ -8,10 +8,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, Motor, NodeId, SyncPeriod, Unsigned32
+from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, DriveMotor, NodeId, SyncPeriod, Unsigned32
 from fivebar_description.parameters import Positive
-from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_description.share import share_file, yaml_path
+from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 Milliseconds = Annotated[int, Field(ge=1, le=0xFFFF)]
 
@@ -73,8 +73,8 @@ class Stall(StrictModel):
     time_ms: Milliseconds
 
 
-class Drive(Motor):
-    """One drive: how its raw values are to be read, and what it may do; see `Motor` for the other keys.
+class Drive(DriveMotor):
+    """One drive: how its raw values are to be read, and what it may do; see `DriveMotor` for the other keys.
 
     Attributes:
         identity: what its object 0x1018 must say; not checked when left out.
@@ -179,10 +179,4 @@ def drives_path(drives: str) -> Path:
     Raises:
         InputError: no such name.
     """
-    if drives.endswith((".yaml", ".yml")):
-        return Path(drives)
-    path = share_file("fivebar_control", "config", "drives", f"{drives}.yaml")
-    if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in path.parent.glob("*.yaml")))
-        raise InputError(f"drives {drives!r}: expected one of {known}, or a path to a .yaml file")
-    return path
+    return yaml_path("drives", drives, share_file("fivebar_control", "config", "drives"))

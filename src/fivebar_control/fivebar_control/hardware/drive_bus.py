@@ -18,7 +18,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
-from fivebar_control.hardware.drive_interface import ZERO, Exchange, Torques
+from fivebar_control.hardware.drive_interface import ZERO, Exchange, Torques, set_up_or_closed
 from fivebar_control.hardware.drive_link import DriveLink
 from fivebar_control.hardware.drive_setup import DriveSetup
 from fivebar_control.hardware.fault import DriveError
@@ -46,7 +46,7 @@ RESET_HOLD_CYCLES = 5
 """Cycles for which each word of a fault reset stands, for drives that look at it more slowly than SYNC."""
 
 
-class Counters(NamedTuple):
+class BusCounters(NamedTuple):
     """Frames that were not used: of unknown id, with other contents than the id promises, and unreadable ones."""
 
     unknown: int
@@ -96,14 +96,14 @@ class DriveBus:
         self.close()
 
     @property
-    def counters(self) -> Counters:
+    def counters(self) -> BusCounters:
         """Frames that were not used so far."""
-        return Counters(self._unknown, self._malformed, self._port.unreadable)
+        return BusCounters(self._unknown, self._malformed, self._port.unreadable)
 
     @property
     def unused(self) -> tuple[tuple[str, int], ...]:
         """The same by name."""
-        return tuple(zip(Counters._fields, self.counters, strict=True))
+        return tuple(zip(BusCounters._fields, self.counters, strict=True))
 
     @property
     def states(self) -> tuple[DriveState, DriveState]:
@@ -362,10 +362,4 @@ def open_drives(drives: DriveFile) -> DriveBus:
     Raises:
         DriveError: the bus cannot be opened, or a drive cannot be set up; the bus is closed then.
     """
-    bus = DriveBus(drives)
-    try:
-        bus.set_up()
-    except DriveError:
-        bus.close()
-        raise
-    return bus
+    return set_up_or_closed(DriveBus(drives))

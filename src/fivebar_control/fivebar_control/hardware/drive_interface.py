@@ -6,15 +6,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 from fivebar_control.fault import Fault
+from fivebar_control.hardware.fault import DriveError
 
 Torques = tuple[float, float]
 ZERO: Torques = (0.0, 0.0)
 
 
-class Reading(NamedTuple):
+class DriveReading(NamedTuple):
     """One drive at one measurement: joint angle (rad), velocity (rad/s) and torque (Nm)."""
 
     position: float
@@ -32,7 +33,7 @@ class Exchange(NamedTuple):
             measurement belongs to the sample before, and is not to be published as another one.
     """
 
-    readings: tuple[Reading | None, Reading | None]
+    readings: tuple[DriveReading | None, DriveReading | None]
     fault: Fault | None
     periods: int = 1
 
@@ -43,7 +44,7 @@ class Exchange(NamedTuple):
 
 
 class DriveInterface(Protocol):
-    """Two drives that are open: set up, without power until `enable`.
+    """Two drives on an open bus or port, without power until `enable`.
 
     Every method is for one thread. Torque other than zero is sent only while both drives are enabled.
     """
@@ -61,6 +62,14 @@ class DriveInterface(Protocol):
     @property
     def notes(self) -> Sequence[str]:
         """What the operator may want to know about the set-up."""
+        ...
+
+    def set_up(self) -> None:
+        """Set up both drives, which stay without power.
+
+        Raises:
+            DriveError: a drive is missing, or cannot be set up.
+        """
         ...
 
     def tend(self) -> None:
@@ -126,3 +135,20 @@ class DriveInterface(Protocol):
     def close(self) -> None:
         """Stop receiving and close the bus or the port."""
         ...
+
+
+D = TypeVar("D", bound=DriveInterface)
+
+
+def set_up_or_closed(drives: D) -> D:
+    """Set up drives whose bus or port is open, and return them.
+
+    Raises:
+        DriveError: a drive cannot be set up; the bus or port is closed then.
+    """
+    try:
+        drives.set_up()
+    except DriveError:
+        drives.close()
+        raise
+    return drives

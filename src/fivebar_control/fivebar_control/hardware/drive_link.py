@@ -5,7 +5,7 @@ from __future__ import annotations
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.cia402 import DriveState, state_of
 from fivebar_control.hardware.configuration import MICROSECONDS, Drive
-from fivebar_control.hardware.drive_interface import Reading
+from fivebar_control.hardware.drive_interface import DriveReading
 from fivebar_control.hardware.fault import ERROR_RESET, emergency_name
 from fivebar_control.hardware.frames import NMT_NAMES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
 from fivebar_control.hardware.units import position_rad, scale_of, torque_nm, velocity_rad_s
@@ -72,7 +72,7 @@ class DriveLink:
         elif frame.code != ERROR_RESET:
             self._emergency, self._emergency_cycles = frame, 0
 
-    def close_cycle(self) -> Reading | None:
+    def close_cycle(self) -> DriveReading | None:
         """End a cycle: return the reading, or None where an answer is missing."""
         self._emergency_cycles += 1
         if self._status is None or self._effort is None:
@@ -90,7 +90,7 @@ class DriveLink:
         torque = torque_nm(self.scale, self._effort.torque)
         self._watch_encoder(counts == before, torque, cycles)
         self._counts = counts
-        return Reading(position_rad(self.scale, counts), velocity, torque)
+        return DriveReading(position_rad(self.scale, counts), velocity, torque)
 
     def _watch_encoder(self, same: bool, torque: float, cycles: int) -> None:
         stall = self.drive.stall

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.command_watch import CommandWatch
-from fivebar_control.hardware.drive_interface import ZERO, DriveInterface, Exchange, Reading, Torques
+from fivebar_control.hardware.drive_interface import ZERO, DriveInterface, DriveReading, Exchange, Torques
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.interface import ALL_WELL
 
@@ -25,7 +25,7 @@ class MeasuredSample(NamedTuple):
     """A sample to publish: its number and the reading of each drive."""
 
     number: int
-    readings: tuple[Reading, Reading]
+    readings: tuple[DriveReading, DriveReading]
 
 
 class ServiceOutcome(NamedTuple):

@@ -18,7 +18,7 @@ from fivebar_control.hardware.board_faults import fault_of
 from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
 from fivebar_control.hardware.configuration import MICROSECONDS
-from fivebar_control.hardware.drive_interface import ZERO, Exchange, Reading, Torques
+from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, Torques, set_up_or_closed
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.sample_clock import SampleClock
 from fivebar_description.interface import ACTIVE_JOINTS
@@ -31,7 +31,7 @@ SETTLE_PERIODS = 3
 """Cycles at zero torque in which the board must answer before it counts as enabled."""
 
 
-class Counters(NamedTuple):
+class BoardCounters(NamedTuple):
     """State frames that were lost on the way, commands without an echo in time, and cycles without a new state."""
 
     lost: int
@@ -78,14 +78,14 @@ class MotorBoard:
         return self._enabled
 
     @property
-    def counters(self) -> Counters:
+    def counters(self) -> BoardCounters:
         """What did not arrive so far."""
-        return Counters(self._lost + self._client.state_drops, self._unanswered, self._without_state)
+        return BoardCounters(self._lost + self._client.state_drops, self._unanswered, self._without_state)
 
     @property
     def unused(self) -> tuple[tuple[str, int], ...]:
         """The same by name."""
-        return tuple(zip(Counters._fields, self.counters, strict=True))
+        return tuple(zip(BoardCounters._fields, self.counters, strict=True))
 
     def set_up(self) -> None:
         """Wait until the board echoes a command without current, and check that nothing is wrong with it.
@@ -282,7 +282,7 @@ class MotorBoard:
             return wait > 0.0
         return False
 
-    def _readings(self, state: dict[str, Any]) -> tuple[Reading, Reading]:
+    def _readings(self, state: dict[str, Any]) -> tuple[DriveReading, DriveReading]:
         first, second = (
             self._reading(number, state[f"m{number}_q"], state[f"m{number}_v_highfrequency"], state[f"m{number}_i"])
             for number in range(2)
@@ -290,9 +290,11 @@ class MotorBoard:
         self._near = first.position, second.position
         return first, second
 
-    def _reading(self, number: int, angle: float, speed: float, current: float) -> Reading:
+    def _reading(self, number: int, angle: float, speed: float, current: float) -> DriveReading:
         drive = self._board.pair[number]
-        return Reading(joint_angle(drive, angle, self._near[number]), drive.sign * speed, joint_torque(drive, current))
+        return DriveReading(
+            joint_angle(drive, angle, self._near[number]), drive.sign * speed, joint_torque(drive, current)
+        )
 
     def _first_guess(self) -> tuple[float, float]:
         """Joint angles (rad) within half a turn of which the first readings lie."""
@@ -309,10 +311,4 @@ def open_board(board: BoardFile) -> MotorBoard:
     Raises:
         DriveError: the port cannot be opened, or the board is silent or tells of a fault; the port is closed then.
     """
-    opened = MotorBoard(board)
-    try:
-        opened.set_up()
-    except DriveError:
-        opened.close()
-        raise
-    return opened
+    return set_up_or_closed(MotorBoard(board))

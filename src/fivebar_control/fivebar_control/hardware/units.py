@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from fivebar_control.hardware.configuration import Drive
 
-TURN = 2.0 * math.pi
-
 
 class Scale(NamedTuple):
     """Factors between a drive's raw values and the joint, all with the joint's sign.
@@ -30,7 +28,7 @@ class Scale(NamedTuple):
 
 def scale_of(drive: Drive) -> Scale:
     """Return the factors that follow from a drive's configuration."""
-    turns = drive.sign * drive.gear_ratio / TURN
+    turns = drive.sign * drive.gear_ratio / math.tau
     torque = drive.sign * drive.torque_units_per_rated / (drive.rated_torque_nm * drive.gear_ratio)
     return Scale(
         counts_per_rad=drive.counts_per_revolution * turns,

@@ -113,6 +113,28 @@ class Law(NamedTuple):
         """Where its candidate torque is published."""
         return torque_topic(self.topic_name or self.name)
 
+    def first_memory(
+        self,
+        robot: FiveBar,
+        mode1: int,
+        mode2: int,
+        references: Callable[[], Sequence[Platform]],
+        period: float,
+        settings: Any,
+    ) -> Any:
+        """Return its memory before the first sample.
+
+        Args:
+            robot: its nominal robot.
+            mode1, mode2: working mode of the motion.
+            references: returns those of all samples, for a law that needs the whole plan.
+            period: between two samples (s).
+            settings: as numbers.
+        """
+        if self.prepare is None:
+            return self.memory
+        return self.prepare(robot, mode1, mode2, references(), period, settings)
+
 
 def check_law(law: Law) -> None:
     """Refuse a law that cannot run.

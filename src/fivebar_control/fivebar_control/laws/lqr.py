@@ -19,6 +19,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.laws.gains import FALLBACK_KD, FALLBACK_KP, FALLBACK_WEIGHT, SPEED_TIME, TORQUE_LIMIT
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
@@ -42,29 +43,19 @@ REST_SAMPLES = 1000
 
 
 class LqrSettings(NamedTuple):
-    """Settings of the linear-quadratic regulator."""
+    """Settings of the linear-quadratic regulator.
 
-    speed_time: Annotated[
-        float,
-        Setting(
-            "Time T_v that weighs the speed error: 1 mm/s counts as much as T_v times 1 mm/s of position error.",
-            "s",
-            at_least=0.0,
-            at_most=1.0,
-        ),
-    ] = 0.018
+    A robot's file may determine those of the law that stands in; see `UnifiedSettings`.
+    """
+
+    speed_time: Annotated[float, SPEED_TIME] = 0.018
     weight: Annotated[
         float, Setting("Weight r of the torque that departs from u_d.", "(m/Nm)^2", at_least=1e-10, at_most=1.0)
     ] = 4e-7
-    torque_limit: Annotated[
-        float | None,
-        Setting(
-            "Largest torque that the law may choose for either motor; by default the drives' limit.",
-            "Nm",
-            above=0.0,
-            at_most=1e6,
-        ),
-    ] = None
+    torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
+    fallback_kp: Annotated[float, FALLBACK_KP] = UnifiedSettings().kp
+    fallback_kd: Annotated[float, FALLBACK_KD] = UnifiedSettings().kd
+    fallback_weight: Annotated[float, FALLBACK_WEIGHT] = UnifiedSettings().weight
 
 
 class Gain(NamedTuple):
@@ -86,7 +77,7 @@ def lqr_gains(
     gains: dict[Platform, Gain] = {}
     weights = np.diag([1.0, 1.0, settings.speed_time**2, settings.speed_time**2])
     value, last = 1e2 * weights, references[-1]
-    for reference in (*reversed(references),):
+    for reference in reversed(references):
         linear = linearised(robot, mode1, mode2, reference, period)
         if linear is None:
             break
@@ -166,7 +157,13 @@ def lqr_step(
     limit = math.inf if settings.torque_limit is None else settings.torque_limit
     gain = memory.get(platform_of(reference))
     if gain is None:
-        standing_in = UnifiedSettings()._replace(observer_rate=0.0, torque_limit=settings.torque_limit)
+        standing_in = UnifiedSettings(
+            kp=settings.fallback_kp,
+            kd=settings.fallback_kd,
+            weight=settings.fallback_weight,
+            observer_rate=0.0,
+            torque_limit=settings.torque_limit,
+        )
         torque, _ = unified_step(robot, state, reference, NOTHING_OBSERVED, standing_in, instant.period)
         return torque, memory
     desired = reference.state

@@ -18,12 +18,21 @@ where it does not finish, `unified` answers.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.laws.gains import (
+    DISTURBANCE_LIMIT,
+    FALLBACK_KD,
+    FALLBACK_KP,
+    FALLBACK_WEIGHT,
+    SPEED_TIME,
+    TORQUE_LIMIT,
+)
 from fivebar_control.laws.law import MOST_AHEAD, Instant, Law
 from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, Torque
@@ -55,21 +64,15 @@ SCALE = 1e8
 
 
 class MpcSettings(NamedTuple):
-    """Settings of the predictive law."""
+    """Settings of the predictive law.
+
+    A robot's file may determine `disturbance_limit` and the settings of the law that stands in; see `UnifiedSettings`.
+    """
 
     horizon: Annotated[int, Setting("Samples that the law looks ahead.", "samples", at_least=2, at_most=MOST_AHEAD)] = (
         25
     )
-    speed_time: Annotated[
-        float,
-        Setting(
-            "Time T_v that weighs the speed error: 1 mm/s counts as much as T_v times 1 mm/s of position error.",
-            "s",
-            at_least=0.0,
-            at_most=1.0,
-            tunable=True,
-        ),
-    ] = 0.03
+    speed_time: Annotated[float, replace(SPEED_TIME, tunable=True)] = 0.03
     end_weight: Annotated[
         float,
         Setting(
@@ -105,21 +108,8 @@ class MpcSettings(NamedTuple):
             at_most=1e4,
         ),
     ] = 40.0
-    disturbance_limit: Annotated[
-        float,
-        Setting(
-            "Largest disturbance torque that the observer assumes of either motor.", "Nm", at_least=0.0, at_most=1e3
-        ),
-    ] = 0.5
-    torque_limit: Annotated[
-        float | None,
-        Setting(
-            "Largest torque that the law may choose for either motor; by default the drives' limit.",
-            "Nm",
-            above=0.0,
-            at_most=1e6,
-        ),
-    ] = None
+    disturbance_limit: Annotated[float, DISTURBANCE_LIMIT] = 0.5
+    torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
     torque_rate_limit: Annotated[
         float | None,
         Setting(
@@ -129,6 +119,9 @@ class MpcSettings(NamedTuple):
             at_most=1e9,
         ),
     ] = None
+    fallback_kp: Annotated[float, FALLBACK_KP] = UnifiedSettings().kp
+    fallback_kd: Annotated[float, FALLBACK_KD] = UnifiedSettings().kd
+    fallback_weight: Annotated[float, FALLBACK_WEIGHT] = UnifiedSettings().weight
 
 
 class Stage(NamedTuple):
@@ -403,7 +396,10 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
 
 def unified_settings(settings: MpcSettings, observer_rate: float) -> UnifiedSettings:
     """Return the settings of the law that stands in, whose disturbance observer (1/s) this law has."""
-    return UnifiedSettings()._replace(
+    return UnifiedSettings(
+        kp=settings.fallback_kp,
+        kd=settings.fallback_kd,
+        weight=settings.fallback_weight,
         observer_rate=observer_rate,
         disturbance_limit=settings.disturbance_limit,
         torque_limit=settings.torque_limit,

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from fivebar_control.laws import ctc, lqr, mpc, multi_model, unified, vhc_cartesian, vhc_joint
 from fivebar_control.laws.law import Law, TunedLaw, check_law
+from fivebar_control.laws.robot_sizes import law_sizes
+from fivebar_description.parameters import RobotFile
 from fivebar_description.strict_yaml import InputError
 
 CONDITION, SIGMOID = "condition", "sigmoid"
@@ -109,6 +111,9 @@ CONTROLLERS = {
 }
 """The controllers of this package."""
 
+GOAL_CONTROLLERS = tuple(one.name for one in CONTROLLERS.values() if one.takes_goals)
+"""Names of the controllers that follow motions that are planned during a run."""
+
 LAWS = {law.name: law for controller in CONTROLLERS.values() for law in controller.laws}
 """The laws of this package."""
 
@@ -165,9 +170,10 @@ def _problem(name: str, known: Collection[str]) -> str | None:
     return None
 
 
-def default_tuning(controller: Controller) -> TunedController:
-    """Return a controller with the default settings of its laws."""
-    tuned = [TunedLaw(law, law.settings()) for law in controller.laws]
+def default_tuning(controller: Controller, robot: RobotFile | None = None) -> TunedController:
+    """Return a controller with the default settings of its laws, those of a robot or else those of DexTAR."""
+    sizes = {} if robot is None else law_sizes(robot)
+    tuned = [TunedLaw(law, law.settings(**sizes.get(law.name, {}))) for law in controller.laws]
     return TunedController(controller, *tuned)
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT, WEIGHT
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
@@ -122,34 +122,12 @@ class UnifiedSettings(NamedTuple):
 
     kp: Annotated[float, KP] = 6400.0
     kd: Annotated[float, KD] = 160.0
-    weight: Annotated[
-        float,
-        Setting(
-            "Weight w of the torque, which regularises the uncontrollable direction.",
-            "(m/s^2 / Nm)^2",
-            at_least=1e-6,
-            at_most=1e6,
-            tunable=True,
-        ),
-    ] = 3.0
+    weight: Annotated[float, WEIGHT] = 3.0
     observer_rate: Annotated[
         float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)
     ] = 40.0
-    disturbance_limit: Annotated[
-        float,
-        Setting(
-            "Largest disturbance torque that the observer assumes of either motor.", "Nm", at_least=0.0, at_most=1e3
-        ),
-    ] = 0.5
-    torque_limit: Annotated[
-        float | None,
-        Setting(
-            "Largest torque that the law may choose for either motor; by default the drives' limit.",
-            "Nm",
-            above=0.0,
-            at_most=1e6,
-        ),
-    ] = None
+    disturbance_limit: Annotated[float, DISTURBANCE_LIMIT] = 0.5
+    torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
 
 
 class UnifiedMemory(NamedTuple):

@@ -34,10 +34,14 @@ class LawRunner:
     @staticmethod
     def first_memory(law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int) -> Any:
         """Return the memory of a law before the first sample of a plan."""
-        if law.law.prepare is None:
-            return law.law.memory
-        references, settings = planned_references(plan, rate_hz), as_numbers(law.settings)
-        return law.law.prepare(robot, plan.mode1, plan.mode2, references, 1.0 / rate_hz, settings)
+        return law.law.first_memory(
+            robot,
+            plan.mode1,
+            plan.mode2,
+            lambda: planned_references(plan, rate_hz),
+            1.0 / rate_hz,
+            as_numbers(law.settings),
+        )
 
     def __call__(
         self, sample: int, state: State, reference: Reference, ahead: tuple[Platform, ...] | None = None

@@ -36,9 +36,7 @@ def first_memory(
     def of_law(law: Law | None, numbers: Any) -> Any:
         if law is None:
             return None
-        if law.prepare is None:
-            return law.memory
-        return law.prepare(settings.robot, settings.mode1, settings.mode2, references(), settings.period, numbers)
+        return law.first_memory(settings.robot, settings.mode1, settings.mode2, references, settings.period, numbers)
 
     nominal, constraint = (
         of_law(controller.nominal, settings.nominal),

@@ -6,16 +6,16 @@ import functools
 
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_bus import open_drives
-from fivebar_control.ros.drive_bridge import DriveBridge, KnownDrives
+from fivebar_control.ros.drive_bridge import DriveBridge, DriveConnection
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_description.ros.run import run_node
 
 
-def _load(settings: BridgeSettings) -> KnownDrives:
+def _load(settings: BridgeSettings) -> DriveConnection:
     drives = load_drives(settings.drives)
     # twice as often as heartbeats are due
     tended = drives.master.heartbeat_ms / 2e3
-    return KnownDrives(drives.sync_period_us, "sync_period_us", tended, functools.partial(open_drives, drives))
+    return DriveConnection(drives.sync_period_us, "sync_period_us", tended, functools.partial(open_drives, drives))
 
 
 class DextarBridge(DriveBridge):

@@ -6,7 +6,7 @@ import functools
 
 from fivebar_control.hardware.board_file import load_board
 from fivebar_control.hardware.motor_board import open_board
-from fivebar_control.ros.drive_bridge import DriveBridge, KnownDrives
+from fivebar_control.ros.drive_bridge import DriveBridge, DriveConnection
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_description.ros.run import run_node
 
@@ -14,9 +14,9 @@ TEND_PERIOD = 0.1
 """Period (s) in which the board is tended, which needs nothing."""
 
 
-def _load(settings: BridgeSettings) -> KnownDrives:
+def _load(settings: BridgeSettings) -> DriveConnection:
     board = load_board(settings.drives)
-    return KnownDrives(board.period_us, "period_us", TEND_PERIOD, functools.partial(open_board, board))
+    return DriveConnection(board.period_us, "period_us", TEND_PERIOD, functools.partial(open_board, board))
 
 
 class MotkinBridge(DriveBridge):

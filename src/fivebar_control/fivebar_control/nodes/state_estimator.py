@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, Seen, StateEstimator
+from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, PositionFix, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
 from fivebar_control.estimation.step import Drives, history_samples
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
@@ -270,7 +270,7 @@ class StateEstimatorNode(SamplingNode):
         ]
         rates = [(made, value) for sensor, made, value in values if sensor == IMU_FRAME]
         angles = [(made, value) for sensor, made, value in values if sensor not in (IMU_FRAME, CAMERA_FRAME)]
-        seen = [Seen(made, *value) for sensor, made, value in values if sensor == CAMERA_FRAME]
+        seen = [PositionFix(made, *value) for sensor, made, value in values if sensor == CAMERA_FRAME]
         # readings that no sample announces, as repeated ones, must not accumulate
         oldest = sample - self._longest_delay
         self._late = {one: value for one, value in self._late.items() if self._made(one) >= oldest}

@@ -17,7 +17,7 @@ from fivebar_control.vision.localisation import PlatformTracker
 from fivebar_control.vision.reading import PlatformReading
 from fivebar_control.vision.sight import reading_of
 from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
-from fivebar_description.camera_model import Optics
+from fivebar_description.camera_model import LENS_MODEL, Optics
 from fivebar_description.interface import (
     CAMERA_IMAGE,
     CAMERA_INFO,
@@ -89,8 +89,8 @@ class VisionListener(GraphNode):
     def _on_info(self, message: CameraInfo) -> None:
         if self._optics is not None:
             return
-        if message.distortion_model != "plumb_bob" or len(message.d) != 5 or not message.k[0] > 0.0:
-            self.drop(CAMERA_INFO, f"distortion model {message.distortion_model!r}, expected plumb_bob")
+        if message.distortion_model != LENS_MODEL or len(message.d) != 5 or not message.k[0] > 0.0:
+            self.drop(CAMERA_INFO, f"distortion model {message.distortion_model!r}, expected {LENS_MODEL}")
             return
         k = message.k
         self._optics = Optics(*(float(one) for one in (k[0], k[4], k[2], k[5], *message.d)))

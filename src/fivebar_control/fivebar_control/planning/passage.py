@@ -67,7 +67,7 @@ class Judged(NamedTuple):
     loads: Loads
 
 
-class Instant(NamedTuple):
+class PassageInstant(NamedTuple):
     """The robot on its reference, at a time (s) from the crossing.
 
     Attributes:
@@ -164,7 +164,7 @@ def _reference_at(judged: Judged, time: float) -> Reference:
     return desired_at(judged.robot, judged.plan, time, judged.plan.path.at(time))
 
 
-def _instants(judged: Judged, crossing: Crossing, here: ParallelSvd, weight: float) -> list[Instant]:
+def _instants(judged: Judged, crossing: Crossing, here: ParallelSvd, weight: float) -> list[PassageInstant]:
     """Return the robot on its reference about a crossing, in even steps.
 
     Args:
@@ -189,14 +189,14 @@ def _instants(judged: Judged, crossing: Crossing, here: ParallelSvd, weight: flo
         box = Box(-limit - reference.f1, limit - reference.f1, -limit - reference.f2, limit - reference.f2)
         load = _passive_load(judged.robot, reference, here, judged.loads.passive)
         motion = (reference.state.vx, reference.state.vy, reference.ax, reference.ay)
-        instant = Instant(time, *motion, mapped, svd.t_x, svd.t_y, held, box, 0.0, 0.0, load)
+        instant = PassageInstant(time, *motion, mapped, svd.t_x, svd.t_y, held, box, 0.0, 0.0, load)
         lost_x, lost_y = _acceleration_error(instant, instant, weight, (0.0, 0.0), (0.0, 0.0))
         found.append(instant._replace(lost_x=lost_x, lost_y=lost_y))
     return found
 
 
 def _response(
-    instants: Sequence[Instant],
+    instants: Sequence[PassageInstant],
     here: ParallelSvd,
     feedback: Feedback,
     lasting: float,
@@ -231,7 +231,7 @@ def _response(
     return largest
 
 
-def _lead(instant: Instant, x: float, y: float) -> float:
+def _lead(instant: PassageInstant, x: float, y: float) -> float:
     """Return by how much time (s) a platform displaced so far (m) is ahead of its reference along the path."""
     squared = instant.vx * instant.vx + instant.vy * instant.vy
     lead = (x * instant.vx + y * instant.vy) / squared if squared > 0.0 else 0.0
@@ -239,7 +239,11 @@ def _lead(instant: Instant, x: float, y: float) -> float:
 
 
 def _acceleration_error(
-    instant: Instant, place: Instant, weight: float, answer: tuple[float, float], observed: tuple[float, float]
+    instant: PassageInstant,
+    place: PassageInstant,
+    weight: float,
+    answer: tuple[float, float],
+    observed: tuple[float, float],
 ) -> tuple[float, float]:
     """Return the actual acceleration minus that of the reference (m/s^2), by the law's torque and no load.
 

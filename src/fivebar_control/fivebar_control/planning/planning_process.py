@@ -24,7 +24,7 @@ from fivebar_control.planning.transfer import Speed, plan_transfer
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError
 
 
@@ -137,7 +137,7 @@ def _end_with(lifeline: Connection) -> None:
 
 def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     """Plan a request for the law without switching, the only one that follows requests."""
-    follower = default_tuning(CONTROLLERS["unified"])
+    follower = default_tuning(CONTROLLERS["unified"], read_robot(conditions.robot))
     limits = limits_of(follower, conditions.torque_limit, conditions.motor_speed)
     try:
         transfer = plan_transfer(

@@ -29,7 +29,7 @@ from fivebar_control.estimation.encoder import Angle, angle_variance, first_angl
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.estimation.step import Drives, EstimatorModel, estimator_model
-from fivebar_control.planning.predicted_run import Moment, Peak, PredictedRun
+from fivebar_control.planning.predicted_run import Peak, PredictedRun, PredictedSample
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
@@ -67,7 +67,7 @@ class Sensing(NamedTuple):
         return max(self.tolerances.length, self.tolerances.base, self.tolerances.zero) > 0.0
 
 
-class Spread(NamedTuple):
+class ErrorDistribution(NamedTuple):
     """Distribution of the estimated position's error along its most uncertain direction: uniform parts plus noise.
 
     Attributes:
@@ -118,7 +118,7 @@ class PredictedEstimate(NamedTuple):
 
     mirror: Peak
     position: Peak
-    spread: Spread
+    spread: ErrorDistribution
 
     @property
     def wrong_mode(self) -> float:
@@ -169,7 +169,9 @@ def predict_estimate(
     return PredictedEstimate(mirror, position, _spread(model, widest))
 
 
-def _next(model: EstimatorModel, belief: Belief, before: Moment, now: Moment, gyro: bool, elbow: bool) -> Belief:
+def _next(
+    model: EstimatorModel, belief: Belief, before: PredictedSample, now: PredictedSample, gyro: bool, elbow: bool
+) -> Belief:
     """Return the belief at the next sample, as the readings of the predicted robot leave it."""
     known = model.filter
     middle = _estimate([0.5 * (one + two) for one, two in zip(before[:4], now[:4], strict=True)])
@@ -210,7 +212,7 @@ def _widest(covariance: Matrix) -> tuple[float, Vector]:
     return math.sqrt(variance), np.array([math.cos(angle), math.sin(angle)])
 
 
-def _spread(model: EstimatorModel, covariance: Matrix) -> Spread:
+def _spread(model: EstimatorModel, covariance: Matrix) -> ErrorDistribution:
     """Return the distribution along the most uncertain direction.
 
     Considered errors c get no gain, so the cross-covariance with them is the error's derivative times c's variance.
@@ -223,4 +225,6 @@ def _spread(model: EstimatorModel, covariance: Matrix) -> Spread:
             share = abs(float(direction @ covariance[[X, Y], CONSIDERED + index])) / considered
             explained += share * share
             bounds.append(math.sqrt(3.0) * share)
-    return Spread(tuple(bounds), math.sqrt(max(deviation * deviation - explained, 1e-6 * deviation * deviation)))
+    return ErrorDistribution(
+        tuple(bounds), math.sqrt(max(deviation * deviation - explained, 1e-6 * deviation * deviation))
+    )

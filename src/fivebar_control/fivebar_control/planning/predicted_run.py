@@ -51,7 +51,7 @@ class Peak(NamedTuple):
         return Peak(value, time, x, y)
 
 
-class Moment(NamedTuple):
+class PredictedSample(NamedTuple):
     """The predicted robot at a sample: platform (m, m/s), and the torques (Nm) that act until the next one."""
 
     x: float
@@ -75,7 +75,7 @@ class PredictedRun(NamedTuple):
     error: Peak
     torque: Peak
     mode_changes: Peak
-    moments: tuple[Moment, ...] = ()
+    moments: tuple[PredictedSample, ...] = ()
 
 
 def predict_run(
@@ -169,7 +169,7 @@ def _predict_stretch(
         if cycle.fault != NO_FAULT:
             error = Peak(math.inf, t, state.x, state.y)
             break
-        moments.append(Moment(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2))
+        moments.append(PredictedSample(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2))
         state = advanced(robot, mode1, mode2, state, cycle.command, settings.period / steps, steps)
     return PredictedRun(error, torque, changes, tuple(moments))
 

@@ -69,7 +69,7 @@ def _logged(transition: Transition) -> Transition:
     return run
 
 
-class KnownDrives(NamedTuple):
+class DriveConnection(NamedTuple):
     """What a bridge knows of the drives of its configuration.
 
     Attributes:
@@ -88,7 +88,7 @@ class KnownDrives(NamedTuple):
 class DriveBridge(LifecycleNodeMixin, GraphNode):
     """The bridge between the graph and the drives: lifecycle transitions, topics and services of a `DriveSession`."""
 
-    def __init__(self, name: str, load: Callable[[BridgeSettings], KnownDrives], default: str) -> None:
+    def __init__(self, name: str, load: Callable[[BridgeSettings], DriveConnection], default: str) -> None:
         """Make the node, unconfigured.
 
         Args:

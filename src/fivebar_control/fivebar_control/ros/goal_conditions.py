@@ -30,7 +30,7 @@ from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 from fivebar_description.tolerances import Tolerances
 
 
-class Group(NamedTuple):
+class ParameterGroup(NamedTuple):
     """Settings among the parameters: their prefix, what is left out, and what has another default."""
 
     settings: type[tuple[Any, ...]]
@@ -47,13 +47,13 @@ class Group(NamedTuple):
         return to_parameters(settings, self.prefix, self.without)
 
 
-GOALS = Group(GoalSettings)
-DRIVES = Group(Drives, GOAL_PREFIX, defaults={"torque_limit": DRIVE_TORQUE_LIMIT})
-EKF = Group(EkfSettings, GOAL_PREFIX, NOT_OF_THE_FILTER)
-TOLERANCES = Group(Tolerances, GOAL_TOLERANCE_PREFIX)
-PASSIVE = Group(PassiveEncoder, GOAL_PASSIVE_PREFIX, PASSIVE_OF_SIMULATION)
-RISK = Group(Risk, GOAL_RISK_PREFIX)
-LOADS = Group(Loads, GOAL_LOAD_PREFIX)
+GOALS = ParameterGroup(GoalSettings)
+DRIVES = ParameterGroup(Drives, GOAL_PREFIX, defaults={"torque_limit": DRIVE_TORQUE_LIMIT})
+EKF = ParameterGroup(EkfSettings, GOAL_PREFIX, NOT_OF_THE_FILTER)
+TOLERANCES = ParameterGroup(Tolerances, GOAL_TOLERANCE_PREFIX)
+PASSIVE = ParameterGroup(PassiveEncoder, GOAL_PASSIVE_PREFIX, PASSIVE_OF_SIMULATION)
+RISK = ParameterGroup(Risk, GOAL_RISK_PREFIX)
+LOADS = ParameterGroup(Loads, GOAL_LOAD_PREFIX)
 
 GROUPS = (GOALS, DRIVES, EKF, TOLERANCES, PASSIVE, RISK, LOADS)
 """All parameters that decide, besides `robot` and `rate_hz` of the motion."""

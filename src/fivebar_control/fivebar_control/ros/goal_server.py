@@ -11,7 +11,7 @@ from std_msgs.msg import String
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
-from fivebar_control.ros.motion_parameters import Motion
+from fivebar_control.ros.motion_parameters import DeclaredMotion
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import specs_of
@@ -27,7 +27,7 @@ class GoalServer:
     The node calls `update` at every sample. No method blocks.
     """
 
-    def __init__(self, node: GraphNode, motion: Motion, queue: MotionQueue) -> None:
+    def __init__(self, node: GraphNode, motion: DeclaredMotion, queue: MotionQueue) -> None:
         """Declare the parameters and join the topics, on a node that has declared the motion."""
         values = {"robot": node.get_parameter("robot").value, "rate_hz": motion.rate_hz}
         for group in GROUPS:

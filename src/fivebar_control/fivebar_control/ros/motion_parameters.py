@@ -15,7 +15,7 @@ from fivebar_description.settings import to_parameters
 from fivebar_description.strict_yaml import InputError
 
 
-class Motion(NamedTuple):
+class DeclaredMotion(NamedTuple):
     """The motion as a node needs it: the robot, the checked plan, the sampling rate and the lead.
 
     With a lead of d samples, messages stamped with sample k (the estimated state, the reference, and everything
@@ -30,7 +30,7 @@ class Motion(NamedTuple):
     """Every value of the motion by the name of its parameter, for the plan of the run."""
 
 
-def declare_motion(node: GraphNode) -> Motion:
+def declare_motion(node: GraphNode) -> DeclaredMotion:
     """Declare the motion's parameters on a node, plan the motion from their values, and have the node keep to the plan.
 
     Raises:
@@ -58,10 +58,10 @@ def declare_motion(node: GraphNode) -> Motion:
         "robot": robot_value(settings.robot),
     }
     RunAgreement(node, settings.rate_hz, agreed)
-    return Motion(robot, plan, settings.rate_hz, settings.lead_samples, agreed)
+    return DeclaredMotion(robot, plan, settings.rate_hz, settings.lead_samples, agreed)
 
 
-def plan_values(motion: Motion) -> dict[str, Any]:
+def plan_values(motion: DeclaredMotion) -> dict[str, Any]:
     """Return what the plan of the run holds: the motion, and the same under the names of nodes that know part of it."""
     return {
         **motion.agreed,

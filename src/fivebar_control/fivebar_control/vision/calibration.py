@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from fivebar_control.vision.detector import Picture
-from fivebar_description.camera_model import Optics, Points
+from fivebar_control.vision.detector import Picture, tag_dictionary
+from fivebar_description.camera_model import LENS_MODEL, Optics, Points
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
 
 LEAST_PICTURES = 6
@@ -34,8 +34,8 @@ class Board(NamedTuple):
 
     def made(self) -> cv2.aruco.CharucoBoard:
         """Return the board as OpenCV has it."""
-        names = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-        return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, MARKER_SHARE * self.square, names)
+        size = self.columns, self.rows
+        return cv2.aruco.CharucoBoard(size, self.square, MARKER_SHARE * self.square, tag_dictionary())
 
     def picture(self, pixels: int) -> Picture:
         """Return the board to be printed, with so many pixels in a square."""
@@ -43,7 +43,7 @@ class Board(NamedTuple):
         return np.asarray(self.made().generateImage(size), np.uint8)
 
 
-class Calibration(NamedTuple):
+class CameraCalibration(NamedTuple):
     """A calibrated camera.
 
     Attributes:
@@ -85,7 +85,7 @@ def board_corners(board: Board, picture: Picture) -> tuple[Points, Points] | Non
     return on_board, np.asarray(corners, np.float64).reshape(-1, 2)
 
 
-def calibrated(board: Board, pictures: list[Picture]) -> Calibration:
+def calibrated(board: Board, pictures: list[Picture]) -> CameraCalibration:
     """Return the camera that took pictures of a board, from different sides.
 
     Raises:
@@ -114,7 +114,7 @@ def calibrated(board: Board, pictures: list[Picture]) -> Calibration:
     k = np.asarray(matrix, np.float64)
     rest = [float(one) for one in np.ravel(distortion)[:5]]
     optics = Optics(float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2]), *rest)
-    return Calibration(width, height, optics, float(deviation), len(seen))
+    return CameraCalibration(width, height, optics, float(deviation), len(seen))
 
 
 class _Matrix(StrictModel):
@@ -128,43 +128,43 @@ class _CameraFile(StrictModel):
     image_height: int
     camera_name: str = "camera"
     camera_matrix: _Matrix
-    distortion_model: str = "plumb_bob"
+    distortion_model: str = LENS_MODEL
     distortion_coefficients: _Matrix
     rectification_matrix: _Matrix | None = None
     projection_matrix: _Matrix | None = None
 
 
-def calibration_text(calibration: Calibration) -> str:
+def calibration_text(calibration: CameraCalibration) -> str:
     """Return a calibration as YAML in the format of ROS' camera_info_manager."""
-    o = calibration.optics
-    k = [float(one) for one in o.matrix().ravel()]
+    optics = calibration.optics
 
-    def matrix(rows: int, data: list[float]) -> dict[str, object]:
-        return {"rows": rows, "cols": len(data) // rows, "data": data}
+    def matrix(values: Points) -> dict[str, object]:
+        rows, columns = values.shape
+        return {"rows": rows, "cols": columns, "data": values.ravel().tolist()}
 
     content = {
         "image_width": calibration.width,
         "image_height": calibration.height,
         "camera_name": "camera",
-        "camera_matrix": matrix(3, k),
-        "distortion_model": "plumb_bob",
-        "distortion_coefficients": matrix(1, [float(one) for one in o.distortion()]),
-        "rectification_matrix": matrix(3, [float(one) for one in np.eye(3).ravel()]),
-        "projection_matrix": matrix(3, [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0]),
+        "camera_matrix": matrix(optics.matrix()),
+        "distortion_model": LENS_MODEL,
+        "distortion_coefficients": matrix(optics.distortion()[np.newaxis]),
+        "rectification_matrix": matrix(np.eye(3)),
+        "projection_matrix": matrix(optics.projection()),
     }
     return yaml_text(content)
 
 
-def read_calibration(path: Path) -> Calibration:
+def read_calibration(path: Path) -> CameraCalibration:
     """Read a calibration.
 
     Raises:
-        InputError: there is no such file, or it is not one of a camera with a `plumb_bob` lens.
+        InputError: there is no such file, or it is not one of a camera with a lens of `LENS_MODEL`.
     """
     read = read_yaml(path, _CameraFile)
     k, distortion = read.camera_matrix.data, read.distortion_coefficients.data
-    if read.distortion_model != "plumb_bob" or len(k) != 9 or len(distortion) != 5:
-        raise InputError(f"{path}: expected distortion_model plumb_bob, 9 values of the matrix and 5 coefficients")
-    return Calibration(
+    if read.distortion_model != LENS_MODEL or len(k) != 9 or len(distortion) != 5:
+        raise InputError(f"{path}: expected distortion_model {LENS_MODEL}, 9 values of the matrix and 5 coefficients")
+    return CameraCalibration(
         read.image_width, read.image_height, Optics(k[0], k[4], k[2], k[5], *distortion), float("nan"), 0
     )

@@ -15,12 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_description.camera import TAG_CELLS
 from fivebar_description.camera_model import Optics, Points
 
 Picture = NDArray[np.uint8]
-
-CELLS = 8
-"""Of an AprilTag 36h11 in a row; a profile stays within the outer one."""
 
 PROFILES = 32
 """Across each edge."""
@@ -73,6 +71,11 @@ class Window(NamedTuple):
     bottom: int
 
 
+def tag_dictionary() -> cv2.aruco.Dictionary:
+    """Return the dictionary AprilTag 36h11."""
+    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+
+
 class TagDetector:
     """Finds tags of the dictionary AprilTag 36h11."""
 
@@ -83,8 +86,7 @@ class TagDetector:
         self._optics = optics
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
-        names = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-        self._detector = cv2.aruco.ArucoDetector(names, parameters)
+        self._detector = cv2.aruco.ArucoDetector(tag_dictionary(), parameters)
 
     def find(self, picture: Picture, within: Window | None = None) -> dict[int, Tag]:
         """Return the tags of a picture, [h, w], or of a part of it, by number; one that appears twice is left out."""
@@ -93,7 +95,7 @@ class TagDetector:
         if within is not None:
             left, top = max(0, within.left), max(0, within.top)
             part = picture[top : max(0, within.bottom), left : max(0, within.right)]
-        if min(part.shape) < 2 * CELLS:
+        if min(part.shape) < 2 * TAG_CELLS:
             return {}
         found, numbers, _ = self._detector.detectMarkers(np.ascontiguousarray(part))
         if numbers is None:
@@ -126,11 +128,12 @@ class TagDetector:
             corners = self._optics.pixels(rays)
         return Tag(number, corners, rays, deviation)
 
-    def _line(self, picture: Picture, start: Points, end: Points) -> _Line | None:
+    def _line(self, picture: Picture, start: Points, end: Points) -> _EdgeLine | None:
         """Return the line of an edge between two corners (px); clockwise, so that the paper is to its left."""
         along = end - start
         length = float(np.hypot(*along))
-        reach = min(REACH, 0.4 * length / CELLS)
+        # a profile stays within the outer cell
+        reach = min(REACH, 0.4 * length / TAG_CELLS)
         if reach < 2.0 * STEP:
             return None
         along /= length
@@ -151,7 +154,7 @@ class TagDetector:
         return _fitted(self._optics.rays(edge), LEAST_DEVIATION / self._optics.fx)
 
 
-class _Line(NamedTuple):
+class _EdgeLine(NamedTuple):
     """n . p = distance, n of length 1, in rays; and the variance of its place."""
 
     x: float
@@ -160,7 +163,7 @@ class _Line(NamedTuple):
     variance: float
 
 
-def _fitted(points: Points, least: float) -> _Line | None:
+def _fitted(points: Points, least: float) -> _EdgeLine | None:
     """Return the line through points [n, 2] without those that are off it, of a least deviation; None for too few."""
     keep = np.ones(len(points), np.bool_)
     for _ in range(3):
@@ -178,10 +181,10 @@ def _fitted(points: Points, least: float) -> _Line | None:
             break
         keep = now
     rest = max(least, float(np.sqrt(np.mean(off[keep] ** 2))))
-    return _Line(n_x, n_y, n_x * centre[0] + n_y * centre[1], rest * rest / int(keep.sum()))
+    return _EdgeLine(n_x, n_y, n_x * centre[0] + n_y * centre[1], rest * rest / int(keep.sum()))
 
 
-def _meeting(one: _Line, two: _Line) -> tuple[float, float]:
+def _meeting(one: _EdgeLine, two: _EdgeLine) -> tuple[float, float]:
     """Return where two lines meet; NaN where they do not."""
     determinant = one.x * two.y - one.y * two.x
     if abs(determinant) < 1e-6:

@@ -30,7 +30,7 @@ class Sender(Protocol):
         """Publish a message."""
 
 
-class _Line:
+class _Topic:
     """One topic within the process."""
 
     def __init__(self, subscribe: Callable[[Callback], Subscription[Any]] | None = None) -> None:
@@ -45,7 +45,7 @@ class ProcessTopics:
 
     def __init__(self) -> None:
         """Start without topics."""
-        self._lines: dict[str, _Line] = {}
+        self._lines: dict[str, _Topic] = {}
         self._waiting: deque[tuple[list[Callback], Any]] = deque()
         self._unsent: dict[Sender, list[Any]] = {}
         self._dispatching = False
@@ -58,14 +58,14 @@ class ProcessTopics:
         inputs: list[Subscription[Any]],
     ) -> None:
         """Register a callback for a topic by its full name; `inputs` receives the subscription, if one is created."""
-        line = self._lines.setdefault(topic, _Line())
+        line = self._lines.setdefault(topic, _Topic())
         line.listeners.append(listener)
         line.inputs.append(inputs)
         line.subscribe = line.subscribe or subscribe
 
     def advertise(self, topic: str, publisher: Sender) -> Sender:
         """Return a publisher of a topic, by its full name, within this process and through `publisher` on DDS."""
-        line = self._lines.setdefault(topic, _Line())
+        line = self._lines.setdefault(topic, _Topic())
         line.has_writer = True
         return _ProcessSender(self, line.listeners, publisher)
 

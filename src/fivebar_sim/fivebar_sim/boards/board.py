@@ -11,7 +11,7 @@ from collections import deque
 from fivebar_description.parameters import load_robot
 from fivebar_sim.boards.configuration import CLOCK, BoardEmulationFile
 from fivebar_sim.boards.motor import OFF, EmulatedMotor
-from fivebar_sim.boards.protocol import BUTTON, Command, CommandReader, State, fault_flags, write_state
+from fivebar_sim.boards.protocol import BUTTON, CommandFrame, CommandReader, StateFrame, fault_flags, write_state
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
 from fivebar_sim.plant import Plant, PlantDiverged
 
@@ -70,7 +70,7 @@ class EmulatedBoard:
         """Reset the board: no fault, no command, and its clock and numbers begin anew."""
         self._reader = CommandReader()
         self._sequence = self._time = 0
-        self._command = Command(0, 0, 0, (OFF, OFF))
+        self._command = CommandFrame(0, 0, 0, (OFF, OFF))
         self._commanded_at: float | None = None
         self._clock = self._told_at = now
         self._cause: int | None = None
@@ -157,7 +157,9 @@ class EmulatedBoard:
             self.drop = max(0, self.drop - 1)
             return b""
         frame = write_state(
-            State(self._sequence, self._time, self._command.number, LOOP_US, (first.state, second.state), self.flags)
+            StateFrame(
+                self._sequence, self._time, self._command.number, LOOP_US, (first.state, second.state), self.flags
+            )
         )
         if self.corrupt > 0:
             self.corrupt -= 1

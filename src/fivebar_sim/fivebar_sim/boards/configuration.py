@@ -8,10 +8,8 @@ from pydantic import Field
 
 from fivebar_description.board_file import PEAK_CURRENT, BoardMotor
 from fivebar_description.parameters import Positive
-from fivebar_description.settings import Keys
 from fivebar_description.strict_yaml import StrictModel
-from fivebar_sim.drives.configuration import NOT_EFFECTS, Four
-from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
+from fivebar_sim.emulation_file import EmulatedRobotFile
 
 CLOCK = "clock"
 
@@ -37,44 +35,24 @@ class BoardMotorFactsPair(StrictModel):
     q21: BoardMotorFacts = BoardMotorFacts()
 
 
-class BoardEmulationFile(StrictModel):
-    """One file.
+class BoardEmulationFile(EmulatedRobotFile):
+    """One file; see `EmulatedRobotFile` for the other keys.
 
     Attributes:
         port: symbolic link to make to the pseudo-terminal; none when empty.
-        robot: parameter file of the robot that the board moves.
-        initial_joints: its posture at the start: q11, q12, q21, q22 in rad, of a closed loop.
         pace: what moves the robot on: `commands`, by one period each, so that a run does not depend on how fast the
             machine is, and the clock only once the watchdog has found them missing; or `clock`, always, as on a robot.
         period_us: time from one command to the next, for `pace: commands`.
         tick_us: time between two runs of the board's control, and state frames where the clock sets the pace.
         button_s: for how long the emergency stop button is to be held for the board to recover.
-        mass_scale, inertia_scale, friction_scale: how the robot differs from its parameter file.
-        effects: the robot's effects, what simulates them, and the seed of what is random in them.
     """
 
-    name: Annotated[str, Field(min_length=1)]
     port: str = ""
-    robot: str
-    initial_joints: Four
     pace: Literal["commands", "clock"] = "commands"
     period_us: Annotated[int, Field(ge=500, le=100_000)] = 2000
     tick_us: Annotated[int, Field(ge=100, le=100_000)] = 1000
     button_s: Annotated[float, Field(ge=0.0, le=60.0)] = 3.0
-    mass_scale: MassScale = 1.0
-    inertia_scale: InertiaScale = 1.0
-    friction_scale: FrictionScale = 1.0
-    effects: Annotated[PlantSettings, Keys(without=NOT_EFFECTS)] = PlantSettings()
     motors: BoardMotorFactsPair = BoardMotorFactsPair()
-
-    def plant(self) -> PlantSettings:
-        """Return the settings of the robot; the board itself limits."""
-        return self.effects._replace(
-            mass_scale=self.mass_scale,
-            inertia_scale=self.inertia_scale,
-            friction_scale=self.friction_scale,
-            torque_limit=None,
-        )
 
     @property
     def pair(self) -> tuple[BoardMotorFacts, BoardMotorFacts]:

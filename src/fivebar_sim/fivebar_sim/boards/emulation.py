@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import time
@@ -12,7 +13,6 @@ from pathlib import Path
 from fivebar_sim.boards.board import BOTH, EmulatedBoard
 from fivebar_sim.boards.commands import USAGE, BoardOrder, read_order
 from fivebar_sim.boards.configuration import BoardEmulationFile
-from fivebar_sim.boards.motor import TURN
 from fivebar_sim.boards.port import PseudoPort
 from fivebar_sim.emulated_hardware import MeasuredRecord
 
@@ -50,7 +50,7 @@ class BoardEmulation:
     @property
     def resolution(self) -> float:
         """Size (rad) of the coarser encoder's count."""
-        return TURN / min(motor.counts_per_revolution for motor in self._file.pair)
+        return math.tau / min(motor.counts_per_revolution for motor in self._file.pair)
 
     def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
         """Serve the port until `ending` is set; `between` is called between frames."""

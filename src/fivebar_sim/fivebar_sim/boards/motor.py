@@ -7,8 +7,6 @@ import math
 from fivebar_sim.boards.configuration import BoardMotorFacts
 from fivebar_sim.boards.protocol import MotorCommand, MotorState
 
-TURN = 2.0 * math.pi
-
 OFF = MotorCommand(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -19,10 +17,10 @@ class EmulatedMotor:
         """Make a motor without current whose angle is sensed every `tick` (s)."""
         self._facts = facts
         self._tick = tick
-        rate = TURN * facts.current_bandwidth_hz * tick
+        rate = math.tau * facts.current_bandwidth_hz * tick
         self._kept = math.exp(-rate)
         self._mean_kept = -math.expm1(-rate) / rate
-        self._smoothing = -math.expm1(-TURN * facts.speed_bandwidth_hz * tick)
+        self._smoothing = -math.expm1(-math.tau * facts.speed_bandwidth_hz * tick)
         self._counts: int | None = None
         self._speed = self._raw_speed = 0.0
         self._current = self._target = 0.0
@@ -32,7 +30,7 @@ class EmulatedMotor:
     @property
     def angle(self) -> float:
         """The board's angle (rad), of the encoder's reading."""
-        return (self._counts or 0) * TURN / self._facts.counts_per_revolution
+        return (self._counts or 0) * math.tau / self._facts.counts_per_revolution
 
     @property
     def joint_angle(self) -> float:
@@ -47,7 +45,7 @@ class EmulatedMotor:
     @property
     def state(self) -> MotorState:
         """What the board tells of the motor: its angle within half a turn of zero, as of an absolute encoder."""
-        angle = math.remainder(self.angle, TURN)
+        angle = math.remainder(self.angle, math.tau)
         return MotorState(angle, self._speed, self._raw_speed, self._current, self._target)
 
     def place(self, joint_angle: float) -> None:
@@ -62,11 +60,11 @@ class EmulatedMotor:
         if not self.frozen:
             self._read(joint_angle)
         moved = (self._counts or 0) - (before or 0)
-        self._raw_speed = moved * TURN / self._facts.counts_per_revolution / self._tick
+        self._raw_speed = moved * math.tau / self._facts.counts_per_revolution / self._tick
         self._speed += self._smoothing * (self._raw_speed - self._speed)
 
     def _read(self, joint_angle: float) -> None:
-        turns = self._facts.sign * (joint_angle - self._facts.zero_rad) / TURN
+        turns = self._facts.sign * (joint_angle - self._facts.zero_rad) / math.tau
         self._counts = math.floor(turns * self._facts.counts_per_revolution)
 
     def drive(self, command: MotorCommand) -> float:
@@ -74,7 +72,7 @@ class EmulatedMotor:
         limit = self._facts.current_limit
         wanted = (
             command.current
-            + command.kp * (command.angle - math.remainder(self.angle, TURN))
+            + command.kp * (command.angle - math.remainder(self.angle, math.tau))
             + command.kd * (command.speed - self._speed)
         )
         self._target = max(-limit, min(limit, wanted))

@@ -54,7 +54,7 @@ class MotorCommand(NamedTuple):
     speed: float
 
 
-class Command(NamedTuple):
+class CommandFrame(NamedTuple):
     """One command frame: bit i of `enabled` lets current into motor i; with a timeout of 0 ms no watchdog runs."""
 
     number: int
@@ -73,7 +73,7 @@ class MotorState(NamedTuple):
     target: float
 
 
-class State(NamedTuple):
+class StateFrame(NamedTuple):
     """One state frame: its own number, and that of the newest command."""
 
     sequence: int
@@ -94,7 +94,7 @@ def checksum(data: bytes) -> int:
     return functools.reduce(operator.xor, data, 0)
 
 
-def write_state(state: State) -> bytes:
+def write_state(state: StateFrame) -> bytes:
     """Return the frame of a state."""
     head = HEAD.pack(MAGIC, STATE, VERSION, STATE_LENGTH)
     numbers = (number for motor in state.motors for number in motor)
@@ -113,10 +113,10 @@ class CommandReader:
         self.refused = 0
         """Frames with a wrong checksum, or with a number that is not finite."""
 
-    def read(self, data: bytes) -> list[Command]:
+    def read(self, data: bytes) -> list[CommandFrame]:
         """Return the commands that more bytes complete."""
         self._buffer += data
-        commands: list[Command] = []
+        commands: list[CommandFrame] = []
         while True:
             start = self._buffer.find(MAGIC)
             # the last byte may be the first half of the magic
@@ -135,8 +135,8 @@ class CommandReader:
                 commands.append(command)
 
     @staticmethod
-    def _command(frame: bytes) -> Command | None:
+    def _command(frame: bytes) -> CommandFrame | None:
         number, enabled, timeout_ms, *numbers = COMMAND_BODY.unpack_from(frame, HEAD.size)
         if checksum(frame[:-1]) != frame[-1] or not all(map(math.isfinite, numbers)):
             return None
-        return Command(number, enabled, timeout_ms, (MotorCommand(*numbers[:5]), MotorCommand(*numbers[5:])))
+        return CommandFrame(number, enabled, timeout_ms, (MotorCommand(*numbers[:5]), MotorCommand(*numbers[5:])))

@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-from pydantic import Field
-
-from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, Motor, SyncPeriod, Unsigned32
-from fivebar_description.settings import Keys, declared
-from fivebar_description.share import share_file
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
-from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
-
-NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name not in ("engine", "seed"))
-"""Settings of a plant that have keys of their own here, or that the drives have."""
-
-Four = Annotated[tuple[float, float, float, float], Field(strict=False)]
+from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, DriveMotor, SyncPeriod, Unsigned32
+from fivebar_description.strict_yaml import StrictModel
+from fivebar_sim.emulation_file import EmulatedRobotFile
 
 
-class DriveFacts(Motor):
-    """One emulated drive; see `Motor` for the other keys.
+class DriveFacts(DriveMotor):
+    """One emulated drive; see `DriveMotor` for the other keys.
 
     Attributes:
         vendor, product: content of object 0x1018.
@@ -37,54 +25,19 @@ class DriveFactsPair(StrictModel):
     q21: DriveFacts
 
 
-class EmulationFile(StrictModel):
-    """One file.
+class EmulationFile(EmulatedRobotFile):
+    """One file; see `EmulatedRobotFile` for the other keys. The times of its effects count from the first SYNC.
 
     Attributes:
-        robot: parameter file of the robot that the drives move.
-        initial_joints: its posture at the start: q11, q12, q21, q22 in rad, of a closed loop.
         sync_period_us: time by which the robot moves on with every SYNC.
-        mass_scale, inertia_scale, friction_scale: how the robot differs from its parameter file.
-        effects: the robot's effects, what simulates them, and the seed of what is random in them; times count from the
-            first SYNC.
     """
 
-    name: Annotated[str, Field(min_length=1)]
     bus: CanChannel
     robot: str = "dextar"
-    initial_joints: Four
     sync_period_us: SyncPeriod = SYNC_PERIOD_US
-    mass_scale: MassScale = 1.0
-    inertia_scale: InertiaScale = 1.0
-    friction_scale: FrictionScale = 1.0
-    effects: Annotated[PlantSettings, Keys(without=NOT_EFFECTS)] = PlantSettings()
     drives: DriveFactsPair
-
-    def plant(self) -> PlantSettings:
-        """Return the settings of the robot; the drives themselves limit and quantise."""
-        return self.effects._replace(
-            mass_scale=self.mass_scale,
-            inertia_scale=self.inertia_scale,
-            friction_scale=self.friction_scale,
-            torque_limit=None,
-        )
 
     @property
     def pair(self) -> tuple[DriveFacts, DriveFacts]:
         """The drives in the order of the motor joints."""
         return self.drives.q11, self.drives.q21
-
-
-def load_emulation(emulation: str) -> EmulationFile:
-    """Read a file by its shipped name ("dextar_emulated") or by its path.
-
-    Raises:
-        InputError: it is missing or does not describe two drives.
-    """
-    if emulation.endswith((".yaml", ".yml")):
-        return read_yaml(Path(emulation), EmulationFile)
-    path = share_file("fivebar_sim", "config", "drives", f"{emulation}.yaml")
-    if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in path.parent.glob("*.yaml")))
-        raise InputError(f"emulation {emulation!r}: expected one of {known}, or a path to a .yaml file")
-    return read_yaml(path, EmulationFile)

@@ -19,7 +19,6 @@ from fivebar_sim.drives.object_dictionary import INJECT, PDO_INVALID, object_dic
 from fivebar_sim.drives.power_state import PowerState, PowerStateMachine
 
 TORQUE_MODE = 10
-TURN = 2.0 * math.pi
 
 VALUE_RANGE = 0x06090030
 WRONG_STATE = 0x08000022
@@ -104,7 +103,8 @@ class EmulatedDrive:
         """The joint angle (rad) of the encoder reading (0x6064)."""
         facts = self._facts
         return (
-            facts.sign * self._counts * TURN / (facts.gear_ratio * facts.counts_per_revolution) + facts.home_offset_rad
+            facts.sign * self._counts * math.tau / (facts.gear_ratio * facts.counts_per_revolution)
+            + facts.home_offset_rad
         )
 
     @property
@@ -118,7 +118,7 @@ class EmulatedDrive:
         if self._frozen:
             self._speed = 0
             return
-        turns = self._facts.sign * self._facts.gear_ratio / TURN
+        turns = self._facts.sign * self._facts.gear_ratio / math.tau
         self._counts = math.floor((angle - self._facts.home_offset_rad) * turns * self._facts.counts_per_revolution)
         self._speed = round(velocity * turns * self._facts.velocity_units_per_rev_s)
 
@@ -199,7 +199,7 @@ class EmulatedDrive:
     def _braking(self) -> int:
         """Return the torque of a quick stop in units of 0x6071, 0 once the motor is at rest."""
         facts = self._facts
-        speed = self._speed / facts.velocity_units_per_rev_s * TURN / facts.gear_ratio
+        speed = self._speed / facts.velocity_units_per_rev_s * math.tau / facts.gear_ratio
         if abs(speed) < AT_REST:
             self._power.come_to_rest()
             return 0

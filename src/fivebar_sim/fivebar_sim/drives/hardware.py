@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -11,7 +12,6 @@ import can
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.drives.commands import execute
 from fivebar_sim.drives.configuration import EmulationFile
-from fivebar_sim.drives.drive import TURN
 from fivebar_sim.drives.emulation import Emulation, open_bus
 from fivebar_sim.emulated_hardware import MeasuredRecord
 
@@ -31,7 +31,7 @@ class DrivesOnBus:
             raise InputError(f"{file.bus.interface} {file.bus.channel}: {' '.join(str(error).split())}") from error
         self.emulation = Emulation(file, self._bus)
         self.place = f"{file.bus.interface} {file.bus.channel}"
-        self.resolution = max(TURN / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
+        self.resolution = max(math.tau / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
         """Size (rad) of the coarser encoder's count at the joint."""
 
     @property

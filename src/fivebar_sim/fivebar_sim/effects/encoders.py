@@ -41,19 +41,19 @@ class EncoderDisc(NamedTuple):
     phase: float
 
 
-class Reading(NamedTuple):
+class EncoderReading(NamedTuple):
     """Angle (rad) and speed (rad/s) as an encoder sees them, before it counts."""
 
     angle: float
     speed: float
 
 
-def seen(disc: EncoderDisc, angle: float, speed: float) -> Reading:
+def seen(disc: EncoderDisc, angle: float, speed: float) -> EncoderReading:
     """Return what an encoder sees of an angle (rad) and speed (rad/s)."""
     if disc.amplitude == 0.0:
-        return Reading(angle + disc.zero, speed)
+        return EncoderReading(angle + disc.zero, speed)
     turned = angle + disc.phase
-    return Reading(
+    return EncoderReading(
         angle + disc.zero + disc.amplitude * math.sin(turned), speed * (1.0 + disc.amplitude * math.cos(turned))
     )
 

@@ -64,7 +64,7 @@ class FrictionEffects(NamedTuple):
     ] = 0.0
 
 
-class Curve(NamedTuple):
+class FrictionCurve(NamedTuple):
     """Friction of one joint as numbers.
 
     Attributes:
@@ -91,11 +91,11 @@ class Curve(NamedTuple):
         return self.viscous + (self.damping if self.stiffness > 0.0 else self.breakaway / self.width)
 
 
-def curve_of(effects: FrictionEffects, coulomb: float, offset: float, width: float, viscous: float) -> Curve:
+def curve_of(effects: FrictionEffects, coulomb: float, offset: float, width: float, viscous: float) -> FrictionCurve:
     """Return the friction of a joint with Coulomb friction and offset (Nm), width (rad/s), viscous term (Nm s/rad)."""
     breakaway = effects.stribeck * coulomb
     stiffness = coulomb / effects.presliding if effects.presliding > 0.0 else 0.0
-    return Curve(
+    return FrictionCurve(
         coulomb,
         breakaway,
         effects.stribeck_speed,
@@ -107,7 +107,7 @@ def curve_of(effects: FrictionEffects, coulomb: float, offset: float, width: flo
     )
 
 
-def stribeck(curve: Curve, speed: float) -> float:
+def stribeck(curve: FrictionCurve, speed: float) -> float:
     """Return the level g(v) of sliding friction (Nm) at a speed (rad/s)."""
     if curve.breakaway == curve.coulomb:
         return curve.coulomb
@@ -115,7 +115,7 @@ def stribeck(curve: Curve, speed: float) -> float:
     return curve.coulomb + (curve.breakaway - curve.coulomb) * math.exp(-ratio * ratio)
 
 
-def bristle_after(curve: Curve, bristle: float, moved: float, time: float) -> float:
+def bristle_after(curve: FrictionCurve, bristle: float, moved: float, time: float) -> float:
     """Return the deflection (rad) after the joint has moved so far (rad) at constant speed in a time (s)."""
     if curve.stiffness == 0.0:
         return 0.0
@@ -124,7 +124,7 @@ def bristle_after(curve: Curve, bristle: float, moved: float, time: float) -> fl
     return bristle * math.exp(-x) + moved * share
 
 
-def friction(curve: Curve, bristle: float, speed: float) -> float:
+def friction(curve: FrictionCurve, bristle: float, speed: float) -> float:
     """Return the friction torque (Nm) against a speed (rad/s)."""
     level = stribeck(curve, speed)
     if curve.stiffness > 0.0:

@@ -11,7 +11,7 @@ from fivebar_description.parameters import FiveBar, LegParameters, scaled
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.encoders import EncoderDisc
-from fivebar_sim.effects.friction import Curve, curve_of
+from fivebar_sim.effects.friction import FrictionCurve, curve_of
 from fivebar_sim.effects.links import with_links
 from fivebar_sim.effects.loads import Push, weight_of
 from fivebar_sim.effects.motors import Motor, motor_of
@@ -57,8 +57,8 @@ class LegNumbers(NamedTuple):
     damping: float
     moment: float
     motor: Motor
-    motor_friction: Curve
-    elbow_friction: Curve
+    motor_friction: FrictionCurve
+    elbow_friction: FrictionCurve
     disc: EncoderDisc
 
 
@@ -93,7 +93,7 @@ class Mechanism(NamedTuple):
     joint_stiffness: float
     joint_damping: float
     clearance: float
-    platform_friction: Curve
+    platform_friction: FrictionCurve
     bandwidth: float
     weight_x: float
     weight_y: float

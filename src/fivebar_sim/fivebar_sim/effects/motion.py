@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_sim.effects.encoders import Reading, angle_seen_as, seen
+from fivebar_sim.effects.encoders import EncoderReading, angle_seen_as, seen
 from fivebar_sim.effects.friction import bristle_after, friction
 from fivebar_sim.effects.loads import push_at
 from fivebar_sim.effects.mechanism import LegNumbers, Mechanism
@@ -86,7 +86,7 @@ class Moved(NamedTuple):
     gap: float
 
 
-class Seen(NamedTuple):
+class JointMotion(NamedTuple):
     """The four joints, angles (rad) and rates (rad/s)."""
 
     q11: float
@@ -99,7 +99,7 @@ class Seen(NamedTuple):
     dq22: float
 
 
-class Chain(NamedTuple):
+class LegDynamics(NamedTuple):
     """One leg at an instant.
 
     Attributes:
@@ -141,7 +141,7 @@ def chain(
     weight_x: float,
     weight_y: float,
     tip_mass: float,
-) -> Chain:
+) -> LegDynamics:
     """Return a leg under torques (Nm) on its links and weight (N/kg)."""
     r_x, r_y, u_x, u_y = math.cos(q1), math.sin(q1), math.cos(theta), math.sin(theta)
     cos, sin = r_x * u_x + r_y * u_y, r_x * u_y - r_y * u_x
@@ -162,7 +162,7 @@ def chain(
     link, distal = n11 * right_link + n12 * right_distal, n12 * right_link + n22 * right_distal
     link_x, link_y = n11 * jx_link + n12 * jx_distal, n11 * jy_link + n12 * jy_distal
     distal_x, distal_y = n12 * jx_link + n22 * jx_distal, n12 * jy_link + n22 * jy_distal
-    return Chain(
+    return LegDynamics(
         x=leg.base_x + leg.proximal * r_x + leg.distal * u_x,
         y=leg.proximal * r_y + leg.distal * u_y,
         vx=jx_link * dq1 + jx_distal * dtheta,
@@ -183,7 +183,7 @@ def chain(
     )
 
 
-def closing_force(one: Chain, two: Chain, x: float, y: float) -> Force:
+def closing_force(one: LegDynamics, two: LegDynamics, x: float, y: float) -> Force:
     """Return the force (N) on the tip of leg 1, its opposite on leg 2, that adds (x, y) to the tips' difference."""
     w_xx, w_xy, w_yy = one.xx + two.xx, one.xy + two.xy, one.yy + two.yy
     inverse = 1.0 / (w_xx * w_yy - w_xy * w_xy)
@@ -337,7 +337,7 @@ def closed(mechanism: Mechanism, state: MechanismState) -> Moved:
     return Moved(_changed(state, at, rate, state.bristles), gap)
 
 
-def _pulled(mechanism: Mechanism, values: PerBody, one: Chain, two: Chain, force: Force) -> PerBody:
+def _pulled(mechanism: Mechanism, values: PerBody, one: LegDynamics, two: LegDynamics, force: Force) -> PerBody:
     link1 = values.link1 + one.link_x * force.x + one.link_y * force.y
     link2 = values.link2 - two.link_x * force.x - two.link_y * force.y
     return PerBody(
@@ -460,13 +460,13 @@ def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float
     return Moved(state, gap)
 
 
-def joints_of(state: MechanismState) -> Seen:
+def joints_of(state: MechanismState) -> JointMotion:
     """Return the actual joints, on the links' side of the transmissions."""
     return _joints(state.at, state.rate)
 
 
-def _joints(at: PerBody, rate: PerBody) -> Seen:
-    return Seen(
+def _joints(at: PerBody, rate: PerBody) -> JointMotion:
+    return JointMotion(
         at.link1,
         at.distal1 - at.link1,
         at.link2,
@@ -478,7 +478,7 @@ def _joints(at: PerBody, rate: PerBody) -> Seen:
     )
 
 
-def motor_seen(mechanism: Mechanism, state: MechanismState) -> tuple[Reading, Reading]:
+def motor_seen(mechanism: Mechanism, state: MechanismState) -> tuple[EncoderReading, EncoderReading]:
     """Return what the motors' encoders saw when they were read, on the rotors' side, before they count."""
     at, rate = state.read_at, state.read_rate
     return (
@@ -487,11 +487,11 @@ def motor_seen(mechanism: Mechanism, state: MechanismState) -> tuple[Reading, Re
     )
 
 
-def joints_seen(mechanism: Mechanism, state: MechanismState) -> Seen:
+def joints_seen(mechanism: Mechanism, state: MechanismState) -> JointMotion:
     """Return what encoders on all four joints saw: the motors' through their transmissions and errors."""
     exact = _joints(state.read_at, state.read_rate)
     one, two = motor_seen(mechanism, state)
-    return Seen(one.angle, exact.q12, two.angle, exact.q22, one.speed, exact.dq12, two.speed, exact.dq22)
+    return JointMotion(one.angle, exact.q12, two.angle, exact.q22, one.speed, exact.dq12, two.speed, exact.dq22)
 
 
 class ImuMotion(NamedTuple):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from array import array
 
+import numpy as np
 from sensor_msgs.msg import CameraInfo, Image
 
 from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
+from fivebar_description.camera_model import LENS_MODEL
 from fivebar_description.interface import (
     CAMERA_FRAME,
     CAMERA_IMAGE,
@@ -107,13 +109,12 @@ def _image(picture: Picture, stamp_ns: int) -> Image:
 
 def _camera_info(settings: CameraSettings) -> CameraInfo:
     optics = settings.optics()
-    matrix = [float(one) for one in optics.matrix().ravel()]
-    message = CameraInfo(height=settings.height, width=settings.width, distortion_model="plumb_bob")
+    message = CameraInfo(height=settings.height, width=settings.width, distortion_model=LENS_MODEL)
     message.header.frame_id = CAMERA_FRAME
-    message.d = [float(one) for one in optics.distortion()]
-    message.k = matrix
-    message.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    message.p = [*matrix[:3], 0.0, *matrix[3:6], 0.0, *matrix[6:], 0.0]
+    message.d = optics.distortion().tolist()
+    message.k = optics.matrix().ravel().tolist()
+    message.r = np.eye(3).ravel().tolist()
+    message.p = optics.projection().ravel().tolist()
     return message
 
 

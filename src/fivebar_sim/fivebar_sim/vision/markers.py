@@ -8,10 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_description.camera import TAG_CELLS
 from fivebar_description.camera_model import Points
-
-CELLS = 8
-"""Of an AprilTag 36h11 in a row, with its black frame."""
 
 MARGIN_CELLS = 1
 """Of white paper around it."""
@@ -63,7 +61,7 @@ def dictionary() -> cv2.aruco.Dictionary:
 
 def tag_texture(number: int, edge: float) -> Texture:
     """Return a tag whose black square has an edge (m), on its sheet of paper."""
-    bits = cv2.aruco.generateImageMarker(dictionary(), number, CELLS) > 0
+    bits = cv2.aruco.generateImageMarker(dictionary(), number, TAG_CELLS) > 0
     cells = np.pad(bits, MARGIN_CELLS, constant_values=True)
     ink = np.where(cells, WHITE, BLACK).astype(np.float32)
-    return sheet(np.kron(ink, np.ones((TEXELS, TEXELS), np.float32)), edge / CELLS / TEXELS)
+    return sheet(np.kron(ink, np.ones((TEXELS, TEXELS), np.float32)), edge / TAG_CELLS / TEXELS)

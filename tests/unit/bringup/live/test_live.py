@@ -17,7 +17,7 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 from fivebar_bringup.live.commands import Command, CommandRefused, read_command
 from fivebar_bringup.live.page import live_page, live_scene
 from fivebar_bringup.live.recovery import ADVICE, UNKNOWN, advice
-from fivebar_bringup.live.samples import COLUMNS, Messages, Posture, row, thinned
+from fivebar_bringup.live.samples import COLUMNS, JointStateSample, Messages, row, thinned
 from fivebar_bringup.live.server import LiveServer
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import sample_stamp_ns
@@ -166,7 +166,7 @@ def test_every_fault_of_the_graph_is_explained() -> None:
 def test_a_row_is_where_the_robot_is() -> None:
     robot = load_robot("dextar")
     position = inverse_geometry(robot, 1, -1, 0.01, 0.12)
-    values = row(robot, 500_000_000, Posture(tuple(position), (0.1, -0.2)), (0.01, 0.119), None)
+    values = row(robot, 500_000_000, JointStateSample(tuple(position), (0.1, -0.2)), (0.01, 0.119), None)
     assert tuple(values) == COLUMNS
     assert values["time"] == 0.5
     assert (values["x"], values["y"], values["error"]) == pytest.approx((10.0, 120.0, 1.0))

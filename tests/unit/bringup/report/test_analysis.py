@@ -13,7 +13,7 @@ import pytest
 
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
-from fivebar_bringup.report.timing import Timing, read_timing
+from fivebar_bringup.report.timing import RunTiming, read_timing
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError
@@ -122,9 +122,9 @@ def series_of(directory: Path, scenario: Scenario = DOWN) -> RunSeries:
     return read_series(read_bag(directory), scenario)
 
 
-def summary_of(directory: Path, scenario: Scenario = DOWN, timing: Timing | None = None) -> Summary:
+def summary_of(directory: Path, scenario: Scenario = DOWN, timing: RunTiming | None = None) -> Summary:
     recording = read_bag(directory)
-    return summarize(recording, read_series(recording, scenario), scenario, timing or Timing())
+    return summarize(recording, read_series(recording, scenario), scenario, timing or RunTiming())
 
 
 def strict_json(summary: Summary) -> dict[str, object]:
@@ -324,7 +324,7 @@ def test_missing_samples_leave_a_gap(record: Record) -> None:
 
 
 def test_faults_are_named_once_in_their_order_and_told_in_full(record: Record) -> None:
-    timing = Timing(faults=["node_died: blender ended with status 1", "candidate_missing: again"])
+    timing = RunTiming(faults=["node_died: blender ended with status 1", "candidate_missing: again"])
     faults = ["candidate_missing: no reference for sample 3", "command_stale: sample 9: waits"]
     summary = summary_of(record(faults=faults), timing=timing)
     assert summary.faults == ["candidate_missing", "command_stale", "node_died"]
@@ -353,11 +353,11 @@ def test_the_wait_for_the_first_answer_is_no_cycle_time(record: Record) -> None:
 
 def test_an_offline_run_has_no_cycle_time(record: Record) -> None:
     """Its log times are its stamps."""
-    assert summary_of(record(), timing=Timing(runner="offline")).cycle_time_ms is None
+    assert summary_of(record(), timing=RunTiming(runner="offline")).cycle_time_ms is None
 
 
 def test_timing_comes_from_the_launcher(record: Record) -> None:
-    timing = Timing(runner="ros", mode="realtime", wall_s=1.5, overruns=3)
+    timing = RunTiming(runner="ros", mode="realtime", wall_s=1.5, overruns=3)
     summary = summary_of(record(custom={"dropped": "4"}), timing=timing)
     assert (summary.runner, summary.mode, summary.wall_s, summary.overruns) == ("ros", "realtime", 1.5, 3)
     assert summary.dropped_messages == 4
@@ -372,14 +372,14 @@ def test_real_time_bridges_samples(
 ) -> None:
     """Missing ones are counted; only the last one has to be there."""
     directory = record(samples=[one for one in range(LAST + 1) if one not in missing])
-    summary = summary_of(directory, timing=Timing(runner="ros", mode=mode, overruns=2))
+    summary = summary_of(directory, timing=RunTiming(runner="ros", mode=mode, overruns=2))
     assert (summary.completed, summary.overruns) == (completed, 2)
     assert summary.missing_samples == len(set(missing) - {LAST})
 
 
 @pytest.mark.parametrize(("lost", "completed"), [(4, True), (LAST, False)])
 def test_real_time_counts_a_lost_reference_as_a_missing_sample(record: Record, lost: int, completed: bool) -> None:
-    summary = summary_of(record(without=[(REFERENCE, lost)]), timing=Timing(runner="ros", mode="realtime"))
+    summary = summary_of(record(without=[(REFERENCE, lost)]), timing=RunTiming(runner="ros", mode="realtime"))
     assert (summary.completed, summary.missing_samples, summary.within_tolerance) == (completed, 1, True)
 
 
@@ -387,7 +387,7 @@ def test_real_time_has_to_stay_within_the_tolerance(record: Record) -> None:
     """In lockstep a run may be completed without."""
     directory, tight = record(offset=(0.0, 1e-3)), DOWN.model_copy(update={"error_tolerance": 5e-4})
     assert summary_of(directory, tight).completed
-    summary = summary_of(directory, tight, Timing(runner="ros", mode="realtime"))
+    summary = summary_of(directory, tight, RunTiming(runner="ros", mode="realtime"))
     assert summary.not_completed_because == ["the platform was up to 1.0 mm from its reference, tolerated are 0.5 mm"]
 
 
@@ -509,7 +509,7 @@ def test_a_bag_without_joint_states_is_refused(record: Record) -> None:
 
 
 def test_a_missing_timing_file_knows_nothing(tmp_path: Path) -> None:
-    assert read_timing(tmp_path / "timing.json") == Timing(
+    assert read_timing(tmp_path / "timing.json") == RunTiming(
         runner=None, mode=None, wall_s=None, overruns=None, faults=[]
     )
 
@@ -527,7 +527,7 @@ def test_the_middle_crossing_offline(tmp_path: Path) -> None:
     """The motion of figure 4.5: two crossings, completed, with torques that the drives can give."""
     scenario = load_scenario("middle")
     write_bag(simulate(scenario), scenario, tmp_path / "bag")
-    summary = summary_of(tmp_path / "bag", scenario, Timing(runner="offline", wall_s=1.0))
+    summary = summary_of(tmp_path / "bag", scenario, RunTiming(runner="offline", wall_s=1.0))
     assert summary.completed
     assert summary.assembly_mode_changes == 2
     assert summary.sigma_max == 1.0

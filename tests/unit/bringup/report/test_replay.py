@@ -24,7 +24,7 @@ from fivebar_bringup.report.replay import LONGEST, SCRIPTS, kept_rows, replay_da
 from fivebar_bringup.report.report import write_animation, write_overlay
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import load_scenario
@@ -49,7 +49,7 @@ def directory(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
 def analysis(directory: RunDirectory) -> RunAnalysis:
     scenario, recording = directory.read_scenario(), read_bag(directory.bag)
     series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, Timing())
+    summary = summarize(recording, series, scenario, RunTiming())
     return RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
 
 
@@ -60,10 +60,9 @@ def column(data: dict[str, Any], name: str) -> NDArray[np.float32]:
 def repeated(series: RunSeries, count: int, rate_hz: int = 500) -> RunSeries:
     """The same series again and again, `count` rows in all."""
     rows = np.arange(count) % series.sample.size
-    longer = {name: values[rows] for name, values in vars(series).items() if name != "vision"}
-    return RunSeries(
-        **{**longer, "vision": series.vision, "sample": np.arange(count), "time": np.arange(count) / rate_hz}
-    )
+    kept = {"robot": series.robot, "vision": series.vision}
+    longer = {name: values[rows] for name, values in vars(series).items() if name not in kept}
+    return RunSeries(**{**longer, **kept, "sample": np.arange(count), "time": np.arange(count) / rate_hz})
 
 
 def test_the_robot_stands_where_the_bag_says(analysis: RunAnalysis) -> None:

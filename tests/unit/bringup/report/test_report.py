@@ -26,7 +26,7 @@ from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import CycleTime, Summary, summarize
 from fivebar_bringup.report.thesis import counterpart, thesis_figures
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError
@@ -95,7 +95,7 @@ def new_run(tmp_path: Path, scenario: Scenario, run: OfflineRun | None = None) -
 def findings(run: RunDirectory) -> RunAnalysis:
     scenario, recording = run.read_scenario(), read_bag(run.bag)
     series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, Timing())
+    summary = summarize(recording, series, scenario, RunTiming())
     return RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
 
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import can
 import pytest
+from emulation_file import load_emulation
 
 from fivebar_bringup.runs.rehearsal import write_drive_files
 from fivebar_bringup.scenario import Scenario, load_scenario
-from fivebar_sim.drives.configuration import NOT_EFFECTS, load_emulation
 from fivebar_sim.drives.emulation import SYNC_ID, Emulation
+from fivebar_sim.emulation_file import NOT_EFFECTS
 from fivebar_sim.settings import has_effects
 
 EFFECTS: dict[str, Any] = {

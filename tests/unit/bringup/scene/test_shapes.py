@@ -9,7 +9,7 @@ import pytest
 
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.scene.map import loci_shapes, path_shapes
-from fivebar_bringup.scene.moving import LONGEST_ARROW, Moment, Trail, moving_shapes
+from fivebar_bringup.scene.moving import LONGEST_ARROW, SceneSample, Trail, moving_shapes
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_bringup.scene.shapes import Shape
 from fivebar_control.model.dynamics import direct_dynamics
@@ -30,7 +30,7 @@ def named(shapes: list[Shape], group: str) -> list[Shape]:
 
 def test_links_begin_and_end_where_the_kinematics_say(robot: FiveBar, regular_states: States) -> None:
     for state in regular_states(20, 1):
-        links = named(moving_shapes(robot, Moment(state), SETTINGS), "links")
+        links = named(moving_shapes(robot, SceneSample(state), SETTINGS), "links")
         for number, (leg, angles) in enumerate(((robot.leg1, state.leg1), (robot.leg2, state.leg2))):
             elbow = elbow_position(leg, angles.q1)
             lower, upper = links[2 * number].points, links[2 * number + 1].points
@@ -67,7 +67,7 @@ def test_zones_lie_on_the_path_around_the_crossings() -> None:
 def test_forces_are_those_of_the_model_also_on_the_locus(robot: FiveBar, locus_states: States) -> None:
     for state in locus_states(10, 2):
         torque = (0.4, -0.7)
-        shapes = moving_shapes(robot, Moment(state, torque), SETTINGS)
+        shapes = moving_shapes(robot, SceneSample(state, torque), SETTINGS)
         arrows = [
             [end - start for start, end in zip(*shape.points, strict=True)][:2] for shape in named(shapes, "forces")
         ]
@@ -80,7 +80,7 @@ def test_forces_are_those_of_the_model_also_on_the_locus(robot: FiveBar, locus_s
 
 def test_what_is_unknown_is_not_drawn(robot: FiveBar, regular_states: States) -> None:
     (state,) = regular_states(1, 3)
-    shapes = moving_shapes(robot, Moment(state), SETTINGS)
+    shapes = moving_shapes(robot, SceneSample(state), SETTINGS)
     absent = {shape.group for shape in shapes if not shape.points}
     assert absent == {"torques", "forces", "reference"}
 

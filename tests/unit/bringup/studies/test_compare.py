@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
@@ -132,7 +132,7 @@ def test_an_estimated_run_in_memory_is_what_its_bag_holds(tmp_path: Path) -> Non
     write_bag(run, scenario, tmp_path / "bag")
     summaries = []
     for recording in (read_bag(tmp_path / "bag"), RunInMemory(run, scenario)):
-        summaries.append(summarize(recording, read_series(recording, scenario), scenario, Timing()))
+        summaries.append(summarize(recording, read_series(recording, scenario), scenario, RunTiming()))
     assert summaries[0].estimate_error_max_m is not None
     assert summaries[0] == summaries[1]
 

@@ -20,7 +20,7 @@ from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals, reference_residual
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.results import finite
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
@@ -203,7 +203,7 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, tmp_path:
                 np.testing.assert_array_equal(of_bag, of_memory, err_msg=name)
         elif name != "log_time_ns":
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
-    timing = Timing(runner="offline")
+    timing = RunTiming(runner="offline")
     assert summarize(from_bag, one, scenario, timing) == summarize(from_memory, other, scenario, timing)
 
 
@@ -266,7 +266,7 @@ def test_the_residual_of_the_series_is_the_planned_one() -> None:
     scenario = ReproductionCase("multi_cartesian", "early", 0.5).scenario()
     run = simulate(scenario)
     series = read_series(RunInMemory(run, scenario), scenario)
-    summary = summarize(RunInMemory(run, scenario), series, scenario, Timing())
+    summary = summarize(RunInMemory(run, scenario), series, scenario, RunTiming())
     findings = RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
     residual = reference_residual(findings)
     (crossing,) = findings.plan.crossings

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import Seen, StateEstimator
+from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at, seen_assembly
 from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
@@ -28,7 +28,7 @@ def after(made: int, late: int, x: float, y: float, samples: int = 60) -> tuple[
     angles = inverse_geometry(ROBOT, 1, -1, *PLACE)
     one = estimator()
     for sample in range(samples):
-        seen = [Seen(float(made), x, y, 1e-5)] if sample == made + late else []
+        seen = [PositionFix(float(made), x, y, 1e-5)] if sample == made + late else []
         one.take(sample, angles.q11, angles.q21, 0.0, 0.0, seen=seen)
     assert one.belief is not None
     return np.array(one.belief.estimate), one.belief.covariance
@@ -76,4 +76,4 @@ def test_a_start_that_the_camera_contradicts_is_refused() -> None:
     there = direct_geometry(ROBOT, -homing.assembly, angles.q11, angles.q21)
     for place, words in ((there, "in assembly mode"), ((0.05, 0.05), "allowed are 5 mm"), ((np.nan, 0.0), "not see")):
         with pytest.raises(HomingContradicted, match=words):
-            estimator(seen_start=True).take(0, angles.q11, angles.q21, 0.0, 0.0, seen=[Seen(0.0, *place, 1e-5)])
+            estimator(seen_start=True).take(0, angles.q11, angles.q21, 0.0, 0.0, seen=[PositionFix(0.0, *place, 1e-5)])

@@ -75,6 +75,13 @@ def test_a_request_that_the_tolerances_do_not_allow_is_refused_with_what_would()
     assert plan_order(conditions._replace(sensing=encoder), order).refused == ""
 
 
+def test_a_request_is_planned_for_the_gains_and_the_weight_of_the_robot() -> None:
+    """With those of DexTAR the predicted error allows no less than 0.82 s."""
+    order = PlanningRequest((0.0, 0.12), (1, -1), (0.0, 0.0), 0, 0.0)
+    planned = plan_order(Conditions("motkin", 500, 0.186, 50.0), order)
+    assert planned.refused == "" and sum(planned.durations) == pytest.approx(0.372, abs=0.05)
+
+
 def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: PlanningProcess) -> None:
     planning.ask(NEAR)
     os.kill(worker().pid or 0, signal.SIGKILL)

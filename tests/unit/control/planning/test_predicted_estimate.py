@@ -17,7 +17,12 @@ from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.estimation.step import Drives, estimator_model
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.planning.predicted_estimate import Sensing, Spread, predict_estimate, wrong_mode_probability
+from fivebar_control.planning.predicted_estimate import (
+    ErrorDistribution,
+    Sensing,
+    predict_estimate,
+    wrong_mode_probability,
+)
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
@@ -32,15 +37,17 @@ TOLERANCES = Tolerances(length=2e-4, zero=1e-3)
 @pytest.mark.parametrize(
     ("spread", "distance", "expected"),
     [
-        (Spread((1e-3,), 1e-6), 0.8e-3, 0.2),
-        (Spread((1e-3, 1e-3), 1e-6), 1e-3, 0.25),
-        (Spread((), 1e-3), 2e-3, math.erfc(math.sqrt(2.0))),
-        (Spread((1e-3,) * 9, 1e-6), 4e-3, math.erfc(4.0 / math.sqrt(6.0))),
-        (Spread((1e-3,), 1e-4), 0.0, 1.0),
+        (ErrorDistribution((1e-3,), 1e-6), 0.8e-3, 0.2),
+        (ErrorDistribution((1e-3, 1e-3), 1e-6), 1e-3, 0.25),
+        (ErrorDistribution((), 1e-3), 2e-3, math.erfc(math.sqrt(2.0))),
+        (ErrorDistribution((1e-3,) * 9, 1e-6), 4e-3, math.erfc(4.0 / math.sqrt(6.0))),
+        (ErrorDistribution((1e-3,), 1e-4), 0.0, 1.0),
     ],
     ids=["a uniform error", "two", "a normal one", "many are nearly normal", "of more than nothing"],
 )
-def test_the_tail_of_a_sum_of_bounded_and_normal_errors(spread: Spread, distance: float, expected: float) -> None:
+def test_the_tail_of_a_sum_of_bounded_and_normal_errors(
+    spread: ErrorDistribution, distance: float, expected: float
+) -> None:
     assert spread.beyond(distance) == pytest.approx(expected, abs=4e-3)
     if distance > 0.0:
         assert spread.exceeded_by(spread.beyond(distance)) == pytest.approx(distance, rel=1e-3)

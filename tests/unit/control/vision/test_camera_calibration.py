@@ -9,7 +9,7 @@ import pytest
 
 from fivebar_control.vision.calibration import (
     Board,
-    Calibration,
+    CameraCalibration,
     board_corners,
     calibrated,
     calibration_text,
@@ -24,11 +24,11 @@ BOARD = Board()
 
 
 @pytest.fixture(scope="module")
-def found() -> Calibration:
+def found() -> CameraCalibration:
     return calibrated(BOARD, board_views(BOARD.picture(48), BOARD.square, 48, SMALL, 12, seed=0))
 
 
-def test_the_calibrated_camera_is_the_true_one(found: Calibration) -> None:
+def test_the_calibrated_camera_is_the_true_one(found: CameraCalibration) -> None:
     """Over the whole picture, and with pixels counted from the centre of the first one."""
     true, columns, rows = SMALL.optics(), np.linspace(40, 600, 9), np.linspace(30, 450, 9)
     grid = np.array([(u, v) for u in columns for v in rows])
@@ -40,7 +40,7 @@ def test_the_calibrated_camera_is_the_true_one(found: Calibration) -> None:
     assert found.optics.fx == pytest.approx(true.fx, rel=1e-3)
 
 
-def test_the_file_is_read_again(found: Calibration, tmp_path: Path) -> None:
+def test_the_file_is_read_again(found: CameraCalibration, tmp_path: Path) -> None:
     path = tmp_path / "camera.yaml"
     path.write_text(calibration_text(found), encoding="utf-8")
     again = read_calibration(path)

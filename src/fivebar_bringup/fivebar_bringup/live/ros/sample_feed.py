@@ -9,7 +9,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from fivebar_bringup.live.samples import Messages, Posture, row, thinned
+from fivebar_bringup.live.samples import JointStateSample, Messages, row, thinned
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     JOINT_STATES,
@@ -75,7 +75,7 @@ class SampleFeed:
             if values is None:
                 continue
             torque = (values[4 + JOINTS.index(ACTIVE_JOINTS[0])], values[4 + JOINTS.index(ACTIVE_JOINTS[1])])
-            sample = Posture((values[0], values[1], values[2], values[3]), torque)
+            sample = JointStateSample((values[0], values[1], values[2], values[3]), torque)
             reference = _read(self._references.get(stamp), REFERENCE_NAMES, "position")
             answer = _read(self._supervisor.get(stamp), SUPERVISOR_NAMES, "position")
             place = None if reference is None else (reference[0], reference[1])

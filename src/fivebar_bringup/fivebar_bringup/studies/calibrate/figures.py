@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, house_style, new_figure, png
-from fivebar_bringup.studies.calibrate.result import INTERVALS, CalibrationResult, Parameter
+from fivebar_bringup.studies.calibrate.result import INTERVALS, CalibratedParameter, CalibrationResult
 
 GAP = (
     "The elbow gap at every passage through the Type 2 locus: how much further apart the elbows are, by the robot's"
@@ -81,7 +81,7 @@ def parameters(result: CalibrationResult) -> Figure:
     return figure
 
 
-def _draw_row(axes: Axes, number: int, one: Parameter) -> None:
+def _draw_row(axes: Axes, number: int, one: CalibratedParameter) -> None:
     axes.errorbar(0.0, number - 0.12, xerr=one.half_width_before, color=GREY, capsize=3.0, linestyle="none")
     change = one.value - one.before
     axes.errorbar(change, number + 0.12, xerr=one.half_width, color=BLUE, marker="o", capsize=4.0, linestyle="none")

@@ -36,7 +36,7 @@ UNITS = {
 """Unit that each parameter is shown in, and how many of it are one SI unit."""
 
 
-class Parameter(NamedTuple):
+class CalibratedParameter(NamedTuple):
     """One parameter with the half width of its interval, what it was before and within which bounds, in `unit`."""
 
     name: str
@@ -75,7 +75,7 @@ class CalibrationResult(NamedTuple):
     scenario: Scenario | None
     passive: PassiveZero | None = None
 
-    def parameters(self) -> list[Parameter]:
+    def parameters(self) -> list[CalibratedParameter]:
         """Return the parameters in the order of `PARAMETERS`, those of a sensor only where there is one."""
         found = self.found
         rows = zip(
@@ -91,7 +91,7 @@ class CalibrationResult(NamedTuple):
         for name, *figures in rows:
             unit, factor = UNITS[name]
             if name in shown:
-                result.append(Parameter(name, unit, *(factor * one for one in figures)))
+                result.append(CalibratedParameter(name, unit, *(factor * one for one in figures)))
         return result
 
     def tolerances(self) -> Tolerances:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import peak, rms, summarize
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
@@ -143,7 +143,7 @@ def run_case(case: ComparisonCase) -> ComparisonResult:
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, Timing())
+    summary = summarize(recording, series, scenario, RunTiming())
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
     return ComparisonResult(
         case,

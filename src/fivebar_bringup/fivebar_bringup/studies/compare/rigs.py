@@ -20,7 +20,7 @@ ENCODER_GAINS: dict[str, Mapping[str, float]] = {
 gains are lower than with exact sensors; with 900 and 60 the blended controllers' errors are twice as large."""
 
 
-class Rig(NamedTuple):
+class ComparisonRig(NamedTuple):
     """A rig.
 
     Attributes:
@@ -41,9 +41,9 @@ class Rig(NamedTuple):
 RIGS = {
     rig.name: rig
     for rig in (
-        Rig("ideal", "exact sensors and exact parameters", {}),
-        Rig("wrong", "exact sensors; mass +10 %, inertia −10 %, friction × 0.8", WRONG),
-        Rig(
+        ComparisonRig("ideal", "exact sensors and exact parameters", {}),
+        ComparisonRig("wrong", "exact sensors; mass +10 %, inertia −10 %, friction × 0.8", WRONG),
+        ComparisonRig(
             "encoders",
             "only the motors' encoders, 20 000 counts, their rounding is the noise; torque in steps of 2 mNm, one"
             " sample of delay; estimator ekf; exact parameters",
@@ -51,7 +51,7 @@ RIGS = {
             "ekf",
             ENCODER_GAINS,
         ),
-        Rig(
+        ComparisonRig(
             "realistic",
             "the encoders, torque steps, delay and estimator of the rig encoders with the parameters of the rig wrong",
             {**ENCODERS, **WRONG},

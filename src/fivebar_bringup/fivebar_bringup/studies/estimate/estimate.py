@@ -19,7 +19,7 @@ from fivebar_description.strict_yaml import InputError
 SETTINGS_FILE = "settings.yaml"
 
 
-class Estimation(NamedTuple):
+class EstimationComparison(NamedTuple):
     """A bag estimated with the recorded settings and with others, the same ones where nothing was changed."""
 
     bag: Path
@@ -80,7 +80,9 @@ def _yes(same: bool) -> str:
     return "yes" if same else "no"
 
 
-def estimate_bag(path: Path, file: Path | None, settings: Sequence[str], scenario: Path | None = None) -> Estimation:
+def estimate_bag(
+    path: Path, file: Path | None, settings: Sequence[str], scenario: Path | None = None
+) -> EstimationComparison:
     """Estimate a bag, or that of a run's directory, with the recorded settings and with others.
 
     Args:
@@ -103,10 +105,10 @@ def estimate_bag(path: Path, file: Path | None, settings: Sequence[str], scenari
     record = read_estimator_record(source, recorded)
     before = estimated_again(record, recorded, source.bag)
     after = before if changed == recorded else estimated_again(record, changed, source.bag)
-    return Estimation(source.bag, recorded, changed, before, after)
+    return EstimationComparison(source.bag, recorded, changed, before, after)
 
 
-def write_estimation(estimation: Estimation, out: Path | None) -> StudyDirectory:
+def write_estimation(estimation: EstimationComparison, out: Path | None) -> StudyDirectory:
     """Write figure, page, JSON and the new settings as a file into a new directory.
 
     Raises:

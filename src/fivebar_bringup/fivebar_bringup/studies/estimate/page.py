@@ -14,7 +14,7 @@ from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.style import BLUE, GREY, house_style, new_figure, png
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.studies.estimate.changes import SECTIONS
-from fivebar_bringup.studies.estimate.estimate import Estimation
+from fivebar_bringup.studies.estimate.estimate import EstimationComparison
 from fivebar_description.strict_yaml import yaml_text
 
 CAPTION = (
@@ -28,19 +28,19 @@ SENSORS = ("encoders", "gyroscope", "passive joint")
 """Columns of `Replay.squared`, in words."""
 
 
-def settings_file(estimation: Estimation) -> str:
+def settings_file(estimation: EstimationComparison) -> str:
     """Return the sections `ekf` and `tolerances` with the new settings as YAML."""
     content: dict[str, Any] = estimation.changed.model_dump(mode="json")
     return yaml_text({section: content[section] for section in SECTIONS})
 
 
-def draw_pictures(estimation: Estimation) -> list[Picture]:
+def draw_pictures(estimation: EstimationComparison) -> list[Picture]:
     """Return the picture of the page."""
     with house_style():
         return [Picture("innovations", CAPTION, png(innovations(estimation)))]
 
 
-def innovations(estimation: Estimation) -> Figure:
+def innovations(estimation: EstimationComparison) -> Figure:
     """Draw squared innovations and the distance from the recorded estimate over time."""
     squared = np.vstack((estimation.before.squared, estimation.after.squared))
     present = [sensor for sensor in range(len(SENSORS)) if np.any(np.isfinite(squared[:, sensor]))]
@@ -66,7 +66,7 @@ def _values(axes: Axes, time: FloatArray, values: FloatArray, colour: str) -> No
     axes.plot(time, values, color=colour, linewidth=1.0, marker=".", markersize=2.5)
 
 
-def html_page(estimation: Estimation, pictures: Sequence[Picture]) -> str:
+def html_page(estimation: EstimationComparison, pictures: Sequence[Picture]) -> str:
     """Return the page: changed settings, figures of consistency, the picture, and the settings as a file."""
     return render(
         "estimation.html",

@@ -6,10 +6,8 @@ import math
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.sizes import sizes_of
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.laws import registry
-from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
@@ -63,7 +61,8 @@ def plan_request(request: Request) -> Transfer:
     """
     _refuse_malformed(request)
     follower = _follower(request)
-    counts = _plant(request).encoder_counts
+    before = _before(request)
+    counts = before.plant.encoder_counts
     step = 0.0 if counts is None else 2.0 * math.pi * request.rate_hz / counts
     start = request.start
     if request.working_mode is not None and request.working_mode != start.working_mode:
@@ -82,7 +81,7 @@ def plan_request(request: Request) -> Transfer:
         follower,
         _limits(request, limits_of(follower, request.torque_limit, request.motor_speed, step)),
         duration=request.duration,
-        sensing=_sensing(request),
+        sensing=_sensing(request, before),
     )
 
 
@@ -103,7 +102,7 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         "segment_duration": list(transfer.durations),
         "time_law": "quintic",
         "rate_hz": request.rate_hz,
-        "plant": _plant(request)._asdict(),
+        "plant": _plant(request, _before(request))._asdict(),
     }
     return validate(content, Scenario, "goto")
 
@@ -117,15 +116,14 @@ def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
     return limits._replace(error_tolerance=before.error_tolerance, risk=before.risk, loads=loads)
 
 
-def _sensing(request: Request) -> Sensing | None:
+def _sensing(request: Request, before: Scenario) -> Sensing | None:
     """Return what the estimator of the run has, that of the run before; None without one."""
-    before = _before(request)
-    update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request)}
+    update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request, before)}
     return before.model_copy(update=update).sensing()
 
 
-def _plant(request: Request) -> PlantSettings:
-    return _before(request).plant._replace(torque_limit=request.torque_limit)
+def _plant(request: Request, before: Scenario) -> PlantSettings:
+    return before.plant._replace(torque_limit=request.torque_limit)
 
 
 def _before(request: Request) -> Scenario:
@@ -145,11 +143,7 @@ def _before(request: Request) -> Scenario:
 
 def _follower(request: Request) -> TunedController:
     """Return the controller with default settings, those of torques in the robot's size."""
-    sizes = sizes_of(read_robot(request.robot))
-    controller = registry.find_controller(request.controller)
-    return TunedController(
-        controller, *(TunedLaw(law, law.settings(**sizes.get(law.name, {}))) for law in controller.laws)
-    )
+    return registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
 
 
 def _refuse_malformed(request: Request) -> None:

@@ -12,6 +12,7 @@ from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 
@@ -36,7 +37,9 @@ def stand(
         InputError: the controller accepts no goals, or the output directory cannot be used.
     """
     if not scenario.scheme().takes_goals:
-        raise InputError(f"controller: {scenario.controller}: accepts no goals: expected unified or mpc")
+        raise InputError(
+            f"controller: {scenario.controller}: accepts no goals: expected {' or '.join(GOAL_CONTROLLERS)}"
+        )
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
     resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)

@@ -10,7 +10,7 @@ from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, MOTORS, house_style, new_figure, png
 from fivebar_bringup.pages.units import engineering, suitable_unit
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult, Parameter
+from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult, IdentifiedParameter
 
 TORQUES = (
     "Torques of both motors after the filters, measured and as the identified model predicts them, with the"
@@ -82,7 +82,7 @@ def parameters(findings: IdentificationResult) -> Figure:
     return figure
 
 
-def _interval_rows(axes: Axes, rows: list[Parameter], scales: list[float], centre: float) -> float:
+def _interval_rows(axes: Axes, rows: list[IdentifiedParameter], scales: list[float], centre: float) -> float:
     """Draw one row per parameter, the first on top; return the largest distance of an interval's end from `centre`."""
     largest = 1.0 if centre else 0.0
     for row, (one, scale) in enumerate(zip(rows, scales, strict=True)):

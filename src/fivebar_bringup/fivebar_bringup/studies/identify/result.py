@@ -17,7 +17,7 @@ INTERVALS = f"{100.0 * CONFIDENCE:.0f} % intervals"
 UNITS = dict(zip(PARAMETERS, ("kg m²", "kg m²", "kg", "Nm", "Nm", "Nm", "Nm"), strict=True))
 
 
-class Parameter(NamedTuple):
+class IdentifiedParameter(NamedTuple):
     """One identified parameter with the half width of its interval and what it was before, in its unit."""
 
     name: str
@@ -52,12 +52,12 @@ class IdentificationResult(NamedTuple):
     samples: int
     found: Identification
 
-    def parameters(self) -> list[Parameter]:
+    def parameters(self) -> list[IdentifiedParameter]:
         """Return the parameters in the order of `PARAMETERS`."""
         before = parameter_values(self.start.five_bar())
         values, halves = self.found.fit.values.tolist(), self.found.fit.half_widths.tolist()
         return [
-            Parameter(name, UNITS[name], *figures)
+            IdentifiedParameter(name, UNITS[name], *figures)
             for name, *figures in zip(PARAMETERS, values, halves, before, strict=True)
         ]
 

@@ -18,7 +18,7 @@ from fivebar_bringup.studies.reproduce.cases import (
     ReproductionExtent,
     fixed,
 )
-from fivebar_bringup.studies.reproduce.own_figures import Group, draw_peaks, draw_residuals
+from fivebar_bringup.studies.reproduce.own_figures import PointGroup, draw_peaks, draw_residuals
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, largest, of, runs_of
 from fivebar_bringup.studies.reproduce.runner import ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.tables import LAWS, far_cases, printed_law_cases
@@ -56,10 +56,10 @@ STEEP = ReproductionCase(MULTI_MODEL, "early", 0.3)
 STEEP_CRITERION = STEEP._replace(time_law=CRITERION)
 
 
-def _group(name: str, runs: Sequence[ReproductionResult], over_residual: bool) -> Group:
+def _group(name: str, runs: Sequence[ReproductionResult], over_residual: bool) -> PointGroup:
     made = [run for run in runs if run.requested is not None]
     x = tuple(run.crossing_residual or 0.0 for run in made) if over_residual else ()
-    return Group(name, x, tuple(run.requested or 0.0 for run in made), tuple(run.completed for run in made))
+    return PointGroup(name, x, tuple(run.requested or 0.0 for run in made), tuple(run.completed for run in made))
 
 
 def _grids(extent: ReproductionExtent) -> dict[tuple[str, str], list[ReproductionCase]]:

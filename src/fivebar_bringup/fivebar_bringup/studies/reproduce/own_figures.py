@@ -28,7 +28,7 @@ COLOURS = (BLUE, GREEN, PURPLE, VERMILION, GREY)
 MARKERS = ("o", "s", "^", "D", "v")
 
 
-class Group(NamedTuple):
+class PointGroup(NamedTuple):
     """Points of one controller: x, y and whether the run was completed."""
 
     name: str
@@ -37,7 +37,7 @@ class Group(NamedTuple):
     completed: tuple[bool, ...]
 
 
-def draw_peaks(groups: Sequence[Group]) -> bytes:
+def draw_peaks(groups: Sequence[PointGroup]) -> bytes:
     """Draw the largest torque that each run requested, controller by controller."""
     with house_style():
         figure = new_figure(
@@ -57,7 +57,7 @@ def draw_peaks(groups: Sequence[Group]) -> bytes:
         return png(figure)
 
 
-def draw_residuals(groups: Sequence[Group]) -> bytes:
+def draw_residuals(groups: Sequence[PointGroup]) -> bytes:
     """Draw the torque that runs requested over how far their reference is from the dynamic criterion."""
     largest = max((value for group in groups for value in group.x), default=0.0)
     with house_style():

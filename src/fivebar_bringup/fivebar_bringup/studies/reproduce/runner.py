@@ -14,7 +14,7 @@ from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, rms, summarize
-from fivebar_bringup.report.timing import Timing
+from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
@@ -157,7 +157,7 @@ def run_case(case: ReproductionCase, drawings: Sequence[str] = ()) -> Reproducti
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, Timing(runner="offline", wall_s=time.monotonic() - began))
+    summary = summarize(recording, series, scenario, RunTiming(runner="offline", wall_s=time.monotonic() - began))
     findings = RunAnalysis(scenario, plan, scenario.five_bar(), series, summary)
     fractions = [_fraction(findings, number) for number in range(len(plan.crossings))]
     outside = ~series.in_zone

@@ -93,7 +93,7 @@ CHANGES: Mapping[str, Callable[[Content], None]] = {
 """Changes tried one at a time, to see which conditions the failure depends on."""
 
 
-class Moment(NamedTuple):
+class LargestError(NamedTuple):
     """When the actual platform was furthest from its reference, up to the first fault.
 
     Attributes:
@@ -113,7 +113,7 @@ class Explanation(NamedTuple):
     """A failure: the run, the time of its largest error, and the changes with which the same crossing succeeds."""
 
     row: SweepRow
-    worst: Moment
+    worst: LargestError
     saved_by: tuple[str, ...]
 
     @property
@@ -166,7 +166,7 @@ def _succeeds(scenario: Scenario, change: str) -> bool:
         return False
 
 
-def worst_moment(scenario: Scenario) -> Moment:
+def worst_moment(scenario: Scenario) -> LargestError:
     """Return when a scenario's run is furthest from its reference."""
     robot = scenario.five_bar()
     plan = sampled(robot, scenario.plan(), scenario.rate_hz, scenario.lead_samples)
@@ -175,7 +175,9 @@ def worst_moment(scenario: Scenario) -> Moment:
     moments = []
     for number, (x, y, estimated_x, estimated_y, kappa) in enumerate(_places(scenario, trace[:until])):
         error = math.hypot(x - plan.rows[number, 0], y - plan.rows[number, 1])
-        moments.append(Moment(number / scenario.rate_hz, error, kappa, math.hypot(estimated_x - x, estimated_y - y)))
+        moments.append(
+            LargestError(number / scenario.rate_hz, error, kappa, math.hypot(estimated_x - x, estimated_y - y))
+        )
     return max(moments, key=lambda moment: moment.error)
 
 

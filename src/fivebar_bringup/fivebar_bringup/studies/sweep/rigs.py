@@ -53,7 +53,7 @@ MEDIAN_LOAD = 0.26
 uniform from 0 to 1, in a random direction. That much the robots of a rig are declared to bear."""
 
 
-class Spread(NamedTuple):
+class RobotDistribution(NamedTuple):
     """The distribution of a rig's robots.
 
     Attributes:
@@ -100,7 +100,7 @@ class Spread(NamedTuple):
         return "; ".join([*parts, DRIVES.format(100.0 * self.cogging / 2.0, 500.0 * self.late, 1e3 * self.late)])
 
 
-class Rig(NamedTuple):
+class SweepRig(NamedTuple):
     """A rig.
 
     Attributes:
@@ -118,14 +118,14 @@ class Rig(NamedTuple):
     name: str
     words: str
     leaves_out: str
-    spread: Spread
+    spread: RobotDistribution
     sensed: bool = True
     sections: Mapping[str, Mapping[str, Any]] = {}
     blended: Mapping[str, Mapping[str, Any]] = {}
     tracking_limit: float | None = None
 
 
-def sections_for(rig: Rig, controller: str) -> dict[str, dict[str, Any]]:
+def sections_for(rig: SweepRig, controller: str) -> dict[str, dict[str, Any]]:
     """Return the sections that a rig's robots have with a controller of this package."""
     found = {name: dict(keys) for name, keys in rig.sections.items()}
     if CONTROLLERS[controller].blended:
@@ -135,7 +135,7 @@ def sections_for(rig: Rig, controller: str) -> dict[str, dict[str, Any]]:
 
 
 def with_gyro(
-    spread: Spread, ekf: Mapping[str, float], kp: float, kd: float, weight: float = 0.3
+    spread: RobotDistribution, ekf: Mapping[str, float], kp: float, kd: float, weight: float = 0.3
 ) -> dict[str, Mapping[str, Any]]:
     """Return the sections of robots of a spread with a gyroscope.
 
@@ -159,7 +159,7 @@ ENCODERS_WORDS = (
     f"only the motors' encoders with {ENCODER_COUNTS} counts, estimator ekf, torque in steps of 2 mNm, a sample of"
     " delay"
 )
-CALIBRATED = Spread(
+CALIBRATED = RobotDistribution(
     scale=0.05,
     friction=0.15,
     length=2e-5,
@@ -224,21 +224,21 @@ NOT_HERE = "eccentric encoders, the distal links' own inertia, presliding, heat 
 RIGS = {
     rig.name: rig
     for rig in (
-        Rig(
+        SweepRig(
             "ideal",
             "exact sensors on all four joints, exact parameters, no delay",
             "every fault that robots have: a check of the laws, no promise for a robot",
-            Spread(),
+            RobotDistribution(),
             sensed=False,
         ),
-        Rig(
+        SweepRig(
             "encoders",
             f"{ENCODERS_WORDS}; mass, inertia and friction ±15 %",
             "wrong lengths and encoder zeros, above all, of which 0.02 mm decide whether an estimator from encoders"
             f" alone is lost; passive friction, tilt, pushes, lost commands, {RIGID}, {NOT_HERE}",
-            Spread(scale=0.15, friction=0.15),
+            RobotDistribution(scale=0.15, friction=0.15),
         ),
-        Rig(
+        SweepRig(
             "calibrated",
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {CALIBRATED.words()}",
             f"{RIGID}, {NOT_HERE}",
@@ -247,7 +247,7 @@ RIGS = {
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
-        Rig(
+        SweepRig(
             "good",
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {GOOD.words()}",
             NOT_HERE,
@@ -256,7 +256,7 @@ RIGS = {
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
-        Rig(
+        SweepRig(
             "middling",
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
@@ -265,7 +265,7 @@ RIGS = {
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
-        Rig(
+        SweepRig(
             "poor",
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {POOR.words()}",
             NOT_HERE,
@@ -287,13 +287,13 @@ class Scales(NamedTuple):
     friction: float
 
 
-def drawn_scales(spread: Spread, random: np.random.Generator) -> Scales:
+def drawn_scales(spread: RobotDistribution, random: np.random.Generator) -> Scales:
     """Return the scales of a robot."""
     mass, inertia, friction = random.uniform(-1.0, 1.0, 3).tolist()
     return Scales(1.0 + spread.scale * mass, 1.0 + spread.scale * inertia, 1.0 + spread.friction * friction)
 
 
-def drawn_effects(spread: Spread, random: np.random.Generator, crossing: float) -> dict[str, Any]:
+def drawn_effects(spread: RobotDistribution, random: np.random.Generator, crossing: float) -> dict[str, Any]:
     """Return the sections of effects of a robot in `plant`, and its seed, for a first crossing at a time (s).
 
     Equal random numbers make the same robot of any rig, with errors in proportion to the rig's bounds.
