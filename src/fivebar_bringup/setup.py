@@ -4,7 +4,16 @@ from setuptools import find_packages, setup
 
 NAME = "fivebar_bringup"
 SHARE = f"share/{NAME}"
-DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "rviz/*.rviz", "foxglove/*.json", "plotjuggler/*.xml")
+DATA = (
+    "config/**/*.yaml",
+    "config/**/*.csv",
+    "config/*.xml",
+    "launch/*.launch.py",
+    "rviz/*.rviz",
+    "foxglove/*.json",
+    "plotjuggler/*.xml",
+)
+
 
 setup(
     name=NAME,

@@ -74,7 +74,7 @@ def compare(
             given=tuple(load_scenario(name) for name in names),
             controllers=tuple(CONTROLLERS) if controllers is None else _controllers(controllers),
             durations=_durations(durations if durations is not None else "1" if quick else "0.5,1,2,3"),
-            rigs=_chosen("--rigs", rigs, RIG_NAMES) if rigs is not None else ("ideal", "realistic") if quick else None,
+            rigs=chosen("--rigs", rigs, RIG_NAMES) if rigs is not None else ("ideal", "realistic") if quick else None,
         )
         _refuse_namesakes([given.name for given in extent.given])
         command = _command(names, extent.controllers, extent.durations, rigs, quick)
@@ -107,7 +107,7 @@ def _controllers(text: str) -> tuple[str, ...]:
         raise InputError(f"--controllers: {str(error).removeprefix('controller: ')}") from error
 
 
-def _chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
+def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
     """Return the names in a list that is separated by commas, each once.
 
     Raises:

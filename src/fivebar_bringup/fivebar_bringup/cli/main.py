@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fivebar_bringup.cli import (
+    benchmark,
     calibrate,
     camera,
     compare,
@@ -23,6 +24,7 @@ from fivebar_bringup.cli import (
 from fivebar_bringup.cli.app import app
 
 __all__ = [
+    "benchmark",
     "calibrate",
     "camera",
     "compare",

@@ -25,6 +25,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.compiling import compiled_and_kept
 from fivebar_control.laws.gains import (
     DISTURBANCE_LIMIT,
     FALLBACK_KD,
@@ -61,6 +62,12 @@ LEAST_WEIGHT = 1e-9
 
 SCALE = 1e8
 """Of the cost, which brings its second derivatives to the size of 1, for which the solver's tolerances are made."""
+
+
+ROW = 14
+"""Numbers in a row of a window."""
+
+NO_PLAN: FloatArray = np.empty(0)
 
 
 class MpcSettings(NamedTuple):
@@ -124,12 +131,17 @@ class MpcSettings(NamedTuple):
     fallback_weight: Annotated[float, FALLBACK_WEIGHT] = UnifiedSettings().weight
 
 
-class Stage(NamedTuple):
-    """A coming sample of the reference: its input map, and the friction (Nm) of both motors."""
+class Window(NamedTuple):
+    """The reference of the samples that follow, and what the prediction needs of each.
 
-    mapped: InputMap
-    f1: float
-    f2: float
+    Attributes:
+        ahead: the references.
+        rows: float64[N, 14], of each its six numbers, its input map's six, and the friction of both motors (Nm); NaN
+            where the robot has no input map.
+    """
+
+    ahead: tuple[Platform, ...]
+    rows: FloatArray
 
 
 class MpcMemory(NamedTuple):
@@ -138,7 +150,7 @@ class MpcMemory(NamedTuple):
     Attributes:
         unified: of the disturbance observer, shared with the law that stands in.
         torque: the last torque (Nm), None before the first sample and after a gap.
-        stages: of the samples that were ahead, by their reference; None for none.
+        window: of the samples that were ahead; None for none.
         plan: float64[2N], torques beyond friction (Nm) that the last solution has planned from the next sample on; None
             for none.
         duals: of the last solution, float64[constraints], to start the next one from; None for none.
@@ -147,7 +159,7 @@ class MpcMemory(NamedTuple):
 
     unified: UnifiedMemory
     torque: Torque | None
-    stages: dict[Platform, Stage] | None
+    window: Window | None
     plan: FloatArray | None
     duals: FloatArray | None
     unfinished: int
@@ -166,14 +178,14 @@ class Weights(NamedTuple):
     """The parts of the quadratic program that do not depend on the motion, N the horizon, h the period.
 
     Attributes:
-        quadratic: float64[2N, 2N], to be multiplied by G_i^T G_k entry by entry.
+        quadratic: float64[N, N], to be multiplied by G_i^T G_k.
         steps: float64[2N, 2N], weights of the changes of what departs from the plan.
         torques: float64[2N, 2N], with those of the torques.
         from_place: float64[N, N], from the errors of position at samples 1 to N to the gradient.
         from_speed: float64[N, N], the same from those of speed.
         to_place: float64[N, N], from accelerations over the intervals to positions.
         to_speed: float64[N, N], to speeds.
-        times: float64[N, 1], of the samples 1 to N (s).
+        times: float64[N], of the samples 1 to N (s).
         rows: float64[2(N - 1), 2N], changes of the torques from sample to sample.
     """
 
@@ -211,14 +223,14 @@ def weights_of(
     changes = np.eye(2 * horizon) - np.eye(2 * horizon, k=-2)
     steps = SCALE * (step_weight * changes.T @ changes + weight * np.eye(2 * horizon))
     return Weights(
-        quadratic=np.kron(from_place @ to_place + from_speed @ to_speed, np.ones((2, 2))),
+        quadratic=from_place @ to_place + from_speed @ to_speed,
         steps=steps,
         torques=steps + SCALE * LEAST_WEIGHT * np.eye(2 * horizon),
         from_place=from_place,
         from_speed=from_speed,
         to_place=to_place,
         to_speed=to_speed,
-        times=np.cumsum(to_speed[:, :1], axis=0),
+        times=np.cumsum(to_speed[:, 0]),
         rows=np.ascontiguousarray(changes[2:]),
     )
 
@@ -264,56 +276,83 @@ def solve(problem: Problem, duals: FloatArray | None) -> Solution:
 
 def problem_of(
     weights: Weights,
-    maps: FloatArray,
-    offsets: FloatArray,
-    state: State,
-    ahead: tuple[Platform, ...],
-    plan: FloatArray | None,
-    last: Torque | None,
+    rows: FloatArray,
+    here: FloatArray,
+    disturbance: tuple[float, float],
+    plan: FloatArray,
+    last: tuple[float, float],
     torque_limit: float,
     torque_step: float,
 ) -> Problem:
-    """Return the quadratic program of a sample.
+    """Return the quadratic program of a sample; numba compiles it.
 
     Args:
         weights: the constant parts.
-        maps: float64[N, 6], input maps of the N intervals.
-        offsets: float64[N, 2], torque less u: friction less disturbance (Nm).
-        state: the present state.
-        ahead: reference of the samples 1 to N.
-        plan: float64[2N], u as planned at the sample before (Nm), None for none.
-        last: the torque of the sample before (Nm).
+        rows: float64[N, 14], of the window.
+        here: float64[12], of the present sample position, velocity, input map and friction.
+        disturbance: of each motor (Nm).
+        plan: float64[2N], u as planned at the sample before (Nm), empty for none.
+        last: the torque of the sample before (Nm), NaN for none.
         torque_limit: of either motor (Nm).
         torque_step: its largest change from sample to sample (Nm).
     """
-    count = len(ahead)
-    inputs = maps[:, :4].reshape(count, 2, 2)
-    drift = maps[:, 4:]
-    target = np.array(ahead)
-    velocity = np.array((state.vx, state.vy))
-    place_error = target[:, :2] - np.array((state.x, state.y)) - weights.times * velocity - weights.to_place @ drift
-    speed_error = target[:, 2:4] - velocity - weights.to_speed @ drift
-    pull = weights.from_place @ place_error + weights.from_speed @ speed_error
-    gradient = -(pull[:, None, :] @ inputs).reshape(2 * count)
-    flat = inputs.transpose(1, 0, 2).reshape(2, 2 * count)
-    quadratic = weights.quadratic * (flat.T @ flat) + weights.torques
-    if plan is not None:
-        gradient -= weights.steps @ plan
-    off = offsets.reshape(2 * count)
-    low, high = -torque_limit - off, torque_limit - off
-    if not math.isfinite(torque_step):
-        return Problem(quadratic, gradient, weights.rows[:0], low, high)
-    if last is not None:
-        held = np.array(last) - off[:2]
-        low[:2], high[:2] = np.maximum(low[:2], held - torque_step), np.minimum(high[:2], held + torque_step)
-    change = off[:-2] - off[2:]
-    return Problem(
-        quadratic,
-        gradient,
-        weights.rows,
-        np.concatenate((low, change - torque_step)),
-        np.concatenate((high, change + torque_step)),
-    )
+    count = len(rows)
+    maps, off = np.empty((count, 6)), np.empty(2 * count)
+    for sample in range(count):
+        for entry in range(6):
+            before = here[4 + entry] if sample == 0 else rows[sample - 1, 6 + entry]
+            maps[sample, entry] = 0.5 * (before + rows[sample, 6 + entry])
+        for motor in range(2):
+            friction = here[10 + motor] if sample == 0 else rows[sample - 1, 12 + motor]
+            off[2 * sample + motor] = friction - disturbance[motor]
+    # the errors without any torque
+    place_error, speed_error = np.empty((count, 2)), np.empty((count, 2))
+    for sample in range(count):
+        for axis in range(2):
+            place, speed = here[axis] + weights.times[sample] * here[2 + axis], here[2 + axis]
+            for other in range(sample + 1):
+                place += weights.to_place[sample, other] * maps[other, 4 + axis]
+                speed += weights.to_speed[sample, other] * maps[other, 4 + axis]
+            place_error[sample, axis] = rows[sample, axis] - place
+            speed_error[sample, axis] = rows[sample, 2 + axis] - speed
+    gradient, quadratic = np.empty(2 * count), np.empty((2 * count, 2 * count))
+    for sample in range(count):
+        pull_x = pull_y = 0.0
+        for other in range(sample, count):
+            by_place, by_speed = weights.from_place[sample, other], weights.from_speed[sample, other]
+            pull_x += by_place * place_error[other, 0] + by_speed * speed_error[other, 0]
+            pull_y += by_place * place_error[other, 1] + by_speed * speed_error[other, 1]
+        for motor in range(2):
+            gradient[2 * sample + motor] = -(pull_x * maps[sample, motor] + pull_y * maps[sample, 2 + motor])
+        for other in range(count):
+            for motor in range(2):
+                for second in range(2):
+                    product = maps[sample, motor] * maps[other, second]
+                    product += maps[sample, 2 + motor] * maps[other, 2 + second]
+                    row, column = 2 * sample + motor, 2 * other + second
+                    quadratic[row, column] = weights.quadratic[sample, other] * product + weights.torques[row, column]
+    if len(plan) > 0:
+        # a change of torque concerns a sample and its neighbours
+        for row in range(2 * count):
+            for column in range(max(row % 2, row - 2), min(2 * count, row + 3), 2):
+                gradient[row] -= weights.steps[row, column] * plan[column]
+    changes = 2 * count - 2 if math.isfinite(torque_step) else 0
+    low, high = np.empty(2 * count + changes), np.empty(2 * count + changes)
+    low[: 2 * count], high[: 2 * count] = -torque_limit - off, torque_limit - off
+    if changes > 0:
+        for motor in range(2):
+            if not math.isnan(last[motor]):
+                held = last[motor] - off[motor]
+                low[motor], high[motor] = max(low[motor], held - torque_step), min(high[motor], held + torque_step)
+        change = off[:-2] - off[2:]
+        low[2 * count :], high[2 * count :] = change - torque_step, change + torque_step
+    return Problem(quadratic, gradient, weights.rows[:changes], low, high)
+
+
+@cache
+def compiled_problem_of() -> Any:
+    """Return `problem_of` as machine code, kept on disk."""
+    return compiled_and_kept(problem_of)
 
 
 def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
@@ -322,13 +361,31 @@ def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
     return friction_torque(robot.leg1, legs.leg1.dq1), friction_torque(robot.leg2, legs.leg2.dq1)
 
 
-def stage_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Stage | None:
-    """Return a coming sample of the reference; None where the robot has no input map there."""
+def row_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> tuple[float, ...]:
+    """Return the row of a window for a reference."""
     reference = reference_from_platform(robot, mode1, mode2, platform)
     mapped = input_map(robot, reference.state)
-    if mapped is None or math.isnan(mapped.g_x1):
+    if mapped is None:
+        return (math.nan,) * ROW
+    return (*platform, *mapped, reference.f1, reference.f2)
+
+
+def window_of(robot: FiveBar, instant: Instant, horizon: int, before: Window | None) -> Window | None:
+    """Return the window of a sample; None where the reference of fewer samples is known.
+
+    Where it follows that of the sample before, only the last row is new.
+    """
+    ahead = (instant.ahead or ())[:horizon]
+    if len(ahead) < horizon:
         return None
-    return Stage(mapped, reference.f1, reference.f2)
+    rows = np.empty((horizon, ROW))
+    new = 0
+    if before is not None and len(before.ahead) == horizon and before.ahead[1:] == ahead[:-1]:
+        new = horizon - 1
+        rows[:new] = before.rows[1:]
+    for number in range(new, horizon):
+        rows[number] = row_of(robot, instant.mode1, instant.mode2, ahead[number])
+    return Window(ahead, rows)
 
 
 def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcSettings) -> tuple[Torque, MpcMemory]:
@@ -341,35 +398,26 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
     mapped = input_map(robot, state)
     if mapped is None:
         return UNDEFINED, after_gap(memory)
-    ahead = (instant.ahead or ())[: settings.horizon]
-    before = memory.stages or {}
-    stages: dict[Platform, Stage] = {}
-    for platform in ahead:
-        stage = before.get(platform) or stages.get(platform) or stage_of(robot, instant.mode1, instant.mode2, platform)
-        if stage is None:
-            break
-        stages[platform] = stage
-    known = len(ahead) == settings.horizon and ahead[-1] in stages
+    window = window_of(robot, instant, settings.horizon, memory.window)
     solution = Solution(None, None)
     torque_limit = math.inf if settings.torque_limit is None else settings.torque_limit
     step = math.inf if settings.torque_rate_limit is None else settings.torque_rate_limit * period
-    if known:
+    if window is not None and not np.isnan(window.rows).any():
         d1, d2 = observed_disturbance(mapped, state, memory.unified, standing_in, period)
-        coming = [stages[platform] for platform in ahead]
-        points = np.array([mapped, *(one.mapped for one in coming)])
-        friction = np.array([(f1, f2), *((one.f1, one.f2) for one in coming[:-1])])
-        acting = np.array((d1 + f1 - reference.f1, d2 + f2 - reference.f2))
-        weights = weights_of(
-            settings.horizon, period, settings.speed_time, settings.end_weight, settings.step_weight, settings.weight
-        )
-        problem = problem_of(
-            weights,
-            0.5 * (points[:-1] + points[1:]),
-            friction - acting,
-            state,
-            ahead,
-            memory.plan,
-            memory.torque,
+        problem = compiled_problem_of()(
+            weights_of(
+                settings.horizon,
+                period,
+                settings.speed_time,
+                settings.end_weight,
+                settings.step_weight,
+                settings.weight,
+            ),
+            window.rows,
+            np.array((state.x, state.y, state.vx, state.vy, *mapped, f1, f2)),
+            (d1 + f1 - reference.f1, d2 + f2 - reference.f2),
+            NO_PLAN if memory.plan is None else memory.plan,
+            (math.nan, math.nan) if memory.torque is None else (memory.torque.tau1, memory.torque.tau2),
             torque_limit,
             step,
         )
@@ -377,7 +425,7 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
     if solution.torques is None:
         torque, kept = unified_step(robot, state, reference, memory.unified, standing_in, period)
         torque = changed_by_at_most(torque, memory.torque, step)
-        return torque, MpcMemory(kept, torque, stages, None, None, memory.unfinished + 1)
+        return torque, MpcMemory(kept, torque, window, None, None, memory.unfinished + 1)
     u1, u2 = solution.torques[:2].tolist()
     torque = Torque(
         min(max(u1 + reference.f1 - d1, -torque_limit), torque_limit),
@@ -387,7 +435,7 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
     return torque, MpcMemory(
         observed_from(mapped, state, reference, torque, d1, d2),
         torque,
-        stages,
+        window,
         np.concatenate((solution.torques[2:], solution.torques[-2:])),
         solution.duals,
         memory.unfinished,

@@ -77,7 +77,7 @@ class TrajectoryGenerator(SamplingNode):
         # the reference of sample 0 cannot be published ahead of it, nor that of one whose predecessor was not measured
         first = max(self._published + 1, sample + 1 - CAPACITY)
         self._references = {
-            number: tuple(held or self._planned(later) for later in range(number, number + self._samples_ahead + 1))
+            number: (held,) * (self._samples_ahead + 1) if held else self._planned(number)
             for number in range(first, sample + 2)
         }
         self._published = sample + 1
@@ -94,8 +94,8 @@ class TrajectoryGenerator(SamplingNode):
         else:
             self._hold.stop()
 
-    def _planned(self, sample: int) -> Platform:
-        return self._queue.at(sample + self._motion.lead_samples)
+    def _planned(self, sample: int) -> tuple[Platform, ...]:
+        return self._queue.window(sample + self._motion.lead_samples, self._samples_ahead)
 
     def _new_queue(self) -> MotionQueue:
         return MotionQueue(self._motion.plan, self._motion.rate_hz)

@@ -84,11 +84,25 @@ class MotionQueue:
         self._motion = ScheduledPath(plan.path, 0)
         self._before = self._motion
         self._requested = False
+        self._window: tuple[Platform, ...] = ()
+        self._window_first = 0
 
     def at(self, sample: int) -> Platform:
         """Return the reference of a sample."""
         motion = self._motion if sample >= self._motion.first else self._before
         return motion.path.at((sample - motion.first) / self._rate_hz)
+
+    def window(self, sample: int, ahead: int) -> tuple[Platform, ...]:
+        """Return the references of a sample and of those that follow.
+
+        Of a window that follows the last one only the end is evaluated.
+        """
+        if len(self._window) == ahead + 1 and sample == self._window_first + 1:
+            self._window = (*self._window[1:], self.at(sample + ahead))
+        elif len(self._window) != ahead + 1 or sample != self._window_first:
+            self._window = tuple(self.at(number) for number in range(sample, sample + ahead + 1))
+        self._window_first = sample
+        return self._window
 
     def resting_from(self) -> int:
         """Return the first sample from which on the reference rests."""
@@ -130,6 +144,7 @@ class MotionQueue:
         if (here.x, here.y) != (there.x, there.y):
             raise GoalRefused("the motion does not begin where the reference rests")
         self._before, self._motion = self._motion, ScheduledPath(path, sample)
+        self._window = ()
 
     def cancel(self) -> None:
         """Withdraw the request: its planning has failed."""

@@ -47,6 +47,19 @@ def test_one_motion_after_the_other(queue: MotionQueue) -> None:
     assert queue.at(250)[:2] == (0.0, 0.15)
 
 
+def test_a_window_holds_the_references_of_its_samples_whatever_was_asked_before(queue: MotionQueue) -> None:
+    def expect(sample: int, ahead: int) -> None:
+        assert queue.window(sample, ahead) == tuple(queue.at(number) for number in range(sample, sample + ahead + 1))
+
+    for sample, ahead in ((0, 5), (1, 5), (1, 5), (2, 3), (3, 3), (30, 3), (45, 20), (46, 20)):
+        expect(sample, ahead)
+    # a motion that begins within a window that has been given out
+    order = queue.request(50, Goal(0.03, 0.12))
+    queue.begin(55, Path.through((order.start, order.goal), (1.0,)))
+    for sample in (47, 48, 60):
+        expect(sample, 20)
+
+
 def test_no_request_is_taken_while_the_robot_moves_or_another_is_planned(queue: MotionQueue) -> None:
     with pytest.raises(GoalRefused, match=r"moving for another 0\.30 s"):
         queue.request(20, Goal(0.03, 0.12))

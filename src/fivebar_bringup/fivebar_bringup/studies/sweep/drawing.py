@@ -173,10 +173,10 @@ def draw(seed: int, number: int, rig: str = VARIED) -> Draw:
         DELAYS[random.integers(len(DELAYS))],
         seed=seed,
     )
-    return case if rig == VARIED else _on(case, rig)
+    return case if rig == VARIED else on_robot(case, rig)
 
 
-def _on(case: Draw, name: str) -> Draw:
+def on_robot(case: Draw, name: str) -> Draw:
     """Return a case with a robot of a rig."""
     rig = RIGS[name]
     mass, inertia, friction = drawn_scales(rig.spread, np.random.default_rng((case.seed, case.number, SCALES)))

@@ -90,7 +90,7 @@ def quick_enough(case: Draw) -> Draw:
         InputError: the planner refuses the motion.
     """
     scenario = case.scenario(TIMED_FOR)
-    plan, limits = plan_of(case), _limits(case, scenario)
+    plan, limits = plan_of(case), limits_for(case, scenario)
     if not limits.loads.declared:
         return case
     task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
@@ -133,7 +133,7 @@ def planned(case: Draw) -> Plan:
 def screened(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Feasibility:
     """Return the screen's judgement of a controller's run, given the sampled plan; predicted where nothing else is."""
     scenario = case.scenario(controller)
-    limits = _limits(case, scenario)
+    limits = limits_for(case, scenario)
     verdict = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits)
     if not verdict.feasible:
         return verdict
@@ -149,7 +149,8 @@ def screened(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Feasi
     )
 
 
-def _limits(case: Draw, scenario: Scenario) -> MotionLimits:
+def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
+    """Return the limits of the screen for a case."""
     counts = case.encoder_counts
     step = 0.0 if counts is None else 2.0 * math.pi * RATE_HZ / counts
     return limits_of(scenario.tuned(), TORQUE_LIMIT, speed_step=step)._replace(loads=scenario.to_bear())

@@ -1,0 +1,95 @@
+"""Subcommand that runs and scores the benchmark: benchmark."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.cli.compare import chosen
+from fivebar_bringup.runs.results import finite
+from fivebar_bringup.studies.sweep.rigs import RIGS
+from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_description.strict_yaml import InputError
+
+
+@app.command()
+def benchmark(
+    rigs: Annotated[
+        str, typer.Option("--rigs", help=f"Whose robots: some of {','.join(RIGS)} (docs/sweeps.md).")
+    ] = "ideal",
+    controllers: Annotated[
+        str | None, typer.Option("--controllers", help=f"Some of {','.join(CONTROLLERS)} [default: all]")
+    ] = None,
+    crossings: Annotated[
+        int | None, typer.Option("--crossings", min=1, help="Only the first so many crossings. [default: all]")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="File for the results, or the one to continue. [default: benchmark.csv]"),
+    ] = None,
+    score: Annotated[
+        Path | None,
+        typer.Option("--score", help="Run nothing, and score a file of results, such as one of your own controller."),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run controllers on the fixed set of 1000 crossings and score them, or score results from elsewhere.
+
+    Example: `fivebar benchmark --rigs calibrated --controllers unified --crossings 100`
+
+    Example: `fivebar benchmark --score mine.csv`
+    """
+    # here, because they load matplotlib
+    from fivebar_bringup.studies.benchmark.crossings import benchmark as crossings_of
+    from fivebar_bringup.studies.benchmark.running import run_benchmark
+    from fivebar_bringup.studies.benchmark.scoring import RULES, read_results, scores
+
+    with input_errors(), ending_on_sigterm():
+        every = crossings_of()
+        wanted = every[: len(every) if crossings is None else crossings]
+        if score is not None:
+            try:
+                results = read_results(score.read_text(encoding="utf-8"), str(score))
+            except OSError as error:
+                raise InputError(f"{score}: cannot be read: {error.strerror}") from error
+        else:
+            names = tuple(CONTROLLERS) if controllers is None else chosen("--controllers", controllers, CONTROLLERS)
+            with progress_bar("benchmark", as_json) as progress:
+                results = run_benchmark(
+                    out if out is not None else Path("benchmark.csv"),
+                    chosen("--rigs", rigs, RIGS),
+                    names,
+                    len(wanted),
+                    jobs if jobs is not None else os.cpu_count() or 1,
+                    progress,
+                )
+        found = scores(results, wanted)
+    if as_json:
+        lines = [one._asdict() | {"interval": one.interval._asdict()} for one in found]
+        print(json.dumps(finite({"rules": RULES, "scores": lines}), indent=2, allow_nan=False))
+        return
+    table = Table("rig", "controller", "success", "95 %", "error, mm", "95 %", "Nm", "stopped", box=None)
+    for one in found:
+        table.add_row(
+            one.rig,
+            one.controller,
+            f"{one.successes}/{one.crossings}",
+            f"{100.0 * one.interval.low:.1f}-{100.0 * one.interval.high:.1f}",
+            f"{1e3 * one.error_median:.2f}",
+            f"{1e3 * one.error_95:.2f}",
+            f"{one.torque_median:.2f}",
+            str(one.stopped),
+        )
+    printer = Console()
+    printer.print(table)
+    printer.print(RULES)

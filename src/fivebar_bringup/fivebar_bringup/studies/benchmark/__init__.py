@@ -1,0 +1,1 @@
+"""A fixed set of crossings with rules of success, to compare controllers by, those of others included."""

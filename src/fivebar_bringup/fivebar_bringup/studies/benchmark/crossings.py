@@ -1,0 +1,115 @@
+"""The crossings of the benchmark: read from the file that is shipped, and drawn, once, for that file.
+
+`python -m fivebar_bringup.studies.benchmark.crossings` prints the file.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from itertools import count, islice
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.studies.sweep.drawing import RATE_HZ, Draw, draw, on_robot, plan_of
+from fivebar_bringup.studies.sweep.running import TIMED_FOR, limits_for
+from fivebar_control.planning.feasibility import screen
+from fivebar_description.share import share_file
+from fivebar_description.strict_yaml import InputError
+
+SEED = 1914
+"""Of the crossings, and of the robots of every rig."""
+
+CROSSINGS = 1000
+
+
+class Crossing(NamedTuple):
+    """A crossing of the benchmark: a straight segment from rest to rest by the fifth-order polynomial.
+
+    Attributes:
+        crossing: number.
+        mode1, mode2: working mode.
+        start_x, start_y, end_x, end_y: rests (m) in different assembly modes.
+        duration: s.
+        mode_changes: of the assembly mode, on the way.
+    """
+
+    crossing: int
+    mode1: int
+    mode2: int
+    start_x: float
+    start_y: float
+    end_x: float
+    end_y: float
+    duration: float
+    mode_changes: int
+
+    def on(self, rig: str) -> Draw:
+        """Return the crossing with the robot that a rig has for it."""
+        case = Draw(*self[:8], 1.0, 1.0, 1.0, None, 0, seed=SEED)
+        return on_robot(case, rig)
+
+
+def benchmark() -> list[Crossing]:
+    """Return the crossings, from the file that is shipped."""
+    return read_crossings(shipped().read_text(encoding="utf-8"))
+
+
+def shipped() -> Path:
+    """Return the file of the crossings."""
+    return share_file("fivebar_bringup", "config", "benchmark", "crossings.csv")
+
+
+def read_crossings(text: str) -> list[Crossing]:
+    """Return the crossings of a file."""
+    readers = (int, int, int, float, float, float, float, float, int)
+    return [
+        Crossing(*(reader(entry) for reader, entry in zip(readers, line, strict=True)))
+        for line in islice(csv.reader(io.StringIO(text)), 1, None)
+    ]
+
+
+def drawn_crossings() -> Iterator[Crossing]:
+    """Yield crossings: those of a sweep's cases, rounded, that can be made at all.
+
+    The planner accepts it, and the reference asks for no more than the drives have, is not too long near the locus and
+    rests at a distance from it; no controller is asked.
+    """
+    accepted = 0
+    for number in count():
+        case = draw(SEED, number, "ideal")
+        found = Crossing(
+            accepted,
+            case.mode1,
+            case.mode2,
+            round(case.start_x, 5),
+            round(case.start_y, 5),
+            round(case.end_x, 5),
+            round(case.end_y, 5),
+            # a whole number of samples
+            round(case.duration * RATE_HZ) / RATE_HZ,
+            0,
+        )
+        case = found.on("ideal")
+        try:
+            plan = plan_of(case)
+        except InputError:
+            continue
+        scenario = case.scenario(TIMED_FOR)
+        if screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits_for(case, scenario)).feasible:
+            accepted += 1
+            yield found._replace(mode_changes=len(plan.crossings))
+
+
+def file_text(crossings: Iterator[Crossing]) -> str:
+    """Return the file of crossings."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(Crossing._fields)
+    writer.writerows(crossings)
+    return text.getvalue()
+
+
+if __name__ == "__main__":
+    print(file_text(islice(drawn_crossings(), CROSSINGS)), end="")

@@ -1,0 +1,170 @@
+"""The score of a controller: how many crossings succeeded, by the rules and with an interval."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from scipy.special import betaincinv
+
+from fivebar_bringup.studies.benchmark.crossings import Crossing
+from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT
+from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
+from fivebar_description.strict_yaml import InputError
+
+CONFIDENCE = 0.95
+
+RULES = (
+    "A crossing is a success if the robot is never stopped, changes its assembly mode as often as the crossing does,"
+    f" and its platform is always less than {1e3 * PEAK_LIMIT:g} mm from the reference and less than"
+    f" {1e3 * FINAL_LIMIT:g} mm at the end, with torques of at most {TORQUE_LIMIT:g} Nm. The reference is the straight"
+    " segment by the fifth-order polynomial. The errors are those of the actual platform at the same instant, not of"
+    " the measured one. A crossing without a line is a failure."
+)
+"""The rules of success, in words."""
+
+
+class Result(NamedTuple):
+    """A line of results: the run of a crossing.
+
+    Attributes:
+        crossing: number.
+        rig: on whose robot.
+        controller: by what.
+        fault: why it was stopped, "" for nothing.
+        mode_changes: of the assembly mode.
+        error_peak, error_final: distance of the actual platform from the reference (m), the largest and that at the
+            end.
+        torque: largest that either drive applied (Nm).
+    """
+
+    crossing: int
+    rig: str
+    controller: str
+    fault: str
+    mode_changes: int
+    error_peak: float
+    error_final: float
+    torque: float
+
+
+HEAD = ",".join(Result._fields) + "\n"
+"""First line of a file of results."""
+
+_READERS = (int, str, str, str, int, float, float, float)
+
+
+class Interval(NamedTuple):
+    """An interval of shares."""
+
+    low: float
+    high: float
+
+
+class Score(NamedTuple):
+    """A controller's score on a rig.
+
+    Attributes:
+        rig, controller: whose.
+        successes: how many, of `crossings`.
+        crossings: of the benchmark that were to be run.
+        interval: of the share of successes, Clopper and Pearson's for 95 %.
+        error_median, error_95: of the largest errors (m) of the crossings that have a line.
+        torque_median: of the largest torques (Nm).
+        stopped: how many had a fault.
+    """
+
+    rig: str
+    controller: str
+    successes: int
+    crossings: int
+    interval: Interval
+    error_median: float
+    error_95: float
+    torque_median: float
+    stopped: int
+
+
+def success(result: Result, crossing: Crossing) -> bool:
+    """Return whether a result meets `RULES`."""
+    return (
+        not result.fault
+        and result.mode_changes == crossing.mode_changes
+        and result.error_peak < PEAK_LIMIT
+        and result.error_final < FINAL_LIMIT
+        and result.torque <= TORQUE_LIMIT + 1e-9
+    )
+
+
+def clopper_pearson(successes: int, runs: int) -> Interval:
+    """Return the exact interval of a share for 95 %."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = 0.0 if successes == 0 else float(betaincinv(successes, runs - successes + 1, tail))
+    high = 1.0 if successes == runs else float(betaincinv(successes + 1, runs - successes, 1.0 - tail))
+    return Interval(low, high)
+
+
+def scores(results: Sequence[Result], crossings: Sequence[Crossing]) -> list[Score]:
+    """Return the score of every controller and rig in the results, on these crossings."""
+    groups: dict[tuple[str, str], dict[int, Result]] = {}
+    for result in results:
+        if result.crossing < len(crossings):
+            groups.setdefault((result.rig, result.controller), {})[result.crossing] = result
+    return [
+        _score(rig, controller, list(found.values()), crossings)
+        for (rig, controller), found in sorted(groups.items(), key=lambda group: group[0])
+    ]
+
+
+def _score(rig: str, controller: str, results: Sequence[Result], crossings: Sequence[Crossing]) -> Score:
+    good = sum(success(result, crossings[result.crossing]) for result in results)
+    # an error that is not known is the largest
+    errors = sorted(math.inf if math.isnan(result.error_peak) else result.error_peak for result in results)
+    torques = sorted(result.torque for result in results)
+    return Score(
+        rig,
+        controller,
+        good,
+        len(crossings),
+        clopper_pearson(good, len(crossings)),
+        _quantile(errors, 0.5),
+        _quantile(errors, 0.95),
+        _quantile(torques, 0.5),
+        sum(bool(result.fault) for result in results),
+    )
+
+
+def _quantile(ordered: Sequence[float], share: float) -> float:
+    """Return the least value that a share of all does not exceed."""
+    return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
+
+
+def read_results(text: str, source: str) -> list[Result]:
+    """Return the results of a file.
+
+    Raises:
+        InputError: a line is not one of results, or one is given twice.
+    """
+    lines = csv.reader(io.StringIO(text))
+    if next(lines, None) != list(Result._fields):
+        raise InputError(f"{source}: line 1: expected {HEAD.strip()}")
+    found: dict[tuple[int, str, str], Result] = {}
+    for number, line in enumerate(lines, start=2):
+        try:
+            result = Result(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True)))
+        except ValueError as error:
+            raise InputError(f"{source}: line {number}: expected {HEAD.strip()}: {error}") from error
+        if result.crossing < 0 or result[:3] in found:
+            raise InputError(f"{source}: line {number}: crossing {result.crossing} is not known, or given twice")
+        found[result[:3]] = result
+    return list(found.values())
+
+
+def as_line(result: Result) -> str:
+    """Return a line of a file of results."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(result)
+    return text.getvalue()

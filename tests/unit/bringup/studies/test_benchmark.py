@@ -1,0 +1,92 @@
+"""The benchmark: the crossings that are shipped, the rules of success, and results that are continued."""
+
+from __future__ import annotations
+
+import json
+from itertools import islice
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, Crossing, benchmark, drawn_crossings
+from fivebar_bringup.studies.benchmark.running import NOT_STARTED, run_benchmark
+from fivebar_bringup.studies.benchmark.scoring import (
+    HEAD,
+    Interval,
+    Result,
+    as_line,
+    clopper_pearson,
+    read_results,
+    scores,
+    success,
+)
+from fivebar_description.strict_yaml import InputError
+
+CROSSING = Crossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)
+GOOD = Result(0, "ideal", "mine", "", 1, 1.9e-3, 0.9e-3, 2.0)
+
+
+def test_the_shipped_crossings_are_those_that_are_drawn() -> None:
+    crossings = benchmark()
+    assert [one.crossing for one in crossings] == list(range(CROSSINGS))
+    assert crossings[:3] == list(islice(drawn_crossings(), 3))
+    assert all(one.mode_changes % 2 == 1 for one in crossings)
+
+
+@pytest.mark.parametrize(
+    ("successes", "runs", "interval"),
+    [(0, 10, (0.0, 0.3085)), (10, 10, (0.6915, 1.0)), (8, 10, (0.4439, 0.9748)), (0, 0, (0.0, 1.0))],
+)
+def test_the_interval_is_that_of_clopper_and_pearson(successes: int, runs: int, interval: tuple[float, float]) -> None:
+    assert clopper_pearson(successes, runs) == pytest.approx(Interval(*interval), abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"fault": "tracking_lost"},
+        {"mode_changes": 0},
+        {"error_peak": 2e-3},
+        {"error_peak": float("nan")},
+        {"error_final": 1e-3},
+        {"torque": 2.01},
+    ],
+)
+def test_every_rule_decides(change: dict[str, object]) -> None:
+    assert success(GOOD, CROSSING)
+    assert not success(GOOD._replace(**change), CROSSING)  # type: ignore[arg-type]
+
+
+def test_a_crossing_without_a_line_is_a_failure() -> None:
+    (score,) = scores([GOOD], [CROSSING, CROSSING._replace(crossing=1)])
+    assert (score.successes, score.crossings) == (1, 2)
+    assert score.interval == clopper_pearson(1, 2)
+
+
+@pytest.mark.parametrize(
+    "text", ["crossing,error\n", HEAD + "0,ideal,mine,,1,x,0,1\n", HEAD + 2 * as_line(GOOD), HEAD + "-1,a,b,,1,0,0,1\n"]
+)
+def test_what_is_no_file_of_results_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=r"mine\.csv: line"):
+        read_results(text, "mine.csv")
+
+
+def test_results_are_continued_and_scored(tmp_path: Path) -> None:
+    file = tmp_path / "results.csv"
+    first = run_benchmark(file, ["ideal"], ["unified"], 2, 1, lambda done, total: None)
+    assert [success(result, crossing) for result, crossing in zip(first, benchmark(), strict=False)] == [True, True]
+    whole = file.read_text(encoding="utf-8")
+    file.write_text(whole[:-20], encoding="utf-8")
+    steps: list[tuple[int, int]] = []
+    assert run_benchmark(file, ["ideal"], ["unified"], 2, 1, lambda *step: steps.append(step)) == first
+    assert steps == [(1, 2), (2, 2)]
+    assert file.read_text(encoding="utf-8") == whole
+    called = CliRunner().invoke(app, ["benchmark", "--score", str(file), "--crossings", "2", "--json"])
+    (score,) = json.loads(called.output)["scores"]
+    assert (score["rig"], score["controller"], score["successes"], score["crossings"]) == ("ideal", "unified", 2, 2)
+
+
+def test_a_start_that_the_estimator_refuses_is_no_success() -> None:
+    assert not success(GOOD._replace(fault=NOT_STARTED), CROSSING)
