@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from fivebar_bringup.studies import vision_accuracy
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.vision.localisation import PlatformSight, PlatformTracker
 from fivebar_description.camera import CameraSettings
@@ -28,15 +29,8 @@ def posture_at(x: float, y: float) -> Posture:
 
 
 def places(number: int, seed: int) -> list[tuple[float, float]]:
-    """Places (m) that the robot reaches with 20 mm to spare, so that it can move through them."""
-    random, found = np.random.default_rng(seed), []
-    while len(found) < number:
-        x, y = random.uniform(-0.09, 0.09), random.uniform(-0.02, 0.16)
-        corners = [(x + dx, y + dy) for dx in (-0.02, 0.02) for dy in (-0.02, 0.02)]
-        reached = [inverse_geometry(load_robot("dextar"), 1, -1, *corner) for corner in corners]
-        if all(math.isfinite(angle) for joints in reached for angle in joints):
-            found.append((x, y))
-    return found
+    """Places (m) that the robot reaches with something to spare, so that it can move through them."""
+    return vision_accuracy.places(load_robot("dextar"), number, seed)
 
 
 def sights(

@@ -35,6 +35,9 @@ LastSample = Annotated[
     int, Setting("Last sample of the run, 0 for a run without end.", "samples", at_least=0, at_most=100_000_000)
 ]
 AwaitedNodes = Annotated[tuple[str, ...], Setting("Nodes whose announcement on run/ready this one waits for.")]
+ByTheClock = Annotated[
+    bool, Setting("Real time: leave out pictures for which there is no time, so that those that come are fresh.")
+]
 ReadyTimeout = Annotated[float, Setting("Longest time until the run has started.", "s", at_least=0.1, at_most=3600.0)]
 
 LARGEST_COUNTS = 1_000_000_000

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 
 from fivebar_description.camera import CameraSettings
+from fivebar_description.parameters import load_robot
+from fivebar_sim.vision.camera import Camera
 from fivebar_sim.vision.frames import FrameSchedule
 from fivebar_sim.vision.sights import Sights
 
@@ -31,6 +33,16 @@ def test_the_same_seed_gives_the_same_pictures() -> None:
     one, two, other = (FrameSchedule(LATE, RATE_HZ, seed) for seed in (1, 1, 2))
     frames = [[schedule.exposed(sample) for sample in range(0, 400, 8)] for schedule in (one, two, other)]
     assert frames[0] == frames[1] != frames[2]
+
+
+def test_exposures_that_are_skipped_leave_the_others_as_they_are() -> None:
+    robot, settings = load_robot("dextar"), LATE._replace(pictures=False, dropped=0.0)
+    joints, rest = (1.66, -0.92, 1.48, 0.92), (0.0,) * 4
+    whole, partly = (Camera(robot, settings, RATE_HZ, seed=3) for _ in range(2))
+    arrived = [one for sample in range(200) for one in whole.take(sample, joints, rest)]
+    rare = [one for sample in range(200) for one in partly.take(sample, joints, rest, skips=sample % 16 == 8)]
+    assert rare == [one for one in arrived if one.sample % 16 != 8]
+    assert 0 < len(rare) < len(arrived)
 
 
 @pytest.mark.parametrize("repeats", [1, 3])

@@ -18,6 +18,7 @@ DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
     "torques": figures.torques,
     "vhc_error": figures.vhc_error,
     "acceleration": figures.acceleration,
+    "vision": figures.vision,
     "supervisor": figures.supervisor,
     "criterion": criterion_figure.criterion,
     "cycles": cycle_figure.cycles,

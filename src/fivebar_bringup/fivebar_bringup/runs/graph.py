@@ -198,7 +198,7 @@ def crossing_graph(
         _blender(scenario, mode, endless=bridged),
         *([] if bridged else [_imu_listener(scenario)]),
     ]
-    nodes += _vision(scenario, None if drives is not None else PLANT if rehearsal is None else EMULATED_ROBOT)
+    nodes += _vision(scenario, mode, None if drives is not None else PLANT if rehearsal is None else EMULATED_ROBOT)
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
@@ -268,7 +268,7 @@ def _imu_listener(scenario: Scenario) -> NodeSpec:
     )
 
 
-def _vision(scenario: Scenario, keeper: str | None) -> list[NodeSpec]:
+def _vision(scenario: Scenario, mode: Mode, keeper: str | None) -> list[NodeSpec]:
     """Return the camera, where it is simulated, and who reads its pictures.
 
     `keeper` is the node that publishes the robot's exact state, None for a real robot.
@@ -278,7 +278,8 @@ def _vision(scenario: Scenario, keeper: str | None) -> list[NodeSpec]:
         return []
     parameters = to_parameters(camera, CAMERA_PREFIX)
     waits = () if keeper is None else ("camera", "state_estimator" if scenario.estimated else keeper)
-    own = CameraNodeSettings(scenario.robot, scenario.rate_hz, () if keeper is None else (keeper,))
+    by_the_clock = mode is Mode.REALTIME
+    own = CameraNodeSettings(scenario.robot, scenario.rate_hz, by_the_clock, () if keeper is None else (keeper,))
     simulation = NodeSpec(
         "fivebar_sim",
         "camera",
@@ -291,7 +292,7 @@ def _vision(scenario: Scenario, keeper: str | None) -> list[NodeSpec]:
         "vision_listener",
         {
             **to_parameters(
-                VisionListenerSettings(scenario.robot, scenario.rate_hz, scenario.lead_samples, waits),
+                VisionListenerSettings(scenario.robot, scenario.rate_hz, scenario.lead_samples, by_the_clock, waits),
             ),
             **parameters,
         },

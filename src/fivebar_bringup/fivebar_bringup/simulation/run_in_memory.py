@@ -23,6 +23,8 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
     TORQUE_REQUESTED,
     VHC_TORQUE,
+    VISION_NAMES,
+    VISION_PLATFORM,
     Topic,
     sample_stamp_ns,
 )
@@ -34,6 +36,7 @@ NAMES = {
     REFERENCE.name: REFERENCE_NAMES,
     SUPERVISOR_STATE.name: SUPERVISOR_NAMES,
     TORQUE_REQUESTED.name: ACTIVE_JOINTS,
+    VISION_PLATFORM.name: VISION_NAMES,
 }
 
 
@@ -48,6 +51,8 @@ class RunInMemory(Recording):
         stamps = [sample_stamp_ns(sample.number, scenario.rate_hz) for sample in samples]
         self._stamps = np.array(stamps, dtype=np.int64)
         references = np.array([sample.reference for sample in samples])
+        seen = [one for sample in samples for one in sample.vision]
+        self._exposures = np.array([one.stamp for one in seen], dtype=np.int64)
         self._fields = {
             (JOINT_STATES.name, "position"): np.array([sample.measured.position for sample in samples]),
             (JOINT_STATES.name, "velocity"): np.array([sample.measured.velocity for sample in samples]),
@@ -62,6 +67,8 @@ class RunInMemory(Recording):
         constraint = [sample.constraint for sample in samples if sample.constraint is not None]
         if constraint:
             self._fields[VHC_TORQUE.name, "effort"] = np.array(constraint)
+        if seen:
+            self._fields[VISION_PLATFORM.name, "position"] = np.array([one.reading for one in seen])
         exact = [sample.truth for sample in samples if sample.truth is not None]
         if exact:
             for field in Measurement._fields:
@@ -71,6 +78,8 @@ class RunInMemory(Recording):
         """Return the number of messages of a topic."""
         if topic == FAULTS:
             return len(self._run.faults)
+        if topic == VISION_PLATFORM:
+            return len(self._exposures)
         return len(self._run.samples) if any(name == topic.name for name, _ in self._fields) else 0
 
     def log_times(self, topic: Topic) -> IntArray:
@@ -79,7 +88,7 @@ class RunInMemory(Recording):
 
     def stamps(self, topic: Topic) -> IntArray:
         """Return the stamps, int64[n] in nanoseconds."""
-        return self._stamps
+        return self._exposures if topic == VISION_PLATFORM else self._stamps
 
     def joint_names(self, topic: Topic) -> tuple[str, ...]:
         """Return the names in a topic of JointState."""

@@ -40,6 +40,9 @@ from fivebar_description.run_plan import robot_value
 PICTURES = 16
 """That wait at most; older ones are of no use."""
 
+FRESH_PICTURES = 2
+"""That wait at most in real time."""
+
 
 class VisionListener(GraphNode):
     """Publishes the platform's position for every picture, NaN where it is not seen, and its difference to the joints'.
@@ -65,7 +68,7 @@ class VisionListener(GraphNode):
         self._platform = self.advertise(VISION_PLATFORM)
         self._errors = self.advertise(VISION_ERROR)
         self.listen(CAMERA_INFO, self._on_info)
-        self.listen(CAMERA_IMAGE, self._on_image, PICTURES)
+        self.listen(CAMERA_IMAGE, self._on_image, FRESH_PICTURES if settings.by_the_clock else PICTURES)
         self.listen(JOINT_STATES, self._on_joints, QUEUE_DEPTH)
         self.wait_for_publishers(settings.wait_for_nodes)
 

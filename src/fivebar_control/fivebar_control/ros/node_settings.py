@@ -17,6 +17,7 @@ from fivebar_description.shared_settings import (
     LONGEST_DELAY,
     WORKING_MODE,
     AwaitedNodes,
+    ByTheClock,
     LastSample,
     RateHz,
     Robot,
@@ -236,6 +237,7 @@ class VisionListenerSettings(NamedTuple):
     robot: Robot = "dextar"
     rate_hz: RateHz = 500
     lead_samples: LeadSamples = 0
+    by_the_clock: ByTheClock = False
     wait_for_nodes: AwaitedNodes = ()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from array import array
 
 import numpy as np
@@ -15,6 +16,7 @@ from fivebar_description.interface import (
     CAMERA_INFO,
     GROUND_TRUTH,
     JOINTS,
+    NANOSECONDS,
     VISION_NAMES,
     VISION_PLATFORM,
 )
@@ -31,9 +33,18 @@ from fivebar_sim.settings import PlantSettings
 from fivebar_sim.vision.camera import Camera, Delivered
 from fivebar_sim.vision.renderer import Picture
 
+LATEST_START = 0.04
+"""Age (s) of a sample beyond which it is not rendered in real time: what was seen would come too late to be of use."""
+
+LOW_PRIORITY = 10
+"""Niceness in real time: a picture may be late or left out, a torque may not."""
+
 
 class CameraNode(GraphNode):
     """Follows the exact joint states, and publishes each picture with the sample with which it arrives.
+
+    In real time an exposure is left out where its sample is too old by the time that it could be rendered, so that a
+    machine that is too slow for the rate gives fewer pictures and not ever older ones.
 
     Without pictures it publishes the platform's position in the listener's place.
     """
@@ -50,6 +61,9 @@ class CameraNode(GraphNode):
         self._run.on_begin = self._restart
         self._restart()
         self._info = _camera_info(self._settings)
+        self._by_the_clock = settings.by_the_clock
+        if self._by_the_clock:
+            os.nice(LOW_PRIORITY)
         if self._settings.pictures:
             self._images = self.advertise(CAMERA_IMAGE)
             self._infos = self.advertise(CAMERA_INFO)
@@ -78,7 +92,7 @@ class CameraNode(GraphNode):
         if sample == 0 and self._last > 0:
             self._restart()
         if sample > self._last:
-            self._delivered = self._camera.take(sample, position, velocity)
+            self._delivered = self._camera.take(sample, position, velocity, self._is_late(sample))
             self._last = sample
             self.note_answer()
         elif sample < self._last:
@@ -86,6 +100,10 @@ class CameraNode(GraphNode):
         # a repeated sample: its pictures may have been lost
         for one in self._delivered:
             self._publish(one)
+
+    def _is_late(self, sample: int) -> bool:
+        age_ns = self.get_clock().now().nanoseconds - self._run.stamp(sample)
+        return self._by_the_clock and sample > 0 and age_ns > LATEST_START * NANOSECONDS
 
     def _publish(self, one: Delivered) -> None:
         stamp = self._camera.stamp_ns(self._run.stamp(one.sample))

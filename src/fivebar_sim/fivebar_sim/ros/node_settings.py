@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
-from fivebar_description.shared_settings import AwaitedNodes, LastSample, RateHz, ReadyTimeout, Robot
+from fivebar_description.shared_settings import AwaitedNodes, ByTheClock, LastSample, RateHz, ReadyTimeout, Robot
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 ALL_JOINTS, MOTORS = "joint_states", "motor_states"
@@ -22,6 +22,7 @@ class CameraNodeSettings(NamedTuple):
 
     robot: Robot = "dextar"
     rate_hz: RateHz = 500
+    by_the_clock: ByTheClock = False
     wait_for_nodes: AwaitedNodes = ()
 
 

@@ -57,9 +57,12 @@ class Camera:
         self._seen: dict[int, Delivered] = {}
         self._before: Joints | None = None
 
-    def take(self, sample: int, position: Joints, velocity: Joints) -> list[Delivered]:
-        """Return what arrives with a sample, given the exact joints (rad) and their rates (rad/s) at it."""
-        frame = self._schedule.exposed(sample)
+    def take(self, sample: int, position: Joints, velocity: Joints, skips: bool = False) -> list[Delivered]:
+        """Return what arrives with a sample, given the exact joints (rad) and their rates (rad/s) at it.
+
+        Where it `skips` there is no exposure at this sample, since there would be no time to render it.
+        """
+        frame = None if skips else self._schedule.exposed(sample)
         if frame is not None:
             self._seen[frame.number] = self._exposed(frame, position, velocity)
         self._before = velocity

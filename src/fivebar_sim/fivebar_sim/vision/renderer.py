@@ -190,6 +190,8 @@ class Renderer:
 
     def __init__(self, robot: FiveBar, settings: CameraSettings, seed: int) -> None:
         """Prepare the pictures of a robot; the seed is that of the noise."""
+        # results do not depend on the number of threads, and in real time the other processors are the controllers'
+        cv2.setNumThreads(1)
         self._robot, self._settings, self._seed = robot, settings, seed
         self.lens = Lens(settings.optics(), settings.pose(), settings.width, settings.height)
         self._tag = tag_texture(PLATFORM_TAG, settings.platform_tag)

@@ -26,7 +26,7 @@ from fivebar_bringup.runs.results import finite
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, tables
+from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, claims_vision, tables
 from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, ReproductionCase
 from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
 from fivebar_bringup.studies.reproduce.joint_law import OBLIQUE, shares_as_printed
@@ -51,7 +51,9 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     some_not_across,
     some_setting_works,
     vanishing,
+    within,
 )
+from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.strict_yaml import InputError
 
 AGREED, BETTER, NOT = Verdict.AGREED, Verdict.BETTER, Verdict.NOT_REPRODUCED
@@ -156,6 +158,21 @@ def test_the_imu_may_see_a_fifth_more_than_noise() -> None:
     assert near_noise([1.0], [None]).verdict == NOT
 
 
+def test_an_accuracy_holds_for_every_error() -> None:
+    assert within([1e-5, 5e-5], 5e-5).verdict == AGREED
+    assert within([1e-5, 5.1e-5], 5e-5).verdict == NOT
+    assert within([1e-5, None], 5e-5).verdict == NOT
+    assert within([], 5e-5).verdict == NOT
+
+
+@pytest.mark.extra
+def test_the_camera_is_as_accurate_as_was_asked_for() -> None:
+    (claim,) = (claim for claim in claims_vision.CLAIMS if claim.name == "vision in motion")
+    row = claim.make(QUICK, {})
+    assert row.judgement.verdict == AGREED
+    assert row.numbers["seen"] == row.numbers["pictures"]
+
+
 def test_what_depends_on_where_a_sample_falls_is_given_by_its_quartiles() -> None:
     assert quartiles([4.0, None, 1.0, 2.0, 3.0, 100.0]) == (2.0, 3.0, 4.0)
     assert quartiles([None]) is None
@@ -183,20 +200,22 @@ def test_an_unknown_figure_may_be_the_largest() -> None:
 
 
 @pytest.mark.parametrize(
-    "case",
+    ("case", "camera"),
     [
-        ReproductionCase(),
-        ReproductionCase("ctc", duration=0.5),
-        ReproductionCase("multi_joint", "fig_3_2", 0.5, imu=True),
+        (ReproductionCase(), NO_CAMERA),
+        (ReproductionCase("ctc", duration=0.5), CameraSettings(on=True, pictures=False)),
+        (ReproductionCase("multi_joint", "fig_3_2", 0.5, imu=True), NO_CAMERA),
     ],
+    ids=["ctc and vhc", "camera", "imu"],
 )
-def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, tmp_path: Path) -> None:
+def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, camera: CameraSettings, tmp_path: Path) -> None:
     """Bit for bit, so that the figures of the page are those of the run's own report."""
-    scenario = case.scenario()
+    scenario = case.scenario().model_copy(update={"camera": camera})
     run = simulate(scenario)
     write_bag(run, scenario, tmp_path / "bag")
     from_bag, from_memory = read_bag(tmp_path / "bag"), RunInMemory(run, scenario)
     one, other = read_series(from_bag, scenario), read_series(from_memory, scenario)
+    assert (one.vision.time.size > 0) is camera.on
     for name in vars(one):
         if name == "vision":
             for of_bag, of_memory in zip(one.vision, other.vision, strict=True):

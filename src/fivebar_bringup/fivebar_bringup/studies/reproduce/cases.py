@@ -10,6 +10,7 @@ from pydantic import PrivateAttr
 from fivebar_bringup.report.thesis import CARTESIAN, MIDDLE, MULTIPLE, Waypoints
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC, Plan
+from fivebar_description.camera import CameraSettings
 from fivebar_description.imu import ImuSettings
 
 JOINT = "multi_joint"
@@ -67,6 +68,7 @@ class ReproductionCase(NamedTuple):
         time_law: how the reference passes along a segment.
         imu: whether the IMU is the one of the shipped scenario imu_middle instead of a perfect one.
         adaptive_gain: whether multi_joint has its adaptive gain.
+        camera: whether a camera sees the robot, whose pictures are rendered.
     """
 
     controller: str = CARTESIAN
@@ -77,6 +79,7 @@ class ReproductionCase(NamedTuple):
     time_law: str = QUINTIC
     imu: bool = False
     adaptive_gain: bool = True
+    camera: bool = False
 
     @property
     def label(self) -> str:
@@ -86,6 +89,7 @@ class ReproductionCase(NamedTuple):
         parts += [self.variant] if self.variant != DEFAULT else []
         parts += ["criterion time law"] if self.time_law == CRITERION else []
         parts += ["simulated IMU"] if self.imu else []
+        parts += ["camera"] if self.camera else []
         parts += [] if self.adaptive_gain else ["no adaptive gain"]
         return ", ".join(parts)
 
@@ -100,6 +104,7 @@ class ReproductionCase(NamedTuple):
             plant=PLANTS[self.plant],  # type: ignore[arg-type]
             imu=rig_imu() if self.imu else ImuSettings(),
             adaptive_gain={"enabled": self.adaptive_gain},  # type: ignore[arg-type]
+            camera=CameraSettings(on=self.camera),
             **VARIANTS[self.variant],
         )
 

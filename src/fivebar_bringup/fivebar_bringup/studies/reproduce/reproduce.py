@@ -10,7 +10,14 @@ from typing import Any, NamedTuple
 from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.runs.results import finite, new_directory
-from fivebar_bringup.studies.reproduce import claims_experiment, claims_methods, claims_model, claims_simulation, tables
+from fivebar_bringup.studies.reproduce import (
+    claims_experiment,
+    claims_methods,
+    claims_model,
+    claims_simulation,
+    claims_vision,
+    tables,
+)
 from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, ReproductionCase, ReproductionExtent
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow
 from fivebar_bringup.studies.reproduce.runner import Drawings, Results, run_cases
@@ -25,6 +32,7 @@ CLAIMS: tuple[Claim, ...] = (
     *claims_simulation.CLAIMS,
     *claims_experiment.CLAIMS,
     *claims_methods.CLAIMS,
+    *claims_vision.CLAIMS,
 )
 
 

@@ -195,6 +195,14 @@ def near_noise(outside: Sequence[float | None], whole: Sequence[float | None]) -
     return Judgement(verdict, rule, f"the ratio is {over:.3f} at most, {beside:.3f} outside the zones")
 
 
+def within(errors: Sequence[float | None], limit: float) -> Judgement:
+    """Judge errors (m) against an accuracy that was asked for."""
+    rule = f"agreed where no error is above {engineering(limit, 'm')}"
+    largest = max((math.inf if error is None else error for error in errors), default=math.inf)
+    reason = f"the largest of {len(errors)} is {engineering(largest if math.isfinite(largest) else None, 'm')}"
+    return Judgement(Verdict.AGREED if largest <= limit else Verdict.NOT_REPRODUCED, rule, reason)
+
+
 def quartiles(values: Sequence[float | None]) -> tuple[float, float, float] | None:
     """Return the lower quartile, the median and the upper quartile of the known values."""
     known = [value for value in values if value is not None]
