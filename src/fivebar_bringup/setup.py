@@ -25,7 +25,7 @@ setup(
     python_requires=">=3.11",
     extras_require={"test": ["pytest"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
-    package_data={NAME: ["py.typed", "pages/scripts/*", "pages/templates/*"]},
+    package_data={NAME: ["py.typed", "pages/scripts/*", "pages/templates/*"], "fivebar": ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),

@@ -11,7 +11,7 @@ from engine_agreement import columns, expect_completed, outcome_of, prepared
 from estimate_replay import summary_of
 
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
-from fivebar_bringup.runs.run import run_offline
+from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.case import X, Y
 from fivebar_bringup.simulation.engine import traced_crossing

@@ -35,8 +35,9 @@ ROS_SUFFIXES = ("_msgs", "_srvs", "_interfaces")
 
 
 def modules() -> list[Path]:
-    """Every module of the packages; neither setup.py nor launch files belong to one."""
-    return sorted(path for package in MAY_IMPORT for path in (SRC / package / package).rglob("*.py"))
+    """Every module of the packages, and of the Python interface; neither setup.py nor launch files belong to one."""
+    folders = [*(SRC / package / package for package in MAY_IMPORT), SRC / "fivebar_bringup" / "fivebar"]
+    return sorted(path for folder in folders for path in folder.rglob("*.py"))
 
 
 def names(paths: list[Path]) -> list[str]:

@@ -29,11 +29,12 @@ from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph import Mode
 from fivebar_bringup.runs.namespace import read_namespace
-from fivebar_bringup.runs.run import run_offline, run_with_ros
+from fivebar_bringup.runs.offline import run_offline
+from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.sizes import DEFAULT_ROBOT
 from fivebar_bringup.studies.goto.live import goal_fields, request_live
-from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of
+from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
 from fivebar_bringup.studies.goto.stand import stand as rest
 from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
@@ -135,7 +136,7 @@ def goto(
             )
         begin = _start(start, start_mode, after, robot)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
-        drives = read_robot(known if robot is None else robot).drives
+        torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)
         request = Request(
             x=x,
             y=y,
@@ -144,8 +145,8 @@ def goto(
             start=begin,
             controller=controller,
             robot=known if robot is None else robot,
-            torque_limit=_first(torque_limit, drives.torque_limit, MotionLimits().torque),
-            motor_speed=_first(speed_limit, drives.joint_speed_limit, MotionLimits().motor_speed),
+            torque_limit=torque,
+            motor_speed=speed,
             rate_hz=500 if begin.scenario is None else begin.scenario.rate_hz,
             duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
         )
@@ -215,10 +216,6 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
     if as_json:
         print(json.dumps(last, indent=2, allow_nan=False))
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))
-
-
-def _first(given: float | None, known: float | None, usual: float) -> float:
-    return next(value for value in (given, known, usual) if value is not None)
 
 
 def _start(

@@ -31,8 +31,9 @@ from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.runs.namespace import read_namespace
+from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
-from fivebar_bringup.runs.run import run_offline, run_with_ros
+from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import load_scenario
 from fivebar_description.interface import HIGHEST_PRIORITY

@@ -22,6 +22,7 @@ DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
     "supervisor": figures.supervisor,
     "criterion": criterion_figure.criterion,
     "cycles": cycle_figure.cycles,
+    "tracking": figures.tracking,
     "path": lambda run: plane.path(run, plane.survey_run(run)),
     "hero": lambda run: plane.hero(run, plane.survey_run(run)),
 }

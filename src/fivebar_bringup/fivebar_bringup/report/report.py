@@ -65,6 +65,16 @@ def write_overlay(first: RunDirectory, second: RunDirectory) -> tuple[Path, tupl
     return page, summaries
 
 
+def read_analysis(run: RunDirectory) -> RunAnalysis:
+    """Read a run from its directory.
+
+    Raises:
+        InputError: the directory does not hold a run.
+        BagError: the bag cannot be read or does not hold a run of the scenario.
+    """
+    return _read(run).analysis
+
+
 def write_animation(run: RunDirectory, suffix: str) -> Path:
     """Write a picture of a run that moves into its directory, as `gif` or `mp4`, and return its path.
 
@@ -75,7 +85,7 @@ def write_animation(run: RunDirectory, suffix: str) -> Path:
     """
     from fivebar_bringup.report.animation import animate
 
-    analysis = _read(run).analysis
+    analysis = read_analysis(run)
     if not analysis.series.sample.size:
         raise InputError(f"{run.path}: the bag holds no sample of the run, so nothing would move")
     path = run.path / f"animation.{suffix}"

@@ -1,13 +1,10 @@
-"""A run from scenario to report, with the node graph or without ROS."""
+"""A run with the node graph, from scenario to report."""
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
@@ -19,9 +16,8 @@ from fivebar_bringup.runs.launcher import Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_board_file, write_drive_files
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_description.ros.scheduling import Scheduling
 
 
@@ -71,7 +67,7 @@ def run_with_ros(
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
-    _write_timing(
+    write_timing(
         run,
         {
             "runner": "ros",
@@ -86,25 +82,3 @@ def run_with_ros(
         return run, write_report(run, with_page)
     except BagError as error:
         raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
-
-
-def run_offline(
-    scenario: Scenario, out: Path | None, progress: Progress, with_page: bool = True
-) -> tuple[RunDirectory, Summary]:
-    """Run a scenario in this process, without ROS.
-
-    Raises:
-        InputError: the motion is refused or the output directory cannot be used.
-    """
-    run = new_run_directory(out, scenario)
-    last = scenario.plan().path.samples(scenario.rate_hz)
-    began = time.monotonic()
-    result = simulate(scenario, lambda sample: progress(sample, last))
-    wall_s = time.monotonic() - began
-    write_bag(result, scenario, run.bag)
-    _write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": []})
-    return run, write_report(run, with_page)
-
-
-def _write_timing(run: RunDirectory, timing: dict[str, Any]) -> None:
-    run.timing.write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")

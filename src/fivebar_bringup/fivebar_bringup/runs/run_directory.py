@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fivebar_bringup.runs.results import FIGURES, new_directory, write_results
 from fivebar_bringup.scenario import Scenario, load_scenario
@@ -75,3 +76,8 @@ def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
     run = RunDirectory(new_directory(out, scenario.name))
     write_results(run.path, {run.scenario.name: scenario.to_yaml()})
     return run
+
+
+def write_timing(run: RunDirectory, timing: dict[str, Any]) -> None:
+    """Write what only the process that made the run knows."""
+    run.timing.write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")

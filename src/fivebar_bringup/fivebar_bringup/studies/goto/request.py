@@ -53,6 +53,19 @@ class Request(NamedTuple):
     duration: float | Speed
 
 
+def within_drives(robot: str, torque_limit: float | None, speed_limit: float | None) -> tuple[float, float]:
+    """Return limits of torque (Nm) and motor speed (rad/s): as given, else of the robot's file, else the usual ones.
+
+    Raises:
+        InputError: the robot's file is missing or does not describe a five-bar.
+    """
+    drives, usual = read_robot(robot).drives, MotionLimits()
+    return (
+        _first(torque_limit, drives.torque_limit, usual.torque),
+        _first(speed_limit, drives.joint_speed_limit, usual.motor_speed),
+    )
+
+
 def plan_request(request: Request) -> Transfer:
     """Plan the motion.
 
@@ -160,3 +173,7 @@ def _refuse_malformed(request: Request) -> None:
     for name, value in figures.items():
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"{name}: {value}: expected a positive number")
+
+
+def _first(given: float | None, known: float | None, usual: float) -> float:
+    return next(value for value in (given, known, usual) if value is not None)

@@ -1,0 +1,158 @@
+"""Motions: planned from a start to a goal, or read from scenario files."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NamedTuple
+
+from fivebar.robot import Robot, load_robot
+from fivebar_bringup.scenario import Scenario, shipped_scenarios
+from fivebar_bringup.scenario import load_scenario as _load_scenario
+from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
+from fivebar_bringup.studies.goto.start import HOME_MODE, Start
+from fivebar_control.laws import registry
+from fivebar_control.planning.transfer import Speed, Transfer
+from fivebar_description.strict_yaml import validate
+
+
+class Motion(NamedTuple):
+    """A planned motion.
+
+    Attributes:
+        scenario: that runs it.
+        transfer: the plan with the figures that it was judged by.
+    """
+
+    scenario: Scenario
+    transfer: Transfer
+
+    @property
+    def waypoints(self) -> tuple[tuple[float, float], ...]:
+        """Where the platform rests on the way, start and goal included (m)."""
+        return self.transfer.waypoints
+
+    @property
+    def duration(self) -> float:
+        """Of the whole motion (s)."""
+        return sum(self.transfer.durations)
+
+    @property
+    def crossings(self) -> int:
+        """How often it crosses the Type 2 locus."""
+        return len(self.transfer.branches)
+
+
+def plan(
+    robot: Robot | str,
+    goal: tuple[float, float],
+    *,
+    start: tuple[float, float] | None = None,
+    assembly_mode: Literal["+", "-"] | None = None,
+    working_mode: tuple[int, int] = HOME_MODE,
+    controller: str = "unified",
+    duration: float | None = None,
+    fastest: bool = False,
+    torque_limit: float | None = None,
+    speed_limit: float | None = None,
+    rate_hz: int = 500,
+) -> Motion:
+    """Plan a motion between two rests, through the Type 2 locus where the goal is in the other assembly mode.
+
+    Where and how fast it crosses the locus is determined, and torque, speeds, margins and the time near the locus are
+    checked, as `fivebar goto` does.
+
+    Args:
+        robot: to be moved.
+        goal: where the platform shall rest (m).
+        start: where it rests now (m), by default at home.
+        assembly_mode: at the goal, the sign of det A, by default the one that the goal has.
+        working_mode: elbow sides of the whole motion.
+        controller: one of `controllers()` that can cross the locus.
+        duration: of the whole motion (s), by default comfortably within the limits.
+        fastest: whether it shall be as fast as the limits allow.
+        torque_limit: of both motors (Nm), by default that of the robot's file, else 10.
+        speed_limit: of both motors (rad/s), by default that of the robot's file, else 50.
+        rate_hz: of the controller.
+
+    Raises:
+        InputError: a value is impossible.
+        PlanRefused: no motion is feasible; says why.
+
+    Example:
+        >>> import fivebar
+        >>> motion = fivebar.plan("dextar", goal=(0.0, 0.02), assembly_mode="-")
+        >>> motion.crossings, round(motion.duration, 3)
+        (1, 0.54)
+        >>> fivebar.plan("dextar", goal=(0.0, 0.3))
+        Traceback (most recent call last):
+            ...
+        fivebar_control.planning.transfer.TransferRefused: goal: (0.0000, 0.3000) m is out of reach of leg 1 by 125.7 mm
+    """
+    if duration is not None and fastest:
+        raise ValueError("duration and fastest: expected one of them")
+    moved = robot if isinstance(robot, Robot) else load_robot(robot)
+    torque, speed = within_drives(moved.source, torque_limit, speed_limit)
+    request = Request(
+        x=goal[0],
+        y=goal[1],
+        assembly=assembly_mode,
+        working_mode=working_mode,
+        start=Start(*(start or moved.home), working_mode),
+        controller=controller,
+        robot=moved.source,
+        torque_limit=torque,
+        motor_speed=speed,
+        rate_hz=rate_hz,
+        duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
+    )
+    transfer = plan_request(request)
+    return Motion(scenario_of(request, transfer), transfer)
+
+
+def load_scenario(name_or_path: str, **changes: Any) -> Scenario:
+    """Read a scenario by the name of a shipped one or from a file (.yaml), with some of its keys changed.
+
+    Args:
+        name_or_path: one of `scenarios()`, or a path.
+        **changes: values of top-level keys; of a section, such as `plant`, only the given keys are changed.
+
+    Raises:
+        InputError: there is no such scenario, it is malformed, or its motion cannot be made.
+
+    Example:
+        >>> import fivebar
+        >>> heavier = fivebar.load_scenario("middle", controller="unified", plant={"mass_scale": 1.2})
+        >>> heavier.controller, heavier.plant.mass_scale
+        ('unified', 1.2)
+    """
+    scenario = _load_scenario(name_or_path)
+    if not changes:
+        return scenario
+    content = scenario.model_dump(mode="json")
+    for key, value in changes.items():
+        section = content.get(key)
+        content[key] = section | value if isinstance(section, dict) and isinstance(value, dict) else value
+    changed = validate(content, Scenario, name_or_path)
+    changed.plan()
+    return changed
+
+
+def scenarios() -> list[str]:
+    """Return the names of the shipped scenarios.
+
+    Example:
+        >>> import fivebar
+        >>> "middle" in fivebar.scenarios()
+        True
+    """
+    return shipped_scenarios()
+
+
+def controllers(crossing: bool = False) -> tuple[str, ...]:
+    """Return the names of the controllers, or of those only that can cross the Type 2 locus.
+
+    Example:
+        >>> import fivebar
+        >>> set(fivebar.controllers()) - set(fivebar.controllers(crossing=True))
+        {'ctc'}
+    """
+    return CONTROLLERS if crossing else tuple(registry.CONTROLLERS)

@@ -1,0 +1,95 @@
+"""Robots: their parameters, and where they are singular."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.model.kinematics import assembly_mode, state_from_platform
+from fivebar_control.model.singularity import inverse_condition
+from fivebar_description.parameters import FiveBar, RobotFile, read_robot
+
+
+class Posture(NamedTuple):
+    """The robot with its platform at one point, in one working mode.
+
+    Attributes:
+        q11, q12, q21, q22: active and passive joint angles of both legs (rad).
+        assembly_mode: +1 or -1, the sign of det A.
+        inverse_condition: 1/cond(A), 0 on the Type 2 locus.
+    """
+
+    q11: float
+    q12: float
+    q21: float
+    q22: float
+    assembly_mode: int
+    inverse_condition: float
+
+
+class Robot(NamedTuple):
+    """A five-bar robot.
+
+    Attributes:
+        source: the name or path that it was loaded by, as scenarios take it.
+        file: its parameter file.
+    """
+
+    source: str
+    file: RobotFile
+
+    @property
+    def name(self) -> str:
+        """The name in its file."""
+        return self.file.name
+
+    @property
+    def parameters(self) -> FiveBar:
+        """Lengths, inertias, mass and friction, as the equations take them."""
+        return self.file.five_bar()
+
+    @property
+    def home(self) -> tuple[float, float]:
+        """Where the platform rests by default (m)."""
+        return self.file.home_m
+
+    def posture(self, x: float, y: float, working_mode: tuple[int, int] = (1, -1)) -> Posture:
+        """Return the posture with the platform at (x, y) m.
+
+        Args:
+            x: of the platform (m).
+            y: of the platform (m).
+            working_mode: elbow side of each leg, +1 counter-clockwise of the line from base to platform.
+
+        Raises:
+            ValueError: the point is out of reach.
+
+        Example:
+            >>> import fivebar
+            >>> above = fivebar.load_robot("dextar").posture(0.0, 0.15)
+            >>> below = fivebar.load_robot("dextar").posture(0.0, 0.02)
+            >>> above.assembly_mode, below.assembly_mode
+            (1, -1)
+            >>> round(above.inverse_condition, 3)
+            0.904
+        """
+        state = state_from_platform(self.parameters, *working_mode, x, y, 0.0, 0.0)
+        condition = inverse_condition(state)
+        if math.isnan(condition):
+            raise ValueError(f"({x:g}, {y:g}) m is out of reach")
+        one, two = state.leg1, state.leg2
+        return Posture(one.q1, one.q2, two.q1, two.q2, assembly_mode(state), condition)
+
+
+def load_robot(robot: str = "dextar") -> Robot:
+    """Read a robot by the name of a shipped one ("dextar", "motkin", "unequal") or from a parameter file (.yaml).
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+
+    Example:
+        >>> import fivebar
+        >>> fivebar.load_robot("dextar").parameters.leg1.proximal
+        0.09
+    """
+    return Robot(robot, read_robot(robot))

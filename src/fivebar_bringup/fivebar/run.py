@@ -1,0 +1,146 @@
+"""Runs: simulated here, or read from the directory of an earlier one."""
+
+from __future__ import annotations
+
+import json
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from fivebar.motion import Motion, load_scenario
+from fivebar.picture import Picture
+from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.report import read_analysis
+from fivebar_bringup.report.series import RunSeries
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.admission import refuse_unfit
+from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.runs.offline import run_offline
+from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_bringup.scenario import Scenario
+
+COLUMNS = {
+    "time": ("t",),
+    "joint_position": ("q11", "q12", "q21", "q22"),
+    "joint_velocity": ("dq11", "dq12", "dq21", "dq22"),
+    "torque_applied": ("tau1", "tau2"),
+    "reference": ("xd", "yd", "vxd", "vyd", "axd", "ayd"),
+    "platform": ("x", "y", "vx", "vy"),
+    "sigma": ("sigma",),
+    "kappa": ("inverse_condition",),
+    "tracking_error": ("error_x", "error_y"),
+}
+"""Columns of a run's table by the field of its series."""
+
+
+class Run(NamedTuple):
+    """A finished run.
+
+    Attributes:
+        analysis: scenario, plan, robot, series and summary.
+    """
+
+    analysis: RunAnalysis
+
+    @property
+    def scenario(self) -> Scenario:
+        """What was run, with every default."""
+        return self.analysis.scenario
+
+    @property
+    def summary(self) -> Summary:
+        """Metrics of the run, as in summary.json."""
+        return self.analysis.summary
+
+    @property
+    def series(self) -> RunSeries:
+        """The run as arrays over its samples."""
+        return self.analysis.series
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Return the series as columns by name, each [n] in SI units, as `pandas.DataFrame` takes them.
+
+        Example:
+            >>> import fivebar
+            >>> columns = fivebar.simulate("middle").columns()
+            >>> len(columns), columns["t"].size
+            (25, 1001)
+        """
+        columns: dict[str, FloatArray] = {}
+        for field, names in COLUMNS.items():
+            values: FloatArray = getattr(self.series, field)
+            columns |= zip(names, values.reshape(len(values), len(names)).T, strict=True)
+        return columns
+
+    def plot(self, name: str = "hero") -> Picture:
+        """Draw the run: the robot on its way beside torques and weight, or another figure of its report.
+
+        Args:
+            name: "hero", "path", "torques", "tracking", "vhc_error", "supervisor", "criterion", "acceleration", or
+                "cycles" of a run in real time.
+
+        Raises:
+            KeyError: there is no such figure.
+
+        Example:
+            >>> import fivebar
+            >>> picture = fivebar.simulate("middle").plot("torques")
+            >>> len(picture.figure.axes)
+            2
+        """
+        # here, because matplotlib takes as long to load as all the rest
+        from fivebar_bringup.pages.style import house_style
+        from fivebar_bringup.report.gallery import DRAW
+
+        with house_style():
+            return Picture(DRAW[name](self.analysis))
+
+    def _repr_html_(self) -> str:
+        rows = (
+            f"<tr><th>{escape(key)}</th><td>{escape(json.dumps(value))}</td></tr>"
+            for key, value in self.summary.as_json().items()
+        )
+        return f"<table>{''.join(rows)}</table>"
+
+
+def simulate(motion: Motion | Scenario | str, out: str | Path | None = None) -> Run:
+    """Run a motion in this process, without ROS: the controllers and the plant of `fivebar simulate`.
+
+    Args:
+        motion: a planned motion, a scenario, or the name or path of one. A scenario is screened first.
+        out: new or empty directory for bag, summary and page; by default nothing is kept but the result.
+
+    Raises:
+        InputError: there is no such scenario, or the directory cannot be used.
+        PlanRefused: the screen refuses the scenario's motion, and it does not say `force: true`.
+
+    Example:
+        >>> import fivebar
+        >>> run = fivebar.simulate("unified_middle")
+        >>> run.summary.within_tolerance, round(1e3 * run.summary.tracking_error_peak_m, 2)
+        (True, 0.03)
+    """
+    if isinstance(motion, Motion):
+        scenario = motion.scenario
+    else:
+        scenario = motion if isinstance(motion, Scenario) else load_scenario(motion)
+        refuse_unfit(scenario)
+    if out is not None:
+        return load_run(run_offline(scenario, Path(out), _unreported)[0].path)
+    with TemporaryDirectory() as folder:
+        return load_run(run_offline(scenario, Path(folder, "run"), _unreported, with_page=False)[0].path)
+
+
+def load_run(directory: str | Path) -> Run:
+    """Read a run from its directory, such as one of `fivebar run`.
+
+    Raises:
+        InputError: the directory does not hold a run.
+        BagError: its bag cannot be read or does not hold a run of the scenario.
+    """
+    return Run(read_analysis(RunDirectory(Path(directory))))
+
+
+def _unreported(done: int, total: int) -> None:
+    """Take the progress of a run, which takes less than a second."""

@@ -1,0 +1,34 @@
+"""Running a scenario without ROS, and reporting on it; imports none of what the node graph needs."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import simulate, write_bag
+
+if TYPE_CHECKING:
+    from fivebar_bringup.runs.launcher import Progress
+
+
+def run_offline(
+    scenario: Scenario, out: Path | None, progress: Progress, with_page: bool = True
+) -> tuple[RunDirectory, Summary]:
+    """Run a scenario in this process, without ROS.
+
+    Raises:
+        InputError: the motion is refused or the output directory cannot be used.
+    """
+    run = new_run_directory(out, scenario)
+    last = scenario.plan().path.samples(scenario.rate_hz)
+    began = time.monotonic()
+    result = simulate(scenario, lambda sample: progress(sample, last))
+    wall_s = time.monotonic() - began
+    write_bag(result, scenario, run.bag)
+    write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": []})
+    return run, write_report(run, with_page)

@@ -1,0 +1,63 @@
+"""`import fivebar`: what is public works as its documentation says, and loads neither ROS nor matplotlib."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fivebar
+
+PACKAGE = Path(fivebar.__file__).parent
+MODULES = ("fivebar", *(f"fivebar.{path.stem}" for path in sorted(PACKAGE.glob("[a-z]*.py"))))
+DRAWN = "fivebar.run.Run.plot"
+"""Its example draws, which takes longer than all others."""
+
+
+def examples(names: tuple[str, ...]) -> list[doctest.DocTest]:
+    modules = [importlib.import_module(name) for name in names]
+    return [test for module in modules for test in doctest.DocTestFinder().find(module) if test.examples]
+
+
+def expect_as_printed(test: doctest.DocTest) -> None:
+    report: list[str] = []
+    doctest.DocTestRunner().run(test, out=report.append)
+    assert not report, "".join(report)
+
+
+@pytest.mark.parametrize("test", [one for one in examples(MODULES) if one.name != DRAWN], ids=lambda test: test.name)
+def test_examples_print_what_they_say(test: doctest.DocTest) -> None:
+    expect_as_printed(test)
+
+
+@pytest.mark.extra
+def test_a_run_draws_itself() -> None:
+    (test,) = (one for one in examples(MODULES) if one.name == DRAWN)
+    expect_as_printed(test)
+    assert fivebar.simulate("middle").plot("path")._repr_png_().startswith(b"\x89PNG")
+
+
+def test_what_is_public_is_there_and_says_what_it_is() -> None:
+    assert all(getattr(fivebar, name).__doc__ for name in fivebar.__all__)
+
+
+@pytest.mark.extra
+def test_the_import_loads_neither_ros_nor_matplotlib() -> None:
+    command = "import sys, fivebar; assert not {'rclpy', 'matplotlib'} & sys.modules.keys()"
+    subprocess.run([sys.executable, "-c", command], check=True)
+
+
+def test_a_run_is_described_in_a_notebook() -> None:
+    motion = fivebar.plan("dextar", goal=(0.0, 0.02), assembly_mode="-", fastest=True)
+    assert "<th>completed</th><td>true</td>" in fivebar.simulate(motion)._repr_html_()
+    with pytest.raises(ValueError, match="one of them"):
+        fivebar.plan("dextar", goal=(0.0, 0.02), duration=1.0, fastest=True)
+
+
+def test_a_point_out_of_reach_has_no_posture() -> None:
+    with pytest.raises(ValueError, match="out of reach"):
+        fivebar.load_robot().posture(0.0, 0.4)
