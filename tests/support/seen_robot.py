@@ -12,7 +12,7 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.vision.localisation import PlatformSight, PlatformTracker
 from fivebar_description.camera import CameraSettings
 from fivebar_description.parameters import load_robot
-from fivebar_sim.vision.renderer import Posture, Renderer, posture_of
+from fivebar_sim.vision.renderer import RenderedPosture, Renderer, posture_of
 
 CAMERA = CameraSettings(on=True)
 
@@ -22,7 +22,7 @@ def renderer(settings: CameraSettings = CAMERA) -> Renderer:
     return Renderer(load_robot("dextar"), settings, seed=0)
 
 
-def posture_at(x: float, y: float) -> Posture:
+def posture_at(x: float, y: float) -> RenderedPosture:
     robot = load_robot("dextar")
     joints = inverse_geometry(robot, 1, -1, x, y)
     return posture_of(robot, joints.q11, joints.q21, joints.q22)

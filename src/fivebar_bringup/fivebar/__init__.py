@@ -12,7 +12,7 @@
 """
 
 from fivebar.motion import Motion, controllers, load_scenario, plan, scenarios
-from fivebar.picture import Picture
+from fivebar.picture import Drawing
 from fivebar.robot import Posture, Robot, load_robot
 from fivebar.run import Run, load_run, simulate
 from fivebar_bringup.report.series import RunSeries
@@ -24,9 +24,9 @@ from fivebar_description.strict_yaml import InputError
 
 __all__ = [
     "BagError",
+    "Drawing",
     "InputError",
     "Motion",
-    "Picture",
     "PlanRefused",
     "Posture",
     "Robot",

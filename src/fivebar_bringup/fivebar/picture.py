@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Picture(NamedTuple):
+class Drawing(NamedTuple):
     """A figure, to look at in a notebook or to save.
 
     Attributes:

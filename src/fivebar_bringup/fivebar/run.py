@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from fivebar.motion import Motion, load_scenario
-from fivebar.picture import Picture
+from fivebar.picture import Drawing
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.report import read_analysis
 from fivebar_bringup.report.series import RunSeries
@@ -73,7 +73,7 @@ class Run(NamedTuple):
             columns |= zip(names, values.reshape(len(values), len(names)).T, strict=True)
         return columns
 
-    def plot(self, name: str = "hero") -> Picture:
+    def plot(self, name: str = "hero") -> Drawing:
         """Draw the run: the robot on its way beside torques and weight, or another figure of its report.
 
         Args:
@@ -94,7 +94,7 @@ class Run(NamedTuple):
         from fivebar_bringup.report.gallery import DRAW
 
         with house_style():
-            return Picture(DRAW[name](self.analysis))
+            return Drawing(DRAW[name](self.analysis))
 
     def _repr_html_(self) -> str:
         rows = (

@@ -131,7 +131,7 @@ class MpcSettings(NamedTuple):
     fallback_weight: Annotated[float, FALLBACK_WEIGHT] = UnifiedSettings().weight
 
 
-class Window(NamedTuple):
+class ReferenceWindow(NamedTuple):
     """The reference of the samples that follow, and what the prediction needs of each.
 
     Attributes:
@@ -159,7 +159,7 @@ class MpcMemory(NamedTuple):
 
     unified: UnifiedMemory
     torque: Torque | None
-    window: Window | None
+    window: ReferenceWindow | None
     plan: FloatArray | None
     duals: FloatArray | None
     unfinished: int
@@ -370,7 +370,7 @@ def row_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> tuple[
     return (*platform, *mapped, reference.f1, reference.f2)
 
 
-def window_of(robot: FiveBar, instant: Instant, horizon: int, before: Window | None) -> Window | None:
+def window_of(robot: FiveBar, instant: Instant, horizon: int, before: ReferenceWindow | None) -> ReferenceWindow | None:
     """Return the window of a sample; None where the reference of fewer samples is known.
 
     Where it follows that of the sample before, only the last row is new.
@@ -385,7 +385,7 @@ def window_of(robot: FiveBar, instant: Instant, horizon: int, before: Window | N
         rows[:new] = before.rows[1:]
     for number in range(new, horizon):
         rows[number] = row_of(robot, instant.mode1, instant.mode2, ahead[number])
-    return Window(ahead, rows)
+    return ReferenceWindow(ahead, rows)
 
 
 def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcSettings) -> tuple[Torque, MpcMemory]:

@@ -9,7 +9,7 @@ from fivebar_description.camera import CameraSettings
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.vision.frames import Frame, FrameSchedule
-from fivebar_sim.vision.renderer import Picture, Posture, Renderer, posture_of
+from fivebar_sim.vision.renderer import Picture, RenderedPosture, Renderer, posture_of
 
 Joints = Sequence[float]
 
@@ -37,7 +37,7 @@ class Moving(NamedTuple):
     velocity: Joints
     acceleration: Joints
 
-    def at(self, time: float) -> Posture:
+    def at(self, time: float) -> RenderedPosture:
         """Return the posture at a time (s) from the sample."""
         q11, _, q21, q22 = (
             q + time * (dq + 0.5 * time * ddq)

@@ -45,7 +45,7 @@ ROUND_CAP = 9
 """Points of a link's round end."""
 
 
-class Posture(NamedTuple):
+class RenderedPosture(NamedTuple):
     """What moves, at one instant: both elbows and the platform (m), and the tag's angle (rad)."""
 
     elbow1: tuple[float, float]
@@ -54,14 +54,14 @@ class Posture(NamedTuple):
     angle: float
 
 
-def posture_of(robot: FiveBar, q11: float, q21: float, q22: float) -> Posture:
+def posture_of(robot: FiveBar, q11: float, q21: float, q22: float) -> RenderedPosture:
     """Return the posture of the robot at its joint angles (rad); the platform is where leg 2 has it."""
     one, two = robot.leg1, robot.leg2
     elbow1 = one.base_x + one.proximal * math.cos(q11), one.proximal * math.sin(q11)
     elbow2 = two.base_x + two.proximal * math.cos(q21), two.proximal * math.sin(q21)
     angle = q21 + q22
     platform = elbow2[0] + two.distal * math.cos(angle), elbow2[1] + two.distal * math.sin(angle)
-    return Posture(elbow1, elbow2, platform, angle)
+    return RenderedPosture(elbow1, elbow2, platform, angle)
 
 
 class PlacedSheet(NamedTuple):
@@ -201,7 +201,7 @@ class Renderer:
             texture = tag_texture(number, settings.base_tag)
             paint(self._table, self.lens, resting(texture, 0.0, float(x), float(y)))
 
-    def picture(self, number: int, posture_at: Callable[[float], Posture]) -> Picture:
+    def picture(self, number: int, posture_at: Callable[[float], RenderedPosture]) -> Picture:
         """Return a picture.
 
         Args:
@@ -213,7 +213,7 @@ class Renderer:
         self._paint_tag(light, posture_at)
         return finished(light, self._settings, np.random.default_rng([self._seed, 9, number + 1]))
 
-    def _paint_links(self, light: Light, posture_at: Callable[[float], Posture]) -> None:
+    def _paint_links(self, light: Light, posture_at: Callable[[float], RenderedPosture]) -> None:
         exposure = self._settings.exposure
         cover = np.zeros(self.lens.shape, np.uint8)
         for moment in range(LINK_MOMENTS):
@@ -241,7 +241,7 @@ class Renderer:
         if np.abs(pixels).max() < 3e4:
             cv2.fillPoly(drawn, [np.rint(pixels * 16.0).astype(np.int32)], (255,), cv2.LINE_AA, 4)
 
-    def _paint_tag(self, light: Light, posture_at: Callable[[float], Posture]) -> None:
+    def _paint_tag(self, light: Light, posture_at: Callable[[float], RenderedPosture]) -> None:
         exposure, readout = self._settings.exposure, self._settings.readout
         rows = self.lens.shape[0]
         moments = exposure * ((np.arange(MOMENTS) + 0.5) / MOMENTS - 0.5)
@@ -263,7 +263,9 @@ def _between(knots: Points, values: Points, late: Points) -> Points:
     return np.stack([np.interp(late, knots, values[:, moment]) for moment in range(values.shape[1])])
 
 
-def _tag_at(posture_at: Callable[[float], Posture], times: Points) -> tuple[list[float], list[float], list[float]]:
-    postures: Sequence[Posture] = [posture_at(float(time)) for time in times]
+def _tag_at(
+    posture_at: Callable[[float], RenderedPosture], times: Points
+) -> tuple[list[float], list[float], list[float]]:
+    postures: Sequence[RenderedPosture] = [posture_at(float(time)) for time in times]
     x_s, y_s = [one.platform[0] for one in postures], [one.platform[1] for one in postures]
     return x_s, y_s, [one.angle for one in postures]

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, Crossing, benchmark, drawn_crossings
+from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark, drawn_crossings
 from fivebar_bringup.studies.benchmark.running import NOT_STARTED, run_benchmark
 from fivebar_bringup.studies.benchmark.scoring import (
     HEAD,
@@ -24,7 +24,7 @@ from fivebar_bringup.studies.benchmark.scoring import (
 )
 from fivebar_description.strict_yaml import InputError
 
-CROSSING = Crossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)
+CROSSING = BenchmarkCrossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)
 GOOD = Result(0, "ideal", "mine", "", 1, 1.9e-3, 0.9e-3, 2.0)
 
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.studies.robustness.bursts import BURSTS, losses_of
-from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, Robot
+from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.robustness.figures import place_of
 from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAR, WRONG_MODE, Climb, cause_of, failure_of
 from fivebar_bringup.studies.robustness.tables import first_failures
@@ -23,7 +23,7 @@ from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.settings import PlantSettings
 
 DOCUMENT = Path(__file__).parents[4] / "docs/robustness.md"
-EXACT_ROBOT = Robot(PlantSettings(), ImuSettings(), EXACT)
+EXACT_ROBOT = FaultyRobot(PlantSettings(), ImuSettings(), EXACT)
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
 
 

@@ -24,7 +24,7 @@ SEED = 1914
 CROSSINGS = 1000
 
 
-class Crossing(NamedTuple):
+class BenchmarkCrossing(NamedTuple):
     """A crossing of the benchmark: a straight segment from rest to rest by the fifth-order polynomial.
 
     Attributes:
@@ -51,7 +51,7 @@ class Crossing(NamedTuple):
         return on_robot(case, rig)
 
 
-def benchmark() -> list[Crossing]:
+def benchmark() -> list[BenchmarkCrossing]:
     """Return the crossings, from the file that is shipped."""
     return read_crossings(shipped().read_text(encoding="utf-8"))
 
@@ -61,16 +61,16 @@ def shipped() -> Path:
     return share_file("fivebar_bringup", "config", "benchmark", "crossings.csv")
 
 
-def read_crossings(text: str) -> list[Crossing]:
+def read_crossings(text: str) -> list[BenchmarkCrossing]:
     """Return the crossings of a file."""
     readers = (int, int, int, float, float, float, float, float, int)
     return [
-        Crossing(*(reader(entry) for reader, entry in zip(readers, line, strict=True)))
+        BenchmarkCrossing(*(reader(entry) for reader, entry in zip(readers, line, strict=True)))
         for line in islice(csv.reader(io.StringIO(text)), 1, None)
     ]
 
 
-def drawn_crossings() -> Iterator[Crossing]:
+def drawn_crossings() -> Iterator[BenchmarkCrossing]:
     """Yield crossings: those of a sweep's cases, rounded, that can be made at all.
 
     The planner accepts it, and the reference asks for no more than the drives have, is not too long near the locus and
@@ -79,7 +79,7 @@ def drawn_crossings() -> Iterator[Crossing]:
     accepted = 0
     for number in count():
         case = draw(SEED, number, "ideal")
-        found = Crossing(
+        found = BenchmarkCrossing(
             accepted,
             case.mode1,
             case.mode2,
@@ -102,11 +102,11 @@ def drawn_crossings() -> Iterator[Crossing]:
             yield found._replace(mode_changes=len(plan.crossings))
 
 
-def file_text(crossings: Iterator[Crossing]) -> str:
+def file_text(crossings: Iterator[BenchmarkCrossing]) -> str:
     """Return the file of crossings."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(Crossing._fields)
+    writer.writerow(BenchmarkCrossing._fields)
     writer.writerows(crossings)
     return text.getvalue()
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
-from fivebar_bringup.studies.benchmark.crossings import Crossing, benchmark
+from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing, benchmark
 from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results
 from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep.running import planned
@@ -24,15 +24,15 @@ NOT_FINISHED = "not_finished"
 """The run ended early, as where the plant's equations have no solution."""
 
 
-class Task(NamedTuple):
+class BenchmarkTask(NamedTuple):
     """A crossing on a robot of a rig, for some controllers."""
 
-    crossing: Crossing
+    crossing: BenchmarkCrossing
     rig: str
     controllers: tuple[str, ...]
 
 
-def run_task(task: Task) -> list[Result]:
+def run_task(task: BenchmarkTask) -> list[Result]:
     """Return the results of a task, one for each controller."""
     case = task.crossing.on(task.rig)
     number = task.crossing.crossing
@@ -100,7 +100,7 @@ def run_benchmark(
             for rig in rigs:
                 left = tuple(name for name in controllers if (crossing.crossing, rig, name) not in done)
                 if left:
-                    tasks.append(Task(crossing, rig, left))
+                    tasks.append(BenchmarkTask(crossing, rig, left))
         total = count * len(rigs) * len(controllers)
         left_over = sum(len(task.controllers) for task in tasks)
         progress(total - left_over, total)

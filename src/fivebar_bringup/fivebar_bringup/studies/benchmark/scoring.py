@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from scipy.special import betaincinv
 
-from fivebar_bringup.studies.benchmark.crossings import Crossing
+from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT
 from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_description.strict_yaml import InputError
@@ -88,7 +88,7 @@ class Score(NamedTuple):
     stopped: int
 
 
-def success(result: Result, crossing: Crossing) -> bool:
+def success(result: Result, crossing: BenchmarkCrossing) -> bool:
     """Return whether a result meets `RULES`."""
     return (
         not result.fault
@@ -107,7 +107,7 @@ def clopper_pearson(successes: int, runs: int) -> Interval:
     return Interval(low, high)
 
 
-def scores(results: Sequence[Result], crossings: Sequence[Crossing]) -> list[Score]:
+def scores(results: Sequence[Result], crossings: Sequence[BenchmarkCrossing]) -> list[Score]:
     """Return the score of every controller and rig in the results, on these crossings."""
     groups: dict[tuple[str, str], dict[int, Result]] = {}
     for result in results:
@@ -119,7 +119,7 @@ def scores(results: Sequence[Result], crossings: Sequence[Crossing]) -> list[Sco
     ]
 
 
-def _score(rig: str, controller: str, results: Sequence[Result], crossings: Sequence[Crossing]) -> Score:
+def _score(rig: str, controller: str, results: Sequence[Result], crossings: Sequence[BenchmarkCrossing]) -> Score:
     good = sum(success(result, crossings[result.crossing]) for result in results)
     # an error that is not known is the largest
     errors = sorted(math.inf if math.isnan(result.error_peak) else result.error_peak for result in results)

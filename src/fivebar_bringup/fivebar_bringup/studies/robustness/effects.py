@@ -51,7 +51,7 @@ TWO = ((1, -1), (-1, 1), (1, 1), (-1, -1))
 DRAWS = len(FOUR)
 
 
-class Robot(NamedTuple):
+class FaultyRobot(NamedTuple):
     """What an effect changes.
 
     Attributes:
@@ -85,7 +85,7 @@ class Condition(NamedTuple):
         return max(0.0, self.crossing - 0.5 * length)
 
 
-Change = Callable[[Robot, float, Condition], Robot]
+Change = Callable[[FaultyRobot, float, Condition], FaultyRobot]
 
 
 class Effect(NamedTuple):
@@ -112,7 +112,7 @@ class Effect(NamedTuple):
     change: Change
     needs_gyro: bool = False
 
-    def on(self, robot: Robot, size: float, condition: Condition) -> Robot:
+    def on(self, robot: FaultyRobot, size: float, condition: Condition) -> FaultyRobot:
         """Return a robot with the effect at a size in `unit`."""
         return self.change(robot, size * self.scale, condition)
 
@@ -132,105 +132,105 @@ def grid(first: float, last: float, steps: int = STEPS) -> tuple[float, ...]:
 
 
 def _scaled(name: str) -> Change:
-    def change(robot: Robot, size: float, at: Condition) -> Robot:
+    def change(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
         scale: dict[str, Any] = {name: 1.0 + at.sign * size}
         return robot._replace(plant=robot.plant._replace(**scale))
 
     return change
 
 
-def _lengths(robot: Robot, size: float, at: Condition) -> Robot:
+def _lengths(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     links = LinkErrors(*(sign * size for sign in FOUR[at.draw]))
     known = robot.tolerances._replace(length=max(size, robot.tolerances.length))
     return robot._replace(plant=robot.plant._replace(links=links), tolerances=known)
 
 
-def _bases(robot: Robot, size: float, at: Condition) -> Robot:
+def _bases(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     one, two = TWO[at.draw]
     links = LinkErrors(base_1=one * size, base_2=two * size)
     known = robot.tolerances._replace(base=max(size, robot.tolerances.base))
     return robot._replace(plant=robot.plant._replace(links=links), tolerances=known)
 
 
-def _encoders(robot: Robot, errors: EncoderErrors, size: float) -> Robot:
+def _encoders(robot: FaultyRobot, errors: EncoderErrors, size: float) -> FaultyRobot:
     known = robot.tolerances._replace(zero=max(size, robot.tolerances.zero))
     return robot._replace(plant=robot.plant._replace(encoders=errors), tolerances=known)
 
 
-def _zeros(robot: Robot, size: float, at: Condition) -> Robot:
+def _zeros(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     one, two = TWO[at.draw]
     return _encoders(robot, EncoderErrors(one * size, two * size), size)
 
 
-def _eccentricity(robot: Robot, size: float, at: Condition) -> Robot:
+def _eccentricity(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return _encoders(robot, EncoderErrors(eccentricity=size), size)
 
 
-def _constants(robot: Robot, size: float, at: Condition) -> Robot:
+def _constants(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     one, two = TWO[at.draw]
     return robot._replace(plant=robot.plant._replace(motors=MotorEffects(one * size, two * size)))
 
 
 def _motors(name: str) -> Change:
-    def change(robot: Robot, size: float, at: Condition) -> Robot:
+    def change(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
         return robot._replace(plant=robot.plant._replace(motors=MotorEffects()._replace(**{name: size})))
 
     return change
 
 
 def _friction(name: str, offset: float = 0.0) -> Change:
-    def change(robot: Robot, size: float, at: Condition) -> Robot:
+    def change(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
         return robot._replace(plant=robot.plant._replace(friction=FrictionEffects()._replace(**{name: offset + size})))
 
     return change
 
 
 def _transmission(name: str) -> Change:
-    def change(robot: Robot, size: float, at: Condition) -> Robot:
+    def change(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
         return robot._replace(plant=robot.plant._replace(transmission=STIFF_GEAR._replace(**{name: size})))
 
     return change
 
 
 def _joint(name: str) -> Change:
-    def change(robot: Robot, size: float, at: Condition) -> Robot:
+    def change(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
         return robot._replace(plant=robot.plant._replace(platform_joint=STIFF_JOINT._replace(**{name: size})))
 
     return change
 
 
-def _tilt(robot: Robot, size: float, at: Condition) -> Robot:
+def _tilt(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(plant=robot.plant._replace(tilt=Tilt(size, at.heading)))
 
 
-def _push(robot: Robot, size: float, at: Condition) -> Robot:
+def _push(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     push = Push(size, at.heading, LOCUS, at.begin(PUSH_LENGTH), PUSH_LENGTH)
     return robot._replace(plant=robot.plant._replace(push=push))
 
 
-def _lost(robot: Robot, size: float, at: Condition) -> Robot:
+def _lost(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(plant=robot.plant._replace(bus=BusEffects(round(size), at.begin(LOSSES), LOSSES)))
 
 
-def _late(robot: Robot, size: float, at: Condition) -> Robot:
+def _late(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     timing = Timing(command_delay=0.5 * size, command_jitter=0.5 * size)
     return robot._replace(plant=robot.plant._replace(timing=timing))
 
 
-def _old(robot: Robot, size: float, at: Condition) -> Robot:
+def _old(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     timing = Timing(reading_age=0.5 * size, reading_jitter=0.5 * size)
     return robot._replace(plant=robot.plant._replace(timing=timing))
 
 
-def _gyro_noise(robot: Robot, size: float, at: Condition) -> Robot:
+def _gyro_noise(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(imu=robot.imu._replace(gyro_noise=size))
 
 
-def _gyro_bias(robot: Robot, size: float, at: Condition) -> Robot:
+def _gyro_bias(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(imu=robot.imu._replace(gyro_bias=at.sign * size))
 
 
-def _gyro_lost(robot: Robot, size: float, at: Condition) -> Robot:
+def _gyro_lost(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(imu=robot.imu._replace(lost=size))
 
 

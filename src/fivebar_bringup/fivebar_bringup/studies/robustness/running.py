@@ -12,7 +12,7 @@ from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.studies.compare.rigs import on_rig
 from fivebar_bringup.studies.reproduce.cases import PlannedScenario
-from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, Robot
+from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, TORQUE_LIMIT, UNIFIED_WEIGHT
 from fivebar_bringup.studies.sweep.rigs import GYRO_BIAS, RIGS, sections_for
 from fivebar_control.safety.stages import NO_FAULT
@@ -149,7 +149,9 @@ def failure_of(equipment: str, effect: Effect | None, size: float, duration: flo
     plan = given.plan()
     at = Condition(draw, plan.crossings[0].time)
     # the offset of a gyroscope is never zero
-    robot = Robot(given.plant._replace(seed=draw), given.imu._replace(gyro_bias=at.sign * GYRO_BIAS), given.tolerances)
+    robot = FaultyRobot(
+        given.plant._replace(seed=draw), given.imu._replace(gyro_bias=at.sign * GYRO_BIAS), given.tolerances
+    )
     if effect is not None:
         robot = effect.on(robot, size, at)
     known = robot.tolerances if EQUIPMENT[equipment].gyro else given.tolerances
