@@ -8,7 +8,7 @@ from itertools import pairwise
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import LOADS, Feasibility, displaced, is_predictable, screen_run
-from fivebar_control.planning.limits import MotionLimits, limits_of_given
+from fivebar_control.planning.limits import MotionLimits, limits_of_given, reach_within
 from fivebar_control.planning.pacing import Borne, longest_within
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 
@@ -110,7 +110,8 @@ def _longest_bearing(segment: Scenario) -> Borne:
         plan = segment.model_copy(update={"segment_duration": duration}).plan()
         if not plan.crossings:
             return 0.0
-        moved = displaced(segment.five_bar(), plan, segment.rate_hz, segment.tuned(), limits_of_scenario(segment, plan))
+        limits = limits_of_scenario(segment, plan)
+        moved = displaced(segment.five_bar(), plan, segment.rate_hz, segment.tuned(), limits, limits.certain_loads)
         return moved.value - moved.limit
 
     return longest_within(excess, segment.durations()[0])
@@ -131,6 +132,7 @@ def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
         motor_speed=scenario.safety.joint_speed_limit,
         speed_step=0.0 if counts is None else math.tau * scenario.rate_hz / counts,
         predictable=is_predictable(plan),
+        within_reach=reach_within(scenario.five_bar(), scenario.known_within()),
     )
     if scenario.sees and scenario.ekf.camera:
         # the estimator does not give up near the locus, since it sees on which side the platform is

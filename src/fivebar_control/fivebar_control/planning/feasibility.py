@@ -19,10 +19,11 @@ from fivebar_control.planning.predicted_estimate import (
     wrong_mode_probability,
 )
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
-from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.planning.reference_torque import ReferenceTorque, limited_to
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import place
+from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 
 COARSE_SAMPLES = 200
@@ -85,6 +86,7 @@ class Figure(NamedTuple):
     WRONG_MODE,
     UNCERTAINTY,
     LOADS,
+    WITH_RESERVE,
 ) = (
     "reference torque",
     "motor speed",
@@ -100,6 +102,7 @@ class Figure(NamedTuple):
     "predicted probability of a wrong assembly mode within the tolerances",
     "predicted position error within the tolerances",
     "displacement by the declared loads where the path crosses the Type 2 locus",
+    "predicted distance from the reference without the reserve of torque",
 )
 """Names of the figures."""
 
@@ -182,13 +185,15 @@ def screen(
         nearest = scan.nearest_unguarded(limits.clearance)
         figures += [nearest] if nearest is not None else []
     if limits.loads.declared and plan.crossings:
-        figures.append(displaced(robot, plan, rate_hz, follower, limits))
+        figures.append(displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads))
     return Feasibility(tuple(figures))
 
 
-def displaced(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits) -> Figure:
-    """Return how far the declared loads displace the platform at the crossings of a plan, at the worst of them."""
-    moved = displacement(robot, plan, rate_hz, follower, limits.torque, limits.loads)
+def displaced(
+    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits, loads: Loads
+) -> Figure:
+    """Return how far loads displace the platform at the crossings of a plan, at the worst of them."""
+    moved = displacement(robot, plan, rate_hz, follower, limits.torque, loads)
     limit = limits.risk.load_share * limits.error_tolerance
     return Figure(LOADS, moved.value, limit, True, *moved[1:], unit="m")
 
@@ -205,9 +210,13 @@ def screen_run(
 
     Segments that are planned in the motors' angles, through Type 1, are judged by their reference alone: there the
     predicting model is not regular. Where an estimator works with declared tolerances (`sensing`), what its estimate is
-    going to be worth counts too.
+    going to be worth counts too. A reference that asks for more torque than its share passes under a regular law that
+    keeps its run within the tolerance with that share alone.
     """
     verdict = screen(robot, plan, rate_hz, follower, limits)
+    if only_torque(verdict, follower) and is_predictable(plan):
+        less = limits.torque_share * limits.torque
+        verdict = with_reserve(verdict, predict_run(robot, plan, rate_hz, limited_to(follower, less), less), limits)
     if not verdict.feasible:
         return verdict
     if not stretches_of(plan, rate_hz):
@@ -220,6 +229,29 @@ def screen_run(
 def is_predictable(plan: Plan) -> bool:
     """Return whether `predict_run` can tell what becomes of a plan from beginning to end."""
     return not plan.modes
+
+
+def only_torque(verdict: Feasibility, follower: TunedController) -> bool:
+    """Return whether nothing but the reference's torque speaks against a motion under a law that is regular on Type 2.
+
+    The inverse dynamics of a reference grows beyond all bounds towards the locus. Such a law saturates there for some
+    samples, which may displace the platform by little: its run tells by how much.
+    """
+    missed = [figure.name for figure in verdict.figures if not figure.kept]
+    return missed == [TORQUE] and follower.controller.needs_no_zones
+
+
+def with_reserve(verdict: Feasibility, predicted: PredictedRun, limits: MotionLimits) -> Feasibility:
+    """Return a verdict in which the run with the reference's share of the torque stands for that torque, if it does.
+
+    Args:
+        verdict: with nothing but the torque missed.
+        predicted: the run with drives that give `torque_share` of their torque; the rest is for the errors.
+        limits: of the motion.
+    """
+    error = predicted.error
+    run = Figure(WITH_RESERVE, error.value, limits.predicted_error, True, *error[1:], unit="m")
+    return Feasibility((*(figure for figure in verdict.figures if not (run.kept and figure.name == TORQUE)), run))
 
 
 def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, limits: MotionLimits) -> Feasibility:

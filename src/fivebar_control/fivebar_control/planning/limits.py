@@ -10,7 +10,9 @@ from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_description.loads import NO_LOADS, Loads
+from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
+from fivebar_description.tolerances import Tolerances
 
 COARSE_SPEED_STEP = 0.04
 """Speed resolution (rad/s) of the encoders up to which a blended controller may dwell near the locus for 0.2 s."""
@@ -19,6 +21,12 @@ COARSE_SPEED_STEP = 0.04
 ESTIMATED_DWELL = 0.15
 """Longest dwell near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on
 its reference."""
+
+
+BISECTIONS = 40
+
+GIVEN_SERIAL = 0.05
+"""Least |sin q_i2| of a motion that is given, by a robot that is known exactly: 0.06 mm from the boundary of DexTAR."""
 
 
 class Risk(NamedTuple):
@@ -64,6 +72,17 @@ class Risk(NamedTuple):
         ),
     ] = 0.25
 
+    load: Annotated[
+        float,
+        Setting(
+            "Largest predicted probability of a displacement beyond `load_share`, where push and tilt come from any"
+            " direction and anywhere between none and those declared; 0: no such load may displace the platform"
+            " further.",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = 0.0
+
 
 class MotionLimits(NamedTuple):
     """Limits of a feasible motion.
@@ -105,6 +124,26 @@ class MotionLimits(NamedTuple):
     risk: Risk = Risk()
     loads: Loads = NO_LOADS
 
+    @property
+    def certain_loads(self) -> Loads:
+        """The loads that a crossing must bear: along t_s, all but the risked share of what is declared."""
+        share = exceeded_share(self.risk.load)
+        return self.loads._replace(tilt=share * self.loads.tilt, push=share * self.loads.push)
+
+
+def exceeded_share(probability: float) -> float:
+    """Return the share of a declared load that acts along a given direction with a probability, or more.
+
+    With the magnitude uniform from 0 to 1 and the direction uniform, a share f is exceeded with the probability
+    2 / pi (acos f - f arcosh(1 / f)).
+    """
+    low, high = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        beyond = (math.acos(middle) - middle * math.acosh(1.0 / middle)) / (0.5 * math.pi)
+        low, high = (middle, high) if beyond > probability else (low, middle)
+    return high
+
 
 def limits_of(
     follower: TunedController,
@@ -140,15 +179,46 @@ def limits_of_given(
     motor_speed: float = MotionLimits().motor_speed,
     speed_step: float = 0.0,
     predictable: bool = True,
+    within_reach: float = MotionLimits().serial_margin,
 ) -> MotionLimits:
     """Return the limits of a motion that is given, not chosen; arguments as for `limits_of`.
 
     A planner that can choose keeps away from the singularities. A motion that is given is judged by what it asks for:
     with exact sensors rests and dwells near the locus, and postures near Type 1, are left to the torque, the motor
-    speeds and the predicted run. With encoders the estimator needs the same limits for both, and so does a motion that
-    is not `predictable`.
+    speeds and the predicted run. With encoders the estimator needs the same limits on rests and dwells for both, and so
+    does a motion that is not `predictable`.
+
+    Args:
+        follower: the controller.
+        torque: what each motor can give (Nm).
+        motor_speed: allowed for either motor joint (rad/s).
+        speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones.
+        predictable: whether the run can be predicted.
+        within_reach: least |sin q_i2| with encoders, of a law that is regular at Type 1 (`reach_within`).
     """
     limits = limits_of(follower, torque, motor_speed, speed_step)
-    if speed_step > 0.0 or not predictable:
+    if not predictable:
         return limits
-    return limits._replace(serial_margin=0.05, dwell=math.inf, rest=0.0, rest_room=1.0)
+    if speed_step > 0.0:
+        return limits._replace(serial_margin=within_reach) if follower.controller.needs_no_zones else limits
+    return limits._replace(serial_margin=GIVEN_SERIAL, dwell=math.inf, rest=0.0, rest_room=1.0)
+
+
+def reach_within(robot: FiveBar, tolerances: Tolerances) -> float:
+    """Return the least |sin q_i2| of a leg that reaches its place though it is shorter by its tolerances.
+
+    The links may be shorter by `length` each, and the base further away by `base`. At least the margin of a robot that
+    is known exactly, and at most that of a chosen motion, which is also that of a robot without declared tolerances.
+    """
+    chosen = MotionLimits().serial_margin
+    short = 2.0 * tolerances.length + tolerances.base
+    if short == 0.0:
+        return chosen
+    return min(max(max(_sine(leg, short) for leg in (robot.leg1, robot.leg2)), GIVEN_SERIAL), chosen)
+
+
+def _sine(leg: LegParameters, short: float) -> float:
+    """Return |sin q_i2| of a leg that lacks a distance (m) of being stretched."""
+    one, two = leg.proximal, leg.distal
+    cosine = ((one + two - short) ** 2 - one * one - two * two) / (2.0 * one * two)
+    return math.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0

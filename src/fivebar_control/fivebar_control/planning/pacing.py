@@ -15,6 +15,7 @@ from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 
 LONGEST = 10.0
@@ -126,9 +127,10 @@ def slowest_pace(task: Task, start: Point, end: Point) -> Plan | NoPace:
     if slowest <= SHORTEST:
         return NoPace(f"the segment stays near the Type 2 locus for {share:.0%} of any duration")
     slowed = retimed(slow, slowest / LONGEST)
-    borne = longest_bearing(task, slowed, task.limits.risk.load_share)
+    limits = task.limits
+    borne = longest_bearing(task, slowed, limits.risk.load_share, limits.certain_loads)
     if not borne.enough:
-        moved = displaced(task.robot, slowed, task.rate_hz, task.follower, task.limits)
+        moved = displaced(task.robot, slowed, task.rate_hz, task.follower, limits, limits.certain_loads)
         return NoPace(f"in {slowest:.3g} s {moved}, and no shorter duration bears the loads")
     plan = retimed(slow, borne.duration / LONGEST)
     reasons = task.judge(plan).reasons
@@ -150,25 +152,26 @@ class Borne(NamedTuple):
         return self.excess <= 0.0
 
 
-def longest_bearing(task: Task, plan: Plan, share: float) -> Borne:
-    """Return the longest duration of a segment, at most that of its plan, with which it bears the declared loads.
+def longest_bearing(task: Task, plan: Plan, share: float, loads: Loads) -> Borne:
+    """Return the longest duration of a segment, at most that of its plan, with which it bears loads.
 
     A whole number of samples where it is shorter than that of the plan.
 
     Args:
-        task: whose limits have the loads.
+        task: for which it is planned.
         plan: one segment under a ballistic zone rule.
         share: of the error tolerance by which they may displace the platform.
+        loads: to be borne.
     """
     limits = task.limits
     longest = plan.path.duration
-    if not (limits.loads.declared and plan.crossings):
+    if not (loads.declared and plan.crossings):
         return Borne(longest, -math.inf)
     bound = share * limits.error_tolerance
 
     def excess(duration: float) -> float:
         quicker = retimed(plan, duration / longest)
-        return displaced(task.robot, quicker, task.rate_hz, task.follower, limits).value - bound
+        return displaced(task.robot, quicker, task.rate_hz, task.follower, limits, loads).value - bound
 
     found = longest_within(excess, longest)
     if found.duration == longest:
@@ -222,7 +225,7 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
     fastest = high / task.rate_hz
     if not task.limits.loads.declared:
         return Pace(fastest, longest)
-    return Pace(fastest, longest, longest_bearing(task, slowest, task.limits.risk.load_aim).duration)
+    return Pace(fastest, longest, longest_bearing(task, slowest, task.limits.risk.load_aim, task.limits.loads).duration)
 
 
 def retimed(plan: Plan, factor: float) -> Plan:

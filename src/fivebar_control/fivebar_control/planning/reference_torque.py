@@ -81,7 +81,7 @@ def unlimited(tuned: TunedLaw) -> TunedLaw:
 
 
 def limited_to(tuned: TunedController, torque: float) -> TunedController:
-    """Return a controller whose laws keep a torque limit (Nm) themselves where their settings leave it open."""
+    """Return a controller whose laws keep a torque limit (Nm) themselves, or the lower one of their settings."""
     return tuned._replace(
         nominal=_limited_to(tuned.nominal, torque),
         constraint=None if tuned.constraint is None else _limited_to(tuned.constraint, torque),
@@ -90,6 +90,7 @@ def limited_to(tuned: TunedController, torque: float) -> TunedController:
 
 def _limited_to(tuned: TunedLaw, torque: float) -> TunedLaw:
     settings: Any = tuned.settings
-    if getattr(settings, "torque_limit", torque) is not None or not math.isfinite(torque):
+    if "torque_limit" not in settings._fields or not math.isfinite(torque):
         return tuned
-    return TunedLaw(tuned.law, settings._replace(torque_limit=torque))
+    own = settings.torque_limit
+    return TunedLaw(tuned.law, settings._replace(torque_limit=torque if own is None else min(own, torque)))

@@ -25,11 +25,13 @@ from fivebar_control.planning.feasibility import (
     dwells_near_locus,
     screen,
 )
-from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given
+from fivebar_control.planning.limits import MotionLimits, Risk, exceeded_share, limits_of, limits_of_given, reach_within
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import Tolerances
 
 RATE_HZ = 500
 BLENDED = default_tuning(CONTROLLERS["multi_cartesian"])
@@ -146,6 +148,32 @@ def test_given_motions_are_judged_by_what_they_ask_for() -> None:
     for follower in (UNIFIED, BLENDED):
         assert limits_of_given(follower, speed_step=step) == limits_of(follower, speed_step=step)
         assert limits_of_given(follower, predictable=False) == limits_of(follower)
+
+
+def test_with_encoders_a_leg_that_is_shorter_by_its_tolerances_must_reach(dextar: FiveBar) -> None:
+    step = 2.0 * math.pi * RATE_HZ / 20_000
+    sine = reach_within(dextar, Tolerances(length=5e-5, base=4e-5))
+    leg = dextar.leg1
+    lengths = leg.proximal, leg.distal
+    stretched = math.sqrt(lengths[0] ** 2 + lengths[1] ** 2 + 2.0 * lengths[0] * lengths[1] * math.sqrt(1.0 - sine**2))
+    assert sum(lengths) - stretched == pytest.approx(1.4e-4, rel=1e-9)
+    assert limits_of_given(UNIFIED, speed_step=step, within_reach=sine).serial_margin == sine
+    chosen = limits_of(BLENDED, speed_step=step)
+    assert limits_of_given(BLENDED, speed_step=step, within_reach=sine) == chosen
+    # undeclared and coarse tolerances leave the margin of a chosen motion
+    assert {reach_within(dextar, Tolerances(length=one)) for one in (0.0, 1e-3)} == {chosen.serial_margin}
+
+
+def test_the_exceeded_share_of_a_load_is_that_of_random_loads() -> None:
+    random = np.random.default_rng(0)
+    along = random.uniform(0.0, 1.0, 400_000) * np.abs(np.cos(random.uniform(0.0, math.pi, 400_000)))
+    for probability in (0.05, 0.3, 0.5):
+        assert np.mean(along > exceeded_share(probability)) == pytest.approx(probability, abs=5e-3)
+    assert exceeded_share(0.0) == pytest.approx(1.0)
+    loads = Loads(tilt=0.02, push=1.0, passive=0.003)
+    risked = MotionLimits(loads=loads, risk=Risk(load=0.3)).certain_loads
+    assert risked.push == pytest.approx(exceeded_share(0.3)) and risked.passive == loads.passive
+    assert MotionLimits(loads=loads).certain_loads == pytest.approx(loads)
 
 
 def test_the_type_1_margin_is_that_of_the_cosine_rule(dextar: FiveBar) -> None:

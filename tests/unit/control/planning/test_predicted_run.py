@@ -7,7 +7,16 @@ import math
 import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.planning.feasibility import ERROR, MODE_CHANGES, REQUEST, Figure, screen_run
+from fivebar_control.planning.feasibility import (
+    ERROR,
+    MODE_CHANGES,
+    REQUEST,
+    TORQUE,
+    WITH_RESERVE,
+    Figure,
+    screen,
+    screen_run,
+)
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
 from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, predict_run, stretches_of
 from fivebar_control.planning.reference_torque import limited_to
@@ -48,6 +57,20 @@ def test_a_rest_beyond_what_the_law_can_hold_is_refused_by_the_run_alone(dextar:
     # 3 mm away it comes to rest where it should
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.0875)), [1.0], RATE_HZ, ZoneRule())
     assert screen_run(dextar, plan, RATE_HZ, UNIFIED, limits_of_given(UNIFIED)).feasible
+
+
+def test_a_torque_near_the_locus_beyond_the_share_is_judged_by_the_run_without_the_reserve(dextar: FiveBar) -> None:
+    """1.78 Nm for some samples displace a robot with 1.7 Nm by a third of a millimetre; 2.02 Nm by 2 mm."""
+    for duration, feasible in ((0.26, True), (0.24, False)):
+        plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [duration], RATE_HZ, ZoneRule())
+        assert [one.name for one in screen(dextar, plan, RATE_HZ, UNIFIED, MotionLimits()).figures if not one.kept] == [
+            TORQUE
+        ]
+        verdict = screen_run(dextar, plan, RATE_HZ, UNIFIED, MotionLimits())
+        assert verdict.feasible is feasible
+        assert (verdict.figure(TORQUE) is None) is feasible
+        run, weaker = verdict.figure(WITH_RESERVE), predict_run(dextar, plan, RATE_HZ, limited_to(UNIFIED, 1.7), 1.7)
+        assert run is not None and run.value == weaker.error.value
 
 
 def test_an_infeasible_reference_is_not_predicted(dextar: FiveBar) -> None:

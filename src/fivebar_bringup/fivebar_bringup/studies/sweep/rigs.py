@@ -48,9 +48,9 @@ GYRO_BIAS = 0.02
 GYRO_WORDS = "gyroscope on the distal link of leg 2 (250 readings/s, 4 ms late, 0.01 rad/s noise, ±0.02 rad/s bias)"
 
 
-MEDIAN_LOAD = 0.26
-"""What half of the robots have of the largest tilt or push, or more, along a given direction: the median of a magnitude
-uniform from 0 to 1, in a random direction. That much the robots of a rig are declared to bear."""
+LOAD_RISK = 0.3
+"""Probability with which the declared loads, drawn as a rig's robots have them, may displace the platform by more than
+the tolerance: that of `risk.position` for the tolerances. A refusal for the worst load mostly refuses a success."""
 
 
 class RobotDistribution(NamedTuple):
@@ -146,13 +146,20 @@ def with_gyro(
     """
     tolerances = {"length": spread.length, "base": spread.length, "zero": spread.zero}
     loads = {
-        "tilt": MEDIAN_LOAD * spread.tilt,
-        "push": MEDIAN_LOAD * spread.force,
+        "tilt": spread.tilt,
+        "push": spread.force,
         "push_length": PUSH_LENGTH,
         "passive": spread.passive,
     }
     unified = {"kp": kp, "kd": kd, "weight": weight}
-    return {"imu": GYRO, "ekf": {"gyro": True, **ekf}, "tolerances": tolerances, "loads": loads, "unified": unified}
+    return {
+        "imu": GYRO,
+        "ekf": {"gyro": True, **ekf},
+        "tolerances": tolerances,
+        "loads": loads,
+        "risk": {"load": LOAD_RISK},
+        "unified": unified,
+    }
 
 
 ENCODERS_WORDS = (
@@ -191,24 +198,20 @@ MIDDLING = CALIBRATED._replace(
 POOR = MIDDLING._replace(
     length=3e-4, zero=0.3 * DEGREE, frequency=40.0, backlash=0.1 * DEGREE, stiffness=1e5, clearance=2e-5
 )
-FOR_GOOD = {
-    "disturbance_rate": 0.1,
-    "play": 1e-4,
-    "acceleration_noise": 0.05,
-    "gyro_noise": 0.05,
-    "misfit_limit": 200.0,
-}
+FORCE = {"force_deviation": 1.0, "force_time": 0.4}
+"""Of the estimator: tilt, pushes and passive friction, which act along t_s, where the motors do not."""
+
+FOR_CALIBRATED = {"disturbance_rate": 0.1, **FORCE}
 FOR_ELASTIC = {
     "disturbance_rate": 0.3,
     "play": 1e-3,
     "acceleration_noise": 0.1,
     "gyro_noise": 0.1,
     "misfit_limit": 200.0,
-    "force_deviation": 1.0,
-    "force_time": 0.4,
+    **FORCE,
 }
 """Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
-by 0.2 rad/s where they swing at 60 Hz. The force is what tilt, pushes and passive friction do along t_s."""
+by 0.2 rad/s where they swing at 60 Hz."""
 
 FOR_BLENDED = {"ekf": {"disturbance_rate": 1.0}}
 """The blended controllers have no observer of their own and compensate what the estimator finds. At 0.1 Nm per root s
@@ -243,7 +246,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {CALIBRATED.words()}",
             f"{RIGID}, {NOT_HERE}",
             CALIBRATED,
-            sections=with_gyro(CALIBRATED, {"disturbance_rate": 0.1}, 2500.0, 100.0),
+            sections=with_gyro(CALIBRATED, FOR_CALIBRATED, 4900.0, 140.0),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
@@ -252,7 +255,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {GOOD.words()}",
             NOT_HERE,
             GOOD,
-            sections=with_gyro(GOOD, FOR_GOOD, 2500.0, 100.0),
+            sections=with_gyro(GOOD, FOR_ELASTIC, 3600.0, 120.0),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),

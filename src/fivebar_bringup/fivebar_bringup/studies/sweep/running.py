@@ -21,11 +21,13 @@ from fivebar_control.planning.feasibility import (
     TORQUE,
     Feasibility,
     Figure,
+    only_torque,
     screen,
     with_prediction,
+    with_reserve,
     with_sensing,
 )
-from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of
 from fivebar_control.planning.transfer import SLOWER
 from fivebar_control.safety.stages import NO_FAULT
@@ -94,7 +96,7 @@ def quick_enough(case: Draw) -> Draw:
     if not limits.loads.declared:
         return case
     task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
-    calm = longest_bearing(task, plan, limits.risk.load_aim)
+    calm = longest_bearing(task, plan, limits.risk.load_aim, limits.loads)
     if calm.duration == case.duration:
         return case
     free = task._replace(limits=limits._replace(loads=NO_LOADS))
@@ -135,6 +137,10 @@ def screened(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Feasi
     scenario = case.scenario(controller)
     limits = limits_for(case, scenario)
     verdict = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits)
+    if only_torque(verdict, scenario.tuned()):
+        weaker = scenario.plant._replace(torque_limit=limits.torque_share * limits.torque)
+        spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), samples)
+        verdict = with_reserve(verdict, spare, limits)
     if not verdict.feasible:
         return verdict
     predicted = predicted_on_engine(scenario, samples)
@@ -151,9 +157,14 @@ def screened(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Feasi
 
 def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
     """Return the limits of the screen for a case."""
-    counts = case.encoder_counts
-    step = 0.0 if counts is None else 2.0 * math.pi * RATE_HZ / counts
-    return limits_of(scenario.tuned(), TORQUE_LIMIT, speed_step=step)._replace(loads=scenario.to_bear())
+    counts, follower = case.encoder_counts, scenario.tuned()
+    if counts is None:
+        limits = limits_of(follower, TORQUE_LIMIT)
+    else:
+        reach = reach_within(scenario.five_bar(), scenario.known_within())
+        step = 2.0 * math.pi * RATE_HZ / counts
+        limits = limits_of_given(follower, TORQUE_LIMIT, speed_step=step, within_reach=reach)
+    return limits._replace(loads=scenario.to_bear(), risk=scenario.risk)
 
 
 def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
