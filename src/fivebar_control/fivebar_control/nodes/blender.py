@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.loop.shared_results import one_robot, shared_state
 from fivebar_control.ros.node_settings import BLENDED, NOT_OF_THE_GUARD, BlenderSettings, torque_of
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.pause_compensated_clock import PauseCompensatedClock
@@ -67,7 +67,7 @@ class Blender(SamplingNode):
         safety = self.declare_settings(SafetySettings, without=NOT_OF_THE_GUARD, torque_limit=DRIVE_TORQUE_LIMIT)
         agreed = {"robot": robot_value(settings.robot), WORKING_MODE_AT_START: settings.working_mode}
         RunAgreement(self, settings.rate_hz, agreed)
-        self._robot = load_robot(settings.robot)
+        self._robot = one_robot(load_robot(settings.robot))
         mode1, mode2 = settings.working_mode
         self._guard = Guard(self._robot, (mode1, mode2), settings.rate_hz, safety)
         deadlines = [settings.candidate_deadline_ms / 1e3, settings.state_deadline_ms / 1e3]
@@ -128,7 +128,7 @@ class Blender(SamplingNode):
                 self._stop_robot(late)
             elif self._guard.fault is not None:
                 position, velocity = values
-                self._reply_with(sample, self._guard.stop(state_from_joints(self._robot, *position, *velocity)))
+                self._reply_with(sample, self._guard.stop(shared_state(sample, self._robot, position, velocity)))
             self._check_deadlines()
         return True
 
@@ -138,7 +138,7 @@ class Blender(SamplingNode):
         if sample < self._first:
             return
         (position, velocity), (reference,), (alone,), *rest = values
-        state = state_from_joints(self._robot, *position, *velocity)
+        state = shared_state(sample, self._robot, position, velocity)
         nominal, constraint, sigma = Torque(*alone), Torque(*alone), 0.0
         if rest:
             (vhc,), ((sigma, _),) = rest

@@ -6,8 +6,8 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
+from fivebar_control.loop.shared_results import shared_state
 from fivebar_control.loop.supervisor import Supervisor, SupervisorState
-from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.motion_parameters import declare_motion
 from fivebar_control.ros.node_settings import SupervisorSettings
 from fivebar_description.interface import (
@@ -39,7 +39,7 @@ class SupervisorNode(SamplingNode):
     def answer(self, sample: int, *values: Any) -> None:
         """Publish sigma and 1/cond(A)."""
         ((position, velocity),) = values
-        state = state_from_joints(self._motion.robot, *position, *velocity)
+        state = shared_state(sample, self._motion.robot, position, velocity)
         self._reply = self._supervise(sample + self._motion.lead_samples, state)
         self._publish(sample, self._reply)
 

@@ -71,8 +71,10 @@ class TrajectoryGenerator(SamplingNode):
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the next sample's reference."""
         ((position,),) = values
-        place = state_from_joints(self._motion.robot, *position, *AT_REST)
-        held = self._hold.reference(place.x, place.y)
+        held = self._hold.kept
+        if self._hold.follows:
+            place = state_from_joints(self._motion.robot, *position, *AT_REST)
+            held = self._hold.reference(place.x, place.y)
         self._goals.update(sample + self._motion.lead_samples, held is not None)
         # the reference of sample 0 cannot be published ahead of it, nor that of one whose predecessor was not measured
         first = max(self._published + 1, sample + 1 - CAPACITY)

@@ -9,10 +9,9 @@ from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.registry import find_law
 from fivebar_control.loop.law_runner import LawRunner
-from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.loop.shared_results import shared_desired, shared_state
 from fivebar_control.model.state import Platform
 from fivebar_control.ros.motion_parameters import declare_motion
-from fivebar_control.trajectory.desired import desired_at
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_DISTURBANCE,
@@ -105,11 +104,11 @@ class ControllerNode(SamplingNode):
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the law's torque."""
-        (position, velocity), ((x, y, vx, vy), (_, _, ax, ay)), *rest = values
+        (position, velocity), planned, *rest = values
         robot, plan = self._motion.robot, self._motion.plan
-        state = state_from_joints(robot, *position, *velocity)
+        state = shared_state(sample, robot, position, velocity)
         target = sample + self._motion.lead_samples
-        reference = desired_at(robot, plan, target / self.rate_hz, Platform(x, y, vx, vy, ax, ay))
+        reference = shared_desired(target / self.rate_hz, robot, plan, *planned)
         ahead = _platforms(*rest.pop(0)) if self._samples_ahead else None
         if rest:
             ((disturbance,),) = rest

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
+from fivebar_control.loop.shared_results import one_robot
 from fivebar_control.ros.node_settings import ZONE_PREFIX, MotionSettings
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneSettings, plan_motion
 from fivebar_description.parameters import FiveBar, load_robot
@@ -38,18 +40,9 @@ def declare_motion(node: GraphNode) -> DeclaredMotion:
     """
     settings = node.declare_settings(MotionSettings)
     zone = node.declare_settings(ZoneSettings, ZONE_PREFIX)
-    robot = load_robot(settings.robot)
+    robot = one_robot(load_robot(settings.robot))
     try:
-        plan = plan_motion(
-            robot,
-            settings.working_mode,
-            _pairs(settings.waypoints),
-            settings.segment_durations,
-            settings.rate_hz,
-            zone.as_rule(),
-            settings.time_law,
-            settings.min_authority,
-        )
+        plan = _planned(robot, settings, zone)
     except PlanRefused as error:
         raise InputError(f"{node.get_name()}: motion refused: {error}") from error
     agreed = {
@@ -59,6 +52,21 @@ def declare_motion(node: GraphNode) -> DeclaredMotion:
     }
     RunAgreement(node, settings.rate_hz, agreed)
     return DeclaredMotion(robot, plan, settings.rate_hz, settings.lead_samples, agreed)
+
+
+@lru_cache(maxsize=8)
+def _planned(robot: FiveBar, settings: MotionSettings, zone: ZoneSettings) -> Plan:
+    """Return the plan, one for all nodes of this process."""
+    return plan_motion(
+        robot,
+        settings.working_mode,
+        _pairs(settings.waypoints),
+        settings.segment_durations,
+        settings.rate_hz,
+        zone.as_rule(),
+        settings.time_law,
+        settings.min_authority,
+    )
 
 
 def plan_values(motion: DeclaredMotion) -> dict[str, Any]:

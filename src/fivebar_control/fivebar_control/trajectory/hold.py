@@ -29,8 +29,18 @@ class Hold:
         """Take note that no fault is latched any more."""
         self._stopped = False
 
+    @property
+    def follows(self) -> bool:
+        """Whether the reference follows the measured place."""
+        return self._stopped
+
+    @property
+    def kept(self) -> Platform | None:
+        """The resting reference at the place that was measured last; None where the plan holds."""
+        return None if self._place is None else Platform(*self._place, 0.0, 0.0, 0.0, 0.0)
+
     def reference(self, x: float, y: float) -> Platform | None:
         """Return the resting reference for a platform that was measured at (x, y) m; None where the plan holds."""
         if self._stopped:
             self._place = (x, y)
-        return None if self._place is None else Platform(*self._place, 0.0, 0.0, 0.0, 0.0)
+        return self.kept

@@ -100,7 +100,8 @@ class JointSample:
         position, velocity, effort = self.position, self.velocity, self.effort
         layout = _layout(self.name, len(position), len(velocity), len(effort))
         seconds, nanoseconds = divmod(self.stamp_ns, NANOSECONDS)
-        return layout.pack(*(_HEAD, seconds, nanoseconds, _names(self.name)), *_counted(position, velocity, effort))
+        head = _HEAD, seconds, nanoseconds, _names(self.name)
+        return layout.pack(*head, len(position), *position, len(velocity), *velocity, len(effort), *effort)
 
 
 JointMessage: TypeAlias = JointState | JointSample
@@ -125,10 +126,6 @@ def sampled(message: JointState) -> JointSample:
     return JointSample(
         stamp_of(message), tuple(message.name), tuple(message.position), tuple(message.velocity), tuple(message.effort)
     )
-
-
-def _counted(*fields: tuple[float, ...]) -> list[float]:
-    return [value for field in fields for value in (len(field), *field)]
 
 
 @cache
@@ -188,7 +185,8 @@ def _field(
         raise MessageError(f"{field} has {len(values)} values, expected {len(names)}")
     if given != names:
         values = tuple(values[given.index(name)] for name in names)
-    for name, value in zip(names, values, strict=True):
-        if not abs(value) <= LARGEST and not (allow_nan and math.isnan(value)):
+    for number, value in enumerate(values):
+        if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
+            name = names[number]
             raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
     return values

@@ -86,7 +86,8 @@ class RateWatch:
             self._count += 1
             self._sum += interval
             self._squares += interval * interval
-            self._longest = max(self._longest, interval)
+            if interval > self._longest:
+                self._longest = interval
             if interval > self._late_after:
                 self._late += 1
                 self.late += 1

@@ -70,6 +70,8 @@ class RunAgreement:
     @property
     def holds(self) -> bool:
         """Whether the node may answer samples: the plan agrees and the epoch is known, where there is one."""
+        if self.begun and self._plan is not None:
+            return not self.problem
         return self.agrees and (self.begun or not self._node.count_publishers(RUN_EPOCH.name))
 
     @property

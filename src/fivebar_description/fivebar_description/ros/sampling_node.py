@@ -81,27 +81,29 @@ class SamplingNode(GraphNode):
         return self._join.waiting(topic.name)
 
     def _receiver(self, one: Input) -> Callable[[Any], None]:
-        driving = one.topic is self._driver
+        topic, read, later = one
+        driving = topic is self._driver
+        run, join = self._run, self._join
 
         def receive(message: Any) -> None:
-            if not self._run.holds:
+            if not run.holds:
                 return
-            sample = self._run.sample(stamp_of(message))
+            sample = run.sample(stamp_of(message))
             if sample is None:
-                self.drop(one.topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
+                self.drop(topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
                 return
-            sample += one.later
-            arrival = self._join.arrival(sample)
+            sample += later
+            arrival = join.arrival(sample)
             if arrival is Arrival.OLD and not (driving and sample == 0):
-                self.drop(one.topic, f"old stamp of sample {sample}, expected one after {self._join.last}")
+                self.drop(topic, f"old stamp of sample {sample}, expected one after {join.last}")
                 return
             if arrival is Arrival.LEAP:
-                self.drop(one.topic, f"stamp of sample {sample} is far after that of sample {self._join.last}")
+                self.drop(topic, f"stamp of sample {sample} is far after that of sample {join.last}")
                 return
             try:
-                values = one.read(message)
+                values = read(message)
             except MessageError as error:
-                self.drop(one.topic, str(error))
+                self.drop(topic, str(error))
                 return
             if arrival is Arrival.REPEATED:
                 if driving:
@@ -109,7 +111,12 @@ class SamplingNode(GraphNode):
                 return
             if arrival is Arrival.OLD:
                 self._begin_run()
-            self._take(one.topic, sample, values, driving)
+            if not self.admit(sample, driving, values):
+                return
+            complete = join.put(topic.name, sample, values)
+            if complete is not None:
+                self.answer(sample, *complete)
+                self.note_answer()
 
         return receive
 
@@ -126,11 +133,3 @@ class SamplingNode(GraphNode):
         if begun:
             self.note_pause()
             self.restart()
-
-    def _take(self, topic: Topic, sample: int, values: Any, driving: bool) -> None:
-        if not self.admit(sample, driving, values):
-            return
-        complete = self._join.put(topic.name, sample, values)
-        if complete is not None:
-            self.answer(sample, *complete)
-            self.note_answer()

@@ -57,7 +57,7 @@ class StampJoin:
                 del self._open[min(self._open)]
             return None
         self.close(sample)
-        return tuple(waiting[name] for name in self._inputs)
+        return tuple([waiting[name] for name in self._inputs])
 
     def missing(self, sample: int) -> list[str]:
         """Return the inputs that an open sample still lacks."""
@@ -71,8 +71,10 @@ class StampJoin:
     def close(self, sample: int) -> None:
         """Count a sample as answered, and forget it and all older ones."""
         self.last = sample
-        for old in [number for number in self._open if number <= sample]:
-            del self._open[old]
+        self._open.pop(sample, None)
+        if self._open:
+            for old in [number for number in self._open if number < sample]:
+                del self._open[old]
 
     def restart(self) -> None:
         """Forget everything: a new run begins at sample 0."""
