@@ -75,8 +75,12 @@ def _file_name(name: str) -> str | None:
     return "expected a letter or digit, then letters, digits, '_', '.' or '-'"
 
 
-def _two_or_more(waypoints: tuple[Pair, ...]) -> str | None:
-    return None if len(waypoints) >= 2 else "expected at least two points"
+def _ends_in_signs(place: tuple[float, ...]) -> str | None:
+    return None if all(sign in (-1.0, 1.0) for sign in place[2:]) else "expected x, y, and two signs, each +1 or -1"
+
+
+DECLARED, SEEN = "declared", "seen"
+"""How the place and the modes are known in which the robot starts."""
 
 
 CONTROLLER = Setting(
@@ -107,8 +111,28 @@ class Scenario(StrictModel):
     ] = None
     waypoints: Annotated[
         tuple[Pair, ...],
-        Setting("The points x, y through which the platform goes, at rest in each.", "m", check=_two_or_more),
+        Setting(
+            "The points x, y through which the platform goes, at rest in each, from where it starts; with `start: seen`"
+            " those after the start.",
+            "m",
+        ),
     ]
+    start: Annotated[
+        str,
+        Setting(
+            "How the place and the modes at the start are known: declared by the first waypoint and working_mode, or"
+            " seen by the camera before the motion is planned.",
+            choices=(DECLARED, SEEN),
+        ),
+    ] = DECLARED
+    stands: Annotated[
+        Annotated[tuple[float, float, float, float], Field(strict=False)] | None,
+        Setting(
+            "Where the simulated robot is put: x, y (m) and its working mode; by default where the motion begins. The"
+            " planner does not know it.",
+            check=_ends_in_signs,
+        ),
+    ] = None
     segment_duration: Annotated[
         Positive | Annotated[tuple[Positive, ...], Field(strict=False)],
         Setting("Duration of each segment: one number for all, or a list with one per segment.", "s"),
@@ -190,6 +214,21 @@ class Scenario(StrictModel):
             raise ValueError(
                 "working_modes: estimator ekf follows the platform in one working mode: expected estimator none"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _starts_somewhere(self) -> Scenario:
+        seen = self.start == SEEN
+        if len(self.waypoints) < (1 if seen else 2):
+            raise ValueError(f"waypoints: {len(self.waypoints)} given: expected at least {'one' if seen else 'two'}")
+        if not seen:
+            return self
+        if self.working_modes is not None:
+            raise ValueError("start: seen: the working mode is not known before: expected no working_modes")
+        if not (self.estimated and self.camera.on and self.camera.pictures):
+            raise ValueError("start: seen: expected estimator ekf, and camera: {on: true} with pictures")
+        if self.stands is None:
+            raise ValueError("start: seen: expected stands, where the simulated robot is put")
         return self
 
     def durations(self) -> tuple[float, ...]:
@@ -402,12 +441,27 @@ def shipped_scenarios() -> list[str]:
     return sorted(path.stem for path in scenario_directory().glob("*.yaml"))
 
 
-def load_scenario(name_or_path: str) -> Scenario:
-    """Read a scenario by the name of a shipped one or by path, and check that its motion can be made.
+def read_scenario(name_or_path: str) -> Scenario:
+    """Read a scenario by the name of a shipped one or by path; one with `start: seen` begins where the camera sees it.
 
     Raises:
-        InputError: there is no such scenario, it is malformed, or its motion is refused.
+        InputError: there is no such scenario, it is malformed, or the camera does not see where the robot stands.
     """
+    path = _path_of(name_or_path)
+    scenario = read_yaml(path, Scenario)
+    if scenario.start != SEEN:
+        return scenario
+    # OpenCV and the plant take time to load, which other scenarios need not
+    from fivebar_bringup.simulation.seen_start import as_seen
+
+    try:
+        check_engine(scenario.plant)
+        return as_seen(scenario)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _path_of(name_or_path: str) -> Path:
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
         path = scenario_directory() / f"{name_or_path}.yaml"
@@ -415,7 +469,16 @@ def load_scenario(name_or_path: str) -> Scenario:
             raise InputError(
                 f"scenario {name_or_path!r}: expected a path to a .yaml file or one of {', '.join(shipped_scenarios())}"
             )
-    scenario = read_yaml(path, Scenario)
+    return path
+
+
+def load_scenario(name_or_path: str) -> Scenario:
+    """Read a scenario as `read_scenario` does, and check that its motion can be made.
+
+    Raises:
+        InputError: there is no such scenario, it is malformed, or its motion is refused.
+    """
+    path, scenario = _path_of(name_or_path), read_scenario(name_or_path)
     try:
         check_engine(scenario.plant)
         scenario.plan()

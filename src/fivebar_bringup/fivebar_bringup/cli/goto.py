@@ -36,7 +36,7 @@ from fivebar_bringup.sizes import DEFAULT_ROBOT
 from fivebar_bringup.studies.goto.live import goal_fields, request_live
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
 from fivebar_bringup.studies.goto.stand import stand as rest
-from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after
+from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after, start_seen
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
 from fivebar_bringup.studies.goto.transfer_report import show
 from fivebar_control.planning.limits import MotionLimits
@@ -72,6 +72,10 @@ def goto(
     ] = None,
     after: Annotated[
         Path | None, typer.Option("--after", metavar="DIR", help="Begin where the run in DIR has ended.")
+    ] = None,
+    seen: Annotated[
+        str | None,
+        typer.Option("--seen", metavar="SCENARIO", help="Begin where the camera of this scenario sees the robot."),
     ] = None,
     controller: Annotated[str, typer.Option(help=f"One of {', '.join(CONTROLLERS)}.")] = "unified",
     robot: Annotated[
@@ -122,7 +126,7 @@ def goto(
         if fastest and duration is not None:
             raise InputError("--fastest and --duration: expected one of them")
         if live:
-            if fastest or plan_only or offline or after is not None or start is not None or start_mode is not None:
+            if fastest or plan_only or offline or any(one is not None for one in (after, start, start_mode, seen)):
                 raise InputError(
                     "--live: the graph knows where the robot rests: of the others only --mode,"
                     " --working-mode and --duration go with it"
@@ -134,7 +138,7 @@ def goto(
                 timeout,
                 as_json,
             )
-        begin = _start(start, start_mode, after, robot)
+        begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
         torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)
         request = Request(
@@ -219,13 +223,17 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
 
 
 def _start(
-    start: tuple[float, float] | None, start_mode: tuple[int, int] | None, after: Path | None, robot: str | None
+    start: tuple[float, float] | None,
+    start_mode: tuple[int, int] | None,
+    after: Path | None,
+    robot: str | None,
+    seen: str | None,
 ) -> Start:
-    if after is None:
+    if after is None and seen is None:
         return Start(*(start or read_robot(robot or DEFAULT_ROBOT).home_m), start_mode or HOME_MODE)
-    if start is not None or start_mode is not None:
-        raise InputError("--after and --from: expected one of them")
-    return start_after(after)
+    if start is not None or start_mode is not None or (after is not None and seen is not None):
+        raise InputError("--seen, --after and --from: expected one of them")
+    return start_after(after) if after is not None else start_seen(seen or "")
 
 
 def _print_outcome(directory: RunDirectory, summary: Summary) -> None:

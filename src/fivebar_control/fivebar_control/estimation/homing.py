@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
-from fivebar_control.model.kinematics import assembly_mode, state_from_platform
+from fivebar_control.model.kinematics import assembly_mode, state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
@@ -84,6 +84,20 @@ def seen_assembly(robot: FiveBar, q11: float, q21: float, x: float, y: float) ->
             f" {1e3 * SEEN_APART * SEEN_TOLERANCE:g} mm of what the camera sees"
         )
     return near
+
+
+def seen_posture(robot: FiveBar, q11: float, q21: float, x: float, y: float) -> Homing:
+    """Return the posture of a robot at rest from both motor angles (rad) and the platform as a camera sees it (m).
+
+    The camera tells the modes; where exactly the platform is follows from the motors, as everywhere else.
+
+    Raises:
+        HomingContradicted: no assembly mode of these angles has the platform there, or both have.
+    """
+    assembly = seen_assembly(robot, q11, q21, x, y)
+    state = state_from_motors(robot, assembly, q11, q21, 0.0, 0.0)
+    mode1, mode2 = working_mode(state)
+    return Homing(state.x, state.y, mode1, mode2, assembly)
 
 
 def check_encoders(robot: FiveBar, homing: Homing, tolerance: float, q11: float, q21: float) -> None:

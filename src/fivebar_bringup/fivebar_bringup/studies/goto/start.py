@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario import Scenario, read_scenario
 from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
 from fivebar_description.strict_yaml import InputError
@@ -51,6 +51,18 @@ def start_after(directory: Path) -> Start:
             " expected a robot at rest"
         )
     return Start(state.x, state.y, working_mode(state), scenario)
+
+
+def start_seen(name_or_path: str) -> Start:
+    """Return where the camera of a scenario with `start: seen` sees the robot.
+
+    Raises:
+        InputError: there is no such scenario, or the camera does not see where the robot stands.
+    """
+    scenario = read_scenario(name_or_path)
+    if scenario.stands is None or not scenario.ekf.seen_start:
+        raise InputError(f"--seen: {name_or_path}: expected a scenario with start: seen")
+    return Start(*scenario.waypoints[0], scenario.working_mode, scenario)
 
 
 class Standing(NamedTuple):
