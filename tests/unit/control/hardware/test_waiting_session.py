@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.drive_interface import ZERO, Exchange, Reading, Torques
+from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, Torques
 from fivebar_control.hardware.drive_session import DriveSession
 
 PERIOD = 0.002
@@ -45,7 +45,7 @@ class Drives:
 
     def exchange(self) -> Exchange:
         self.told.append(self._torques)
-        return Exchange((Reading(0.0, 0.0, 0.0), Reading(0.0, 0.0, 0.0)), None)
+        return Exchange((DriveReading(0.0, 0.0, 0.0), DriveReading(0.0, 0.0, 0.0)), None)
 
 
 def running(waits: bool) -> tuple[DriveSession, Drives]:
