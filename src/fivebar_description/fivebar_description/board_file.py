@@ -13,6 +13,9 @@ from pydantic import Field
 from fivebar_description.parameters import Positive
 from fivebar_description.strict_yaml import StrictModel
 
+CLOCK = "clock"
+"""What moves a real robot on."""
+
 TORQUE_CONSTANT = 0.062
 """Measured torque constant (Nm/A) of the bench's GM3506 motors."""
 

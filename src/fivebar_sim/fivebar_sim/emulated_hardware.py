@@ -39,6 +39,11 @@ class EmulatedHardware(Protocol):
         """Size (rad) of the coarser encoder's count at the joint."""
         ...
 
+    @property
+    def waits(self) -> bool:
+        """Whether the robot moves on with the commands alone, so that a late one stretches time."""
+        ...
+
     def run(self, ending: threading.Event, between: Callable[[], None] = ...) -> None:
         """Serve until `ending` is set; `between` is called again and again."""
         ...

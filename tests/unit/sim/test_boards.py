@@ -178,7 +178,7 @@ def test_with_the_clock_states_come_unasked(tmp_path: Path) -> None:
     states = [decode_state(stream[at : at + STATE_LENGTH]) for at in range(0, len(stream), STATE_LENGTH)]
     assert STATE_FRAME.size == STATE_LENGTH
     assert [state["t_us"] for state in states] == [1000 * tick for tick in range(1, 21)]
-    answer = board.take(encode_command(5, 3, 20, (0.0, 0.0, 0.5, 0.0, 0.0), ZERO), 100.0205)
+    answer = b"".join(board.take(encode_command(5, 3, 20, (0.0, 0.0, 0.5, 0.0, 0.0), ZERO), 100.0205))
     assert answer == b""
     told = decode_state(board.tend(100.0215)[:STATE_LENGTH])
     assert (told["latest_command_index"], told["m0_i_target"]) == (5, 0.5)

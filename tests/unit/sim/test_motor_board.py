@@ -95,8 +95,8 @@ def test_torque_goes_through_the_board_and_its_clock_dates_what_comes_back(serve
     answered(board)
     board.write((9.0, -9.0))
     board.exchange()
-    state = served.board.motors[0].state
-    assert state.target == pytest.approx(-0.12 / 0.062)
+    # the board answers before it obeys
+    wait_for(lambda: served.board.motors[0].state.target == pytest.approx(-0.12 / 0.062))
     board.disable(DEADLINE)
     assert not board.enabled
     assert served.board.motors[0].state.target == 0.0

@@ -17,6 +17,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
+from fivebar_description.board_file import CLOCK
 from fivebar_description.settings import sections
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, load_yaml, validate, yaml_text
@@ -65,7 +66,7 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
             "period_us": MICROSECONDS // scenario.rate_hz,
         }
         _write(files.emulation, emulation, BoardEmulationFile)
-        write_board_file(scenario, port, files.drives)
+        write_board_file(scenario, port, files.drives, pace="commands")
         return files
     emulation, drives = _can_files(scenario)
     _write(files.emulation, emulation, EmulationFile)
@@ -73,8 +74,10 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     return files
 
 
-def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "motkin") -> None:
+def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "motkin", pace: str = CLOCK) -> None:
     """Write the bridge's file of a motor board on a port, real or emulated: a named one, changed for this scenario.
+
+    With the pace `commands` time waits for the bridge, as it can with an emulated board alone.
 
     Raises:
         InputError: the scenario cannot be run on a motor board; the text says what to change.
@@ -88,6 +91,7 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "mo
     content |= {
         "name": scenario.name,
         "port": port,
+        "pace": pace,
         "period_us": period_us,
         "gather_deadline_us": int(GATHER_FRACTION * period_us),
         "watchdog_ms": max(1, cycles * period_us // 1000),

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds
-from fivebar_description.board_file import PEAK_CURRENT, BoardMotor
+from fivebar_description.board_file import CLOCK, PEAK_CURRENT, BoardMotor
 from fivebar_description.parameters import Positive
 from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel, read_yaml
@@ -54,6 +54,9 @@ class BoardFile(StrictModel):
     Attributes:
         name: what people call this set-up.
         port: serial port of the board, such as /dev/ttyACM0.
+        pace: `clock`, as of any real robot; or `commands`, for an emulated board whose robot moves on by one period
+            with each of them: then a cycle begins late rather than without the torque that answers the last sample,
+            and waits longer for its echo.
         period_us: period of the control loop; a whole number of them makes a second.
         watchdog_ms: time without a command after which the board takes both currents by itself.
         gather_deadline_us: how long after a command its echo is waited for.
@@ -64,6 +67,7 @@ class BoardFile(StrictModel):
 
     name: Annotated[str, Field(min_length=1)]
     port: Annotated[str, Field(min_length=1)]
+    pace: Literal["clock", "commands"] = "clock"
     period_us: Annotated[int, Field(ge=1000, le=100_000)] = 2000
     watchdog_ms: Milliseconds = 20
     gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1500
@@ -71,6 +75,11 @@ class BoardFile(StrictModel):
     set_up_timeout_ms: Milliseconds = 2000
     posture: StartPosture | None = None
     motors: BoardDrivePair
+
+    @property
+    def paced_by_commands(self) -> bool:
+        """Whether time waits for the commands."""
+        return self.pace != CLOCK
 
     @property
     def pair(self) -> tuple[BoardDrive, BoardDrive]:

@@ -17,6 +17,9 @@ from fivebar_description.interface import ALL_WELL
 REPEAT_PERIOD = 0.1
 """Time (s) between two publications of sample 0 while nobody has answered it."""
 
+WAITED_PART = 0.5
+"""Part of the longest time for which a torque holds that a cycle may wait for the next one, where time waits too."""
+
 LATE_PERIODS = 1.5
 """A cycle that begins later than so many periods after the last one counts as an overrun."""
 
@@ -52,6 +55,7 @@ class DriveSession:
         enable_timeout: float,
         on_latch: Callable[[Fault, bool], None],
         name: str,
+        waits: bool = False,
     ) -> None:
         """Make a session whose drives are closed.
 
@@ -63,10 +67,13 @@ class DriveSession:
             on_latch: called when a fault is latched, after the drives have been stopped, with the fault and whether
                 it was found here rather than reported by another node.
             name: name of the node whose services the messages tell of.
+            waits: whether a cycle that is due waits for the torque that answers the last sample, for half of
+                `command_timeout`: for a robot that moves on with the commands alone.
         """
         self._open_drives = open_drives
         self._rate_hz = rate_hz
         self._name = name
+        self._longest_wait = WAITED_PART * command_timeout if waits else 0.0
         self._enable_timeout = enable_timeout
         self._on_latch = on_latch
         self._watch = CommandWatch(command_timeout, rate_hz)
@@ -77,6 +84,8 @@ class DriveSession:
         """The latched fault."""
         self.sample = 0
         """Number of the present sample."""
+        self.overdue = False
+        """Whether a cycle is due that waits for its torque."""
         self._written = False
         self._brakes: Fault | None = None
         self._brakes_until = 0.0
@@ -163,6 +172,9 @@ class DriveSession:
 
     def cycle(self, now: float) -> MeasuredSample | None:
         """Run one cycle: check the torque's age, exchange with the drives; return the sample to publish, if any."""
+        self.overdue = self._waits_for_torque(now)
+        if self.overdue:
+            return None
         self._overruns += now - self._began > LATE_PERIODS / self._rate_hz
         self._began = now
         stale = self._watch.fault(self.sample, now)
@@ -185,6 +197,11 @@ class DriveSession:
             self._repeated = now
             return self._measured(cycle)
         return None
+
+    def _waits_for_torque(self, now: float) -> bool:
+        """Return whether the cycle is to wait for the torque that answers the present sample, which is on its way."""
+        expected = 0 <= self._watch.answered < self.sample and self.fault is None and self.drives.enabled
+        return expected and now - self._began < self._longest_wait
 
     def _measured(self, cycle: Exchange) -> MeasuredSample | None:
         """Return the sample of a cycle; None where a drive has not answered: nothing is published unmeasured."""

@@ -27,6 +27,9 @@ LAST_WORDS, MOST_UNANSWERED = 3, 60
 """Frames that are sent to a board that does not answer any more, once that is a fault, and at most in all: the driver's
 write has no timeout, and a port that nobody reads takes some 4000 bytes."""
 
+PATIENCE = 2
+"""Periods for which an echo is waited for where the robot moves on with the commands alone."""
+
 SETTLE_PERIODS = 3
 """Cycles at zero torque in which the board must answer before it counts as enabled."""
 
@@ -54,8 +57,9 @@ class MotorBoard:
             DriveError: it cannot be opened.
         """
         self._board = board
-        self._deadline = board.gather_deadline_us / MICROSECONDS
         self._period = board.period_us / MICROSECONDS
+        self._patience = PATIENCE if board.paced_by_commands else 1
+        self._deadline = board.gather_deadline_us / MICROSECONDS + (self._patience - 1) * self._period
         self._clock = SampleClock(board.period_us)
         self._pause = threading.Event()
         self._next_cycle = 0.0
@@ -192,7 +196,7 @@ class MotorBoard:
         fresh = bool(state) and state["sequence"] != self._sequence
         limit = self._board.missing_limit
         if not fresh:
-            self._silent += 1
+            self._silent += self._patience
             self._without_state += 1
             fault = self._link_fault
             if fault is None and self._silent > limit:

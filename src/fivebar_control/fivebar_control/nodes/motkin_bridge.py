@@ -16,7 +16,8 @@ TEND_PERIOD = 0.1
 
 def _load(settings: BridgeSettings) -> DriveConnection:
     board = load_board(settings.drives)
-    return DriveConnection(board.period_us, "period_us", TEND_PERIOD, functools.partial(open_board, board))
+    opening = functools.partial(open_board, board)
+    return DriveConnection(board.period_us, "period_us", TEND_PERIOD, opening, board.paced_by_commands)
 
 
 class MotkinBridge(DriveBridge):

@@ -77,12 +77,14 @@ class DriveConnection(NamedTuple):
         period_key: the key of the configuration that says so.
         tend_period: how often (s) they are tended while inactive.
         open: opens and sets up both, or raises a `DriveError`.
+        waits: whether the robot moves on with the commands alone, so that a cycle may wait for its torque.
     """
 
     period_us: int
     period_key: str
     tend_period: float
     open: Callable[[], DriveInterface]
+    waits: bool = False
 
 
 class DriveBridge(LifecycleNodeMixin, GraphNode):
@@ -109,7 +111,9 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._brake_limit = settings.brake_limit_s
         self._tend_period = known.tend_period
         timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
-        self._session = DriveSession(known.open, self._rate_hz, timeout, enable_timeout, self._on_latch, name)
+        self._session = DriveSession(
+            known.open, self._rate_hz, timeout, enable_timeout, self._on_latch, name, known.waits
+        )
         self._timer: Timer | None = None
         LifecycleNodeMixin.__init__(self)
         self._states = self.advertise(MOTOR_STATES)
@@ -283,6 +287,8 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         sample = self._run.sample(stamp_of(message))
         if not self._session.command(sample, (tau1, tau2), time.monotonic()):
             self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._session.sample}")
+        elif self._session.overdue:
+            self._tick()
 
     def _on_latch(self, fault: Fault, own: bool) -> None:
         """Publish a fault that has stopped the drives, unless it came from another node."""

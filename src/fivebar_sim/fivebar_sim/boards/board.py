@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterator
 
+from fivebar_description.board_file import CLOCK
 from fivebar_description.parameters import load_robot
-from fivebar_sim.boards.configuration import CLOCK, BoardEmulationFile
+from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import OFF, EmulatedMotor
 from fivebar_sim.boards.protocol import BUTTON, CommandFrame, CommandReader, StateFrame, fault_flags, write_state
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
@@ -105,20 +107,19 @@ class EmulatedBoard:
         """Release the emergency stop button."""
         self._button_since = None
 
-    def take(self, data: bytes, now: float) -> bytes:
-        """Take bytes from the port; return the frames that answer them."""
-        answers = []
+    def take(self, data: bytes, now: float) -> Iterator[bytes]:
+        """Take bytes from the port; yield each frame that answers them, and move the robot on once it is taken."""
         for command in self._reader.read(data):
             if self.ignore > 0:
                 self.ignore -= 1
                 continue
             self._command, self._commanded_at, self._expired = command, now, False
             if self._file.pace != CLOCK:
-                answers.append(self._tell())
+                # the client waits for the answer, and not for what the robot does afterwards
+                yield self._tell()
                 self._told_at = self._clock = now
                 for _ in range(self._file.ticks):
                     self._advance()
-        return b"".join(answers)
 
     def tend(self, now: float) -> bytes:
         """Do what is due at this time; return the frames to send."""

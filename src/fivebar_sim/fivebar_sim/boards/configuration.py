@@ -11,8 +11,6 @@ from fivebar_description.parameters import Positive
 from fivebar_description.strict_yaml import StrictModel
 from fivebar_sim.emulation_file import EmulatedRobotFile
 
-CLOCK = "clock"
-
 
 class BoardMotorFacts(BoardMotor):
     """One motor of the emulated board; see `BoardMotor` for the other keys.

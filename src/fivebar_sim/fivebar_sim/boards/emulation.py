@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
+from fivebar_description.board_file import CLOCK
 from fivebar_sim.boards.board import BOTH, EmulatedBoard
 from fivebar_sim.boards.commands import USAGE, BoardOrder, read_order
 from fivebar_sim.boards.configuration import BoardEmulationFile
@@ -18,6 +19,10 @@ from fivebar_sim.emulated_hardware import MeasuredRecord
 
 POLL_PERIOD = 0.002
 """Longest time (s) between two checks of the watchdog."""
+
+HAND_OVER = 1e-4
+"""Time (s) that this thread leaves its processor to others after an answer: the kernel passes the bytes on by a thread
+without real-time priority, which one that has it, and goes on to move the robot, would keep waiting."""
 
 READS_AT_ONCE = 16
 """Reads that are processed before the next such check."""
@@ -52,6 +57,11 @@ class BoardEmulation:
         """Size (rad) of the coarser encoder's count."""
         return math.tau / min(motor.counts_per_revolution for motor in self._file.pair)
 
+    @property
+    def waits(self) -> bool:
+        """Whether the robot moves on with the commands alone."""
+        return self._file.pace != CLOCK
+
     def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
         """Serve the port until `ending` is set; `between` is called between frames."""
         while not ending.is_set():
@@ -61,7 +71,9 @@ class BoardEmulation:
                 data = self.port.read(timeout)
                 if not data:
                     break
-                self.port.write(self.board.take(data, self._clock()))
+                for answer in self.board.take(data, self._clock()):
+                    self.port.write(answer)
+                    time.sleep(HAND_OVER)
                 timeout = 0.0
             between()
             self.port.write(self.board.tend(self._clock()))

@@ -34,6 +34,9 @@ class DrivesOnBus:
         self.resolution = max(math.tau / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
         """Size (rad) of the coarser encoder's count at the joint."""
 
+        self.waits = False
+        """The bus has no time to spare: with every SYNC the robot moves on."""
+
     @property
     def history(self) -> deque[MeasuredRecord]:
         """The last SYNCs, the newest at the end."""

@@ -46,6 +46,9 @@ from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 
 STATUS_PERIOD = 0.1
+LATE_PERIODS = 1.5
+"""Where time waits for the torque, a sample is late that comes more than so many periods after the one before."""
+
 GRACE = 2.0
 """Time (s) after the planned end at which a run is over even if its last sample is missing."""
 
@@ -138,7 +141,11 @@ class EmulatedRobot(GraphNode):
             self._begin_run()
         if sample > self._sample:
             self._began = self._began if self._began is not None else now
-            self._overruns += sample - 1 - max(self._commanded, self._sample - 1)
+            late = sample - 1 - max(self._commanded, self._sample - 1)
+            if self._emulation.waits and self._sample > 0:
+                # such a robot stands still until the torque comes
+                late = max(late, int(now - self._heard > LATE_PERIODS / self._rate_hz))
+            self._overruns += late
             self._sample, self._heard = sample, now
         if sample <= self._samples or not self._samples:
             self._publish_truth(sample, q11, q21)

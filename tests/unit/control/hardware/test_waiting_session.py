@@ -1,0 +1,92 @@
+"""A cycle that waits for its torque, for a robot that moves on with the commands alone."""
+
+from __future__ import annotations
+
+from fivebar_control.fault import Fault
+from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, Torques
+from fivebar_control.hardware.drive_session import DriveSession
+
+PERIOD = 0.002
+TIMEOUT = 10 * PERIOD
+TORQUES = (0.01, -0.02)
+
+
+class Drives:
+    """Two drives that answer everything and remember what they were told."""
+
+    def __init__(self) -> None:
+        self.enabled = False
+        self.unused: tuple[tuple[str, int], ...] = ()
+        self.notes: tuple[str, ...] = ()
+        self.told: list[Torques] = []
+        self._torques = ZERO
+
+    def tend(self) -> None:
+        """Nothing to do."""
+
+    def confirm_start(self, timeout: float) -> None:
+        """Stand where the run starts."""
+
+    reset = confirm_start
+
+    def enable(self, timeout: float) -> None:
+        self.enabled = True
+
+    def disable(self, timeout: float) -> None:
+        self.enabled = False
+
+    def quick_stop(self) -> None:
+        self.enabled = False
+
+    switch_off = release = close = quick_stop
+
+    def write(self, torques: Torques) -> None:
+        self._torques = torques
+
+    def exchange(self) -> Exchange:
+        self.told.append(self._torques)
+        return Exchange((DriveReading(0.0, 0.0, 0.0), DriveReading(0.0, 0.0, 0.0)), None)
+
+
+def running(waits: bool) -> tuple[DriveSession, Drives]:
+    """Return a session at sample 1, whose sample 0 was answered at time 0."""
+    drives, faults = Drives(), list[Fault]()
+    session = DriveSession(
+        lambda: drives, round(1.0 / PERIOD), TIMEOUT, 1.0, lambda fault, own: faults.append(fault), "bridge", waits
+    )
+    assert session.open()
+    assert session.activate(lambda: 0.0)
+    assert session.command(0, ZERO, 0.0)
+    sample = session.cycle(PERIOD)
+    assert sample is not None
+    assert sample.number == 1
+    return session, drives
+
+
+def test_a_cycle_waits_for_the_torque_and_then_uses_it_at_once() -> None:
+    session, drives = running(waits=True)
+    assert session.cycle(2 * PERIOD) is None
+    assert session.overdue
+    assert session.command(1, TORQUES, 2.4 * PERIOD)
+    sample = session.cycle(2.4 * PERIOD)
+    assert sample is not None
+    assert sample.number == 2
+    assert not session.overdue
+    assert drives.told[-1] == TORQUES
+
+
+def test_a_torque_that_does_not_come_is_waited_for_no_longer_than_half_its_time_and_becomes_a_fault() -> None:
+    session, drives = running(waits=True)
+    moments = [PERIOD * beat for beat in range(2, 13)]
+    went_on = [moment for moment in moments if session.cycle(moment) is not None]
+    assert went_on[0] - PERIOD >= 0.5 * TIMEOUT - 1e-9
+    assert session.fault is not None
+    assert session.fault.name == "command_stale"
+    assert not drives.enabled
+
+
+def test_drives_that_follow_the_clock_are_not_kept_waiting() -> None:
+    session, _ = running(waits=False)
+    sample = session.cycle(2 * PERIOD)
+    assert sample is not None
+    assert (sample.number, session.overdue) == (2, False)
