@@ -10,7 +10,7 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.vision.localisation import PlatformTracker
 from fivebar_description.camera import CameraSettings
 from fivebar_description.parameters import FiveBar
-from fivebar_sim.vision.renderer import Posture, Renderer, posture_of
+from fivebar_sim.vision.renderer import RenderedPosture, Renderer, posture_of
 
 MODE = (1, -1)
 """The working mode of the places."""
@@ -48,7 +48,7 @@ def position_errors(
         heading = random.uniform(0.0, math.tau)
         vx, vy = speed * math.cos(heading), speed * math.sin(heading)
 
-        def posture_at(t: float, x: float = x, y: float = y, vx: float = vx, vy: float = vy) -> Posture:
+        def posture_at(t: float, x: float = x, y: float = y, vx: float = vx, vy: float = vy) -> RenderedPosture:
             joints = inverse_geometry(robot, *MODE, x + t * vx, y + t * vy)
             return posture_of(robot, joints.q11, joints.q21, joints.q22)
 
