@@ -40,7 +40,7 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.emulated_hardware import MeasuredRecord
-from fivebar_sim.hardware_kinds import USAGE, is_order, open_hardware
+from fivebar_sim.hardware_kinds import USAGE, is_order, open_hardware, timed_order
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
@@ -246,14 +246,10 @@ def _injection(text: str) -> tuple[float, str]:
     Raises:
         InputError: it is not a number and an order.
     """
-    moment, _, order = text.strip().partition(" ")
-    try:
-        seconds = float(moment)
-    except ValueError:
-        seconds = -1.0
-    if not 0.0 <= seconds < 1e6 or not is_order(order):
+    timed = timed_order(text)
+    if timed is None or not is_order(timed[1]):
         raise InputError(f"emulated_robot: parameter inject: {text!r}: expected seconds and an order: {USAGE}")
-    return seconds, order
+    return timed
 
 
 def main() -> None:
