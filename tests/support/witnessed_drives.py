@@ -23,7 +23,7 @@ def seen(hardware: EmulatedHardware) -> tuple[int, float, float, float]:
     """SYNCs or periods so far, both torques (Nm), and the speed (rad/s) of the fastest joint."""
     if isinstance(hardware, BoardEmulation):
         moved, plant = hardware.board.periods, hardware.board.plant
-        first, second = (motor.wanted_torque for motor in hardware.board.motors)
+        first, second = (motor.joint_torque(motor.state.target) for motor in hardware.board.motors)
     else:
         emulation = hardware.emulation
         moved, plant = emulation.syncs, emulation.plant

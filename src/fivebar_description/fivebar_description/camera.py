@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, NamedTuple
 
 from fivebar_description.camera_model import CameraPose, Optics
@@ -150,10 +149,6 @@ class CameraSettings(NamedTuple):
     def every(self, rate_hz: int) -> int:
         """Return from how many samples to the next there is an exposure, at a sampling rate (Hz)."""
         return max(1, round(rate_hz / self.rate_hz))
-
-    def longest_delay(self, rate_hz: int) -> int:
-        """Return after how many samples an exposure's picture has arrived at the latest."""
-        return math.ceil((self.latency + self.jitter + self.exposure + self.readout) * rate_hz) + 1
 
 
 NO_CAMERA = CameraSettings()

@@ -8,6 +8,7 @@ documentation (docs/settings.md).
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
@@ -193,6 +194,11 @@ def made_of(kind: Any, value: Any) -> Any:
     return kind(*value) if hasattr(kind, "_fields") else value
 
 
+def _hints(settings: type[tuple[Any, ...]]) -> dict[str, Any]:
+    """Return the annotations of a NamedTuple, in which a lambda sees the names of the module."""
+    return get_type_hints(settings, vars(sys.modules[settings.__module__]), include_extras=True)
+
+
 @cache
 def declared(settings: type[tuple[Any, ...]]) -> tuple[Declared, ...]:
     """Return the settings that a NamedTuple declares, without those of its `sections`.
@@ -203,7 +209,7 @@ def declared(settings: type[tuple[Any, ...]]) -> tuple[Declared, ...]:
     defaults = cast(Any, settings)._field_defaults
     within = sections(settings)
     found = []
-    for name, hint in get_type_hints(settings, include_extras=True).items():
+    for name, hint in _hints(settings).items():
         if name in within:
             continue
         one = declared_as(name, hint, defaults.get(name, REQUIRED))
@@ -218,7 +224,7 @@ def sections(settings: type[tuple[Any, ...]]) -> dict[str, type[tuple[Any, ...]]
     """Return the fields of a NamedTuple that are sections of their own (`Section[...]`): NamedTuples, by name."""
     return {
         name: get_args(hint)[0]
-        for name, hint in get_type_hints(settings, include_extras=True).items()
+        for name, hint in _hints(settings).items()
         if any(isinstance(one, Keys) for one in get_args(hint)[1:])
     }
 

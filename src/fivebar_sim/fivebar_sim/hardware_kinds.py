@@ -17,6 +17,19 @@ from fivebar_sim.emulated_hardware import EmulatedHardware
 USAGE = f"{DRIVES_USAGE}; of a motor board: {BOARD_USAGE}"
 
 
+def timed_order(text: str) -> tuple[float, str] | None:
+    """Return time (s) and order of a text such as "1.2 fault 1"; None where it does not begin with such a time.
+
+    The order may be any text.
+    """
+    moment, _, order = text.strip().partition(" ")
+    try:
+        seconds = float(moment)
+    except ValueError:
+        return None
+    return (seconds, order.strip()) if 0.0 <= seconds < 1e6 else None
+
+
 def is_order(line: str) -> bool:
     """Return whether drives or a board understand a line."""
     return read_command(line) is not None or read_order(line) is not None

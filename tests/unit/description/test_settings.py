@@ -139,6 +139,20 @@ def test_compiled_code_gets_numbers_of_fixed_types() -> None:
     assert isinstance(numbers.gain, float)
 
 
+EVEN = 2
+
+
+class Gear(NamedTuple):
+    """A setting whose check is a lambda that needs a name of the module."""
+
+    teeth: Annotated[int, Setting("Teeth.", check=lambda value: "expected an even number" if value % EVEN else None)]
+
+
+def test_a_check_may_be_a_lambda_with_names_of_its_module() -> None:
+    (teeth,) = declared(Gear)
+    assert (teeth.problem(7), teeth.problem(8)) == ("expected an even number", None)
+
+
 def test_a_field_without_a_setting_is_refused() -> None:
     class Bare(NamedTuple):
         gain: float = 1.0

@@ -7,22 +7,15 @@ from typing import Any
 
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import page_scripts
-from fivebar_bringup.report.charts import Chart, ChartLine
+from fivebar_bringup.report.charts import BLENDING, MOTOR_TORQUES, Chart, ChartLine
 from fivebar_bringup.report.scene import links, scene
 from fivebar_description.parameters import FiveBar
 
 SCRIPTS = ("stage.js", "charts.js", "live.js")
 
 CHARTS = (
-    Chart(
-        "Torque in Nm",
-        "Nm",
-        0.02,
-        (ChartLine("torque1", "motor 1", "first"), ChartLine("torque2", "motor 2", "second")),
-    ),
-    Chart(
-        "Weight σ and 1/cond(A)", "", 0.02, (ChartLine("sigma", "σ", "third"), ChartLine("kappa", "1/cond(A)", "first"))
-    ),
+    Chart("Torque in Nm", "Nm", 0.02, MOTOR_TORQUES),
+    BLENDING,
     Chart("Distance from reference in mm", "mm", 0.002, (ChartLine("error", "distance", "first"),)),
 )
 

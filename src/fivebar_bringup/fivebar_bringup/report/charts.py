@@ -31,3 +31,10 @@ class Chart(NamedTuple):
     def as_json(self) -> dict[str, Any]:
         """Return the chart as plain values."""
         return {**self._asdict(), "lines": [line._asdict() for line in self.lines]}
+
+
+MOTOR_TORQUES = (ChartLine("torque1", "motor 1", "first"), ChartLine("torque2", "motor 2", "second"))
+
+BLENDING = Chart(
+    "Weight σ and 1/cond(A)", "", 0.02, (ChartLine("sigma", "σ", "third"), ChartLine("kappa", "1/cond(A)", "first"))
+)

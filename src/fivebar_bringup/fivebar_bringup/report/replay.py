@@ -11,7 +11,7 @@ import numpy as np
 
 from fivebar_bringup.pages.scripts import Scripts, page_scripts
 from fivebar_bringup.report.analysis import RunAnalysis
-from fivebar_bringup.report.charts import Chart, ChartLine
+from fivebar_bringup.report.charts import BLENDING, MOTOR_TORQUES, Chart, ChartLine
 from fivebar_bringup.report.fault_marks import FaultMark
 from fivebar_bringup.report.scene import corners_of, links, scene
 from fivebar_bringup.report.series import RunSeries
@@ -31,13 +31,10 @@ CHARTS = (
         (
             ChartLine("requested1", "motor 1, requested", "soft"),
             ChartLine("requested2", "motor 2, requested", "soft"),
-            ChartLine("torque1", "motor 1", "first"),
-            ChartLine("torque2", "motor 2", "second"),
+            *MOTOR_TORQUES,
         ),
     ),
-    Chart(
-        "Weight σ and 1/cond(A)", "", 0.02, (ChartLine("sigma", "σ", "third"), ChartLine("kappa", "1/cond(A)", "first"))
-    ),
+    BLENDING,
     Chart(
         "Distance from reference, h, in mm",
         "mm",

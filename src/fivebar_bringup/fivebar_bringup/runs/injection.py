@@ -11,6 +11,7 @@ from fivebar_description.strict_yaml import InputError
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.boards.commands import read_order
 from fivebar_sim.drives.commands import USAGE, read_command
+from fivebar_sim.hardware_kinds import timed_order
 
 KILL = "kill"
 
@@ -37,13 +38,10 @@ def read_injection(text: str, board: bool = False) -> Injection:
     Raises:
         InputError: it is not a number of seconds followed by a known fault.
     """
-    moment, _, order = text.strip().partition(" ")
-    try:
-        injection = Injection(float(moment), order.strip())
-    except ValueError:
-        injection = Injection(-1.0, "")
-    understood = (read_order if board else read_command)(injection.command) is not None
-    if not 0.0 <= injection.seconds < 1e6 or (not injection.victim and not understood):
+    timed = timed_order(text)
+    injection = None if timed is None else Injection(*timed)
+    understands = read_order if board else read_command
+    if injection is None or (not injection.victim and understands(injection.command) is None):
         raise InputError(f"--inject {text!r}: expected seconds and one of {BOARD_USAGE if board else USAGE}, kill NODE")
     return injection
 

@@ -6,8 +6,7 @@ compiled only where there are some.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fivebar_bringup.simulation.plant import Closed, PlantState, advanced_plant, chain_at, closed
 from fivebar_control.model.geometry import inverse_geometry
@@ -22,11 +21,6 @@ class Sensed(NamedTuple):
 
     exact: Joints
     seen: Joints
-
-
-Start = Callable[[FiveBar, FiveBar, int, int, Any, float, float], Any]
-Later = Callable[[FiveBar, Any, int, float, Any, int, float, float], Any]
-Sense = Callable[[Any, Any], Sensed]
 
 
 def ideal_start(

@@ -74,9 +74,6 @@ _STOPPING = {
     DriveState.QUICK_STOP: STOP_QUICKLY,
 }
 
-POWERED = frozenset({DriveState.SWITCHED_ON, DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION})
-"""States in which the power stage may be live."""
-
 
 def state_of(statusword: int) -> DriveState:
     """Return the state that a statusword (0x6041) encodes."""

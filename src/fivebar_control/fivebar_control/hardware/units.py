@@ -44,19 +44,9 @@ def position_rad(scale: Scale, counts: int) -> float:
     return counts / scale.counts_per_rad + scale.home_offset
 
 
-def position_counts(scale: Scale, angle: float) -> int:
-    """Return the encoder reading nearest to a joint angle (rad)."""
-    return round((angle - scale.home_offset) * scale.counts_per_rad)
-
-
 def velocity_rad_s(scale: Scale, raw: int) -> float:
     """Return the joint velocity (rad/s) of a reading of 0x606C."""
     return raw / scale.velocity_per_rad_s
-
-
-def velocity_raw(scale: Scale, velocity: float) -> int:
-    """Return the value of 0x606C nearest to a joint velocity (rad/s)."""
-    return round(velocity * scale.velocity_per_rad_s)
 
 
 def torque_nm(scale: Scale, raw: int) -> float:

@@ -235,7 +235,7 @@ def weights_of(
     )
 
 
-class Problem(NamedTuple):
+class QuadraticProgram(NamedTuple):
     """The quadratic program of a sample: min u^T H u / 2 + g^T u, low <= (u, A u) <= high.
 
     u holds the torques beyond friction of both motors, sample by sample; A u are its changes.
@@ -255,7 +255,7 @@ class Solution(NamedTuple):
     duals: FloatArray | None
 
 
-def solve(problem: Problem, duals: FloatArray | None) -> Solution:
+def solve(problem: QuadraticProgram, duals: FloatArray | None) -> Solution:
     """Return the solution of a quadratic program, started from the duals of one that is close to it."""
     # loaded by runs with this law only
     import daqp
@@ -283,7 +283,7 @@ def problem_of(
     last: tuple[float, float],
     torque_limit: float,
     torque_step: float,
-) -> Problem:
+) -> QuadraticProgram:
     """Return the quadratic program of a sample; numba compiles it.
 
     Args:
@@ -346,7 +346,7 @@ def problem_of(
                 low[motor], high[motor] = max(low[motor], held - torque_step), min(high[motor], held + torque_step)
         change = off[:-2] - off[2:]
         low[2 * count :], high[2 * count :] = change - torque_step, change + torque_step
-    return Problem(quadratic, gradient, weights.rows[:changes], low, high)
+    return QuadraticProgram(quadratic, gradient, weights.rows[:changes], low, high)
 
 
 @cache

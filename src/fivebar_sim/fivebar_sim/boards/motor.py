@@ -38,15 +38,14 @@ class EmulatedMotor:
         return self._facts.zero_rad + self._facts.sign * self.angle
 
     @property
-    def wanted_torque(self) -> float:
-        """Torque (Nm) at the joint that the current's target stands for."""
-        return self._facts.sign * self._facts.torque_constant * self._target
-
-    @property
     def state(self) -> MotorState:
         """What the board tells of the motor: its angle within half a turn of zero, as of an absolute encoder."""
         angle = math.remainder(self.angle, math.tau)
         return MotorState(angle, self._speed, self._raw_speed, self._current, self._target)
+
+    def joint_torque(self, current: float) -> float:
+        """Return the torque (Nm) at the joint by a current (A)."""
+        return self._facts.sign * self._facts.torque_constant * current
 
     def place(self, joint_angle: float) -> None:
         """Begin at a joint angle (rad), at rest and without current."""
@@ -79,4 +78,4 @@ class EmulatedMotor:
         missing = self._target - self._current
         mean = self._target - missing * self._mean_kept
         self._current = self._target - missing * self._kept
-        return self._facts.sign * self._facts.torque_constant * mean
+        return self.joint_torque(mean)

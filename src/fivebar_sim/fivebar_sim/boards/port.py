@@ -23,11 +23,6 @@ class PseudoPort:
         """The device that the client opens."""
         self.plug()
 
-    @property
-    def plugged(self) -> bool:
-        """Whether the port is there."""
-        return self._files is not None
-
     def plug(self) -> None:
         """Make the port, under the same link as before."""
         if self._files is not None:

@@ -6,7 +6,6 @@ progress of the run, and injects faults at given moments.
 
 from __future__ import annotations
 
-import json
 import queue
 import threading
 import time
@@ -22,11 +21,9 @@ from fivebar_description.interface import (
     JOINTS,
     MOTOR_STATES,
     RUN_READY,
-    RUN_STATUS,
     TORQUE_COMMAND,
 )
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
-from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import (
     JointMessage,
     MessageError,
@@ -40,10 +37,11 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.emulated_hardware import MeasuredRecord
-from fivebar_sim.hardware_kinds import USAGE, is_order, open_hardware
+from fivebar_sim.hardware_kinds import USAGE, is_order, open_hardware, timed_order
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
+from fivebar_sim.ros.run_progress import RunProgress
 
 STATUS_PERIOD = 0.1
 LATE_PERIODS = 1.5
@@ -67,7 +65,6 @@ class EmulatedRobot(GraphNode):
         self._run = RunAgreement(self, self._rate_hz, {})
         self._samples = settings.samples
         self._injections = sorted(_injection(text) for text in settings.inject)
-        self._missing_nodes = set(settings.wait_for_nodes)
         self._ready_timeout = settings.ready_timeout_s
         self._emulation = open_hardware(settings.emulation)
         self._tolerance = FITTING_COUNTS * self._emulation.resolution
@@ -75,10 +72,8 @@ class EmulatedRobot(GraphNode):
         self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._ending = threading.Event()
-        self._overruns = 0
         self._faulty = False
         self._state = "running"
-        self._latency = LatencyWatch()
         self._made = self._heard = time.monotonic()
         self._began: float | None = None
         self._truth = self.advertise(GROUND_TRUTH)
@@ -88,11 +83,11 @@ class EmulatedRobot(GraphNode):
         self._late = LateSensors(self, self._run, self._rate_hz, self._imu, passive, settings.seed)
         self._begin_run()
         self._faults = self.advertise(FAULTS)
-        self._status = self.advertise(RUN_STATUS)
+        self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)
         self.listen(MOTOR_STATES, self._on_states)
         self.listen(TORQUE_COMMAND, self._on_command)
         self.create_subscription(String, FAULTS.name, self._on_fault, qos_profile(FAULTS.qos))
-        self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
+        self.create_subscription(String, RUN_READY.name, self._progress.on_ready, qos_profile(RUN_READY.qos))
         self.every(STATUS_PERIOD, self._check_clock)
         self._thread = threading.Thread(
             target=self._emulation.run, args=(self._ending, self._execute_orders), daemon=True
@@ -115,9 +110,6 @@ class EmulatedRobot(GraphNode):
         # in the thread of the drives, which must not spend time on logging
         while not self._orders.empty():
             self._replies.put(self._emulation.obey(self._orders.get()))
-
-    def _on_ready(self, message: String) -> None:
-        self._missing_nodes.discard(message.data)
 
     def _on_fault(self, message: String) -> None:
         self._faulty = True
@@ -145,7 +137,7 @@ class EmulatedRobot(GraphNode):
             if self._emulation.waits and self._sample > 0:
                 # such a robot stands still until the torque comes
                 late = max(late, int(now - self._heard > LATE_PERIODS / self._rate_hz))
-            self._overruns += late
+            self._progress.overruns += late
             self._sample, self._heard = sample, now
         if sample <= self._samples or not self._samples:
             self._publish_truth(sample, q11, q21)
@@ -201,7 +193,7 @@ class EmulatedRobot(GraphNode):
         if sample is not None and self._commanded < sample <= self._sample:
             self._commanded = sample
             if sample == self._sample > 0:
-                self._latency.note(time.monotonic() - self._heard)
+                self._progress.latency.note(time.monotonic() - self._heard)
 
     def _check_clock(self) -> None:
         """Publish the progress of the run; end it if it does not start or the bridge has stopped publishing."""
@@ -214,7 +206,7 @@ class EmulatedRobot(GraphNode):
                 self._end(failed=True)
                 return
             if self._began is None and now - self._made > self._ready_timeout:
-                missing = ", ".join(sorted(self._missing_nodes)) or "the bridge"
+                missing = self._progress.missing or "the bridge"
                 fault = f"nodes_missing: no sample within {self._ready_timeout:g} s, not ready: {missing}"
                 self._faults.publish(String(data=fault))
                 self._end(failed=True)
@@ -230,14 +222,7 @@ class EmulatedRobot(GraphNode):
         self._publish_status()
 
     def _publish_status(self) -> None:
-        status = {
-            "state": self._state,
-            "sample": self._sample,
-            "samples": self._samples,
-            "overruns": self._overruns,
-            "latency_ms": self._latency.summary(),
-        }
-        self._status.publish(String(data=json.dumps(status)))
+        self._progress.publish(self._state, self._sample)
 
 
 def _injection(text: str) -> tuple[float, str]:
@@ -246,14 +231,10 @@ def _injection(text: str) -> tuple[float, str]:
     Raises:
         InputError: it is not a number and an order.
     """
-    moment, _, order = text.strip().partition(" ")
-    try:
-        seconds = float(moment)
-    except ValueError:
-        seconds = -1.0
-    if not 0.0 <= seconds < 1e6 or not is_order(order):
+    timed = timed_order(text)
+    if timed is None or not is_order(timed[1]):
         raise InputError(f"emulated_robot: parameter inject: {text!r}: expected seconds and an order: {USAGE}")
-    return seconds, order
+    return timed
 
 
 def main() -> None:

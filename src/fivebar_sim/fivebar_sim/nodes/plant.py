@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -28,14 +27,12 @@ from fivebar_description.interface import (
     NANOSECONDS,
     READINGS_RELEASED,
     RUN_READY,
-    RUN_STATUS,
     START_STAMP_NS,
     TORQUE_COMMAND,
     VISION_PLATFORM,
 )
 from fivebar_description.parameters import load_robot
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
-from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import (
     JointMessage,
     JointSample,
@@ -52,6 +49,7 @@ from fivebar_description.run_plan import next_epoch
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.late_sensors import Arrived, LateSensors
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
+from fivebar_sim.ros.run_progress import RunProgress
 from fivebar_sim.settings import PlantSettings, has_effects
 from fivebar_sim.vision.sights import Sights
 
@@ -92,7 +90,6 @@ class PlantNode(GraphNode):
         self._lockstep = settings.mode == LOCKSTEP
         self._command_timeout = settings.command_timeout_s
         self._freshness = settings.freshness_samples
-        self._missing_nodes = set(settings.wait_for_nodes)
         self._alone = not settings.wait_for_nodes
         self._ready_timeout = settings.ready_timeout_s
         # in real time, drives that delay have the torque for the time ahead when the time begins
@@ -103,8 +100,6 @@ class PlantNode(GraphNode):
         self._next: Messages | None = None
         self._fault = ""
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
-        self._overruns = 0
-        self._latency = LatencyWatch()
         self._published = 0.0
         self._to_publish = -1
         self._arrived: Arrived | None = None
@@ -119,10 +114,10 @@ class PlantNode(GraphNode):
         self._released = self.advertise(READINGS_RELEASED) if settings.announces_readings else None
         self._faults = self.advertise(FAULTS)
         self._state = self.advertise(DRIVES_STATE)
-        self._status = self.advertise(RUN_STATUS)
+        self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.listen(TORQUE_COMMAND, self._on_command)
-        self.listen(RUN_READY, self._on_ready)
+        self.listen(RUN_READY, self._progress.on_ready)
         if self._sights is not None:
             self.listen(VISION_PLATFORM, self._on_sight)
         self.every(STATUS_PERIOD, lambda: self._publish_status("running"))
@@ -138,18 +133,14 @@ class PlantNode(GraphNode):
         """Return an error while a fault is latched."""
         return (DiagnosticStatus.ERROR, self._fault) if self._fault else super().health()
 
-    def _on_ready(self, message: String) -> None:
-        self._missing_nodes.discard(message.data)
-
     def _start(self) -> None:
         """Publish sample 0 once every awaited node is ready, and again until it is answered.
 
         In real time the clock starts with that answer, since the first one takes several periods, or without it.
         """
-        if self._missing_nodes:
+        if self._progress.missing:
             if time.monotonic() - self._began > self._ready_timeout:
-                missing = ", ".join(sorted(self._missing_nodes))
-                self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {missing}")
+                self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {self._progress.missing}")
             return
         if not self._run.agrees or (self._alone and not self.count_publishers(TORQUE_COMMAND.name)):
             return
@@ -252,7 +243,7 @@ class PlantNode(GraphNode):
             self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._sample}")
             return
         if sample == self._sample > self._latest[0]:
-            self._latency.note(time.monotonic() - self._published)
+            self._progress.latency.note(time.monotonic() - self._published)
         awaited = self._running and sample == self._sample and self._next is None
         if awaited or not self._lockstep:
             self._latest = (sample, (tau1, tau2))
@@ -271,7 +262,7 @@ class PlantNode(GraphNode):
         """Real time: advance to the next sample unconditionally; without a new command the last one stays in effect."""
         answered, _ = self._latest
         if answered < self._sample:
-            self._overruns += 1
+            self._progress.overruns += 1
         if self._sample - answered > self._freshness and not self._fault:
             self._latch(
                 f"command_stale: sample {self._sample} still waits for the torque of sample {answered + 1},"
@@ -322,14 +313,7 @@ class PlantNode(GraphNode):
 
     def _publish_status(self, state: str) -> None:
         if self.exit_status is None:
-            status = {
-                "state": state,
-                "sample": self._sample,
-                "samples": self._samples,
-                "overruns": self._overruns,
-                "latency_ms": self._latency.summary(),
-            }
-            self._status.publish(String(data=json.dumps(status)))
+            self._progress.publish(state, self._sample)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True

@@ -6,7 +6,6 @@ import pytest
 
 from fivebar_control.hardware.cia402 import (
     FAULT_RESET_SEQUENCE,
-    POWERED,
     STATUS_TABLE,
     DriveState,
     PowerTarget,
@@ -26,6 +25,9 @@ WORDS = {
     DriveState.FAULT: [0x0008, 0x0018, 0x0028, 0x0218, 0x0238],
     DriveState.UNKNOWN: [0x0001, 0x0003, 0x0022, 0x0047, 0x004F, 0x0061, 0x0067],
 }
+
+POWERED = {DriveState.SWITCHED_ON, DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION}
+"""States in which the power stage may be live."""
 
 STEPS = {
     (DriveState.NOT_READY, PowerTarget.ENABLED): 0x00,

@@ -11,13 +11,11 @@ from hypothesis import strategies as st
 from fivebar_control.hardware.configuration import Drive
 from fivebar_control.hardware.units import (
     Scale,
-    position_counts,
     position_rad,
     scale_of,
     torque_nm,
     torque_raw,
     velocity_rad_s,
-    velocity_raw,
 )
 
 GEARED = Drive(
@@ -38,6 +36,16 @@ drives = st.builds(
 )
 scales = drives.map(scale_of)
 counts = st.integers(-(2**31), 2**31 - 1)
+
+
+def position_counts(scale: Scale, angle: float) -> int:
+    """The encoder reading nearest to a joint angle (rad)."""
+    return round((angle - scale.home_offset) * scale.counts_per_rad)
+
+
+def velocity_raw(scale: Scale, velocity: float) -> int:
+    """The value of 0x606C nearest to a joint velocity (rad/s)."""
+    return round(velocity * scale.velocity_per_rad_s)
 
 
 def test_a_geared_drive_by_hand() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from fivebar_control.laws import mpc
 from fivebar_control.laws.law import Instant, TunedLaw
-from fivebar_control.laws.mpc import LAW, MpcMemory, MpcSettings, Problem
+from fivebar_control.laws.mpc import LAW, MpcMemory, MpcSettings, QuadraticProgram
 from fivebar_control.laws.reference import against_disturbance, reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.laws.unified import unified_step
@@ -44,12 +44,12 @@ def crossing_sample(plan: Plan) -> int:
 
 
 @pytest.fixture
-def solved(monkeypatch: pytest.MonkeyPatch) -> list[Problem]:
+def solved(monkeypatch: pytest.MonkeyPatch) -> list[QuadraticProgram]:
     """The problems that the law gives to the solver."""
-    problems: list[Problem] = []
+    problems: list[QuadraticProgram] = []
     solve = mpc.solve
 
-    def watched(problem: Problem, duals: mpc.FloatArray | None) -> mpc.Solution:
+    def watched(problem: QuadraticProgram, duals: mpc.FloatArray | None) -> mpc.Solution:
         problems.append(problem)
         return solve(problem, duals)
 
@@ -81,7 +81,7 @@ def test_both_limits_are_kept_to_the_last_bit_of_the_request(dextar: FiveBar) ->
     assert run.error.value < 1e-3
 
 
-def test_the_solution_meets_the_conditions_of_optimality(dextar: FiveBar, solved: list[Problem]) -> None:
+def test_the_solution_meets_the_conditions_of_optimality(dextar: FiveBar, solved: list[QuadraticProgram]) -> None:
     plan = middle(dextar, 0.5)
     settings = as_numbers(MpcSettings(torque_limit=0.6, torque_rate_limit=20.0))
     memory: MpcMemory = LAW.memory

@@ -1,0 +1,49 @@
+"""The progress of a run, as the node that keeps its time publishes it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection
+
+from std_msgs.msg import String
+
+from fivebar_description.interface import RUN_STATUS
+from fivebar_description.ros.latency_watch import LatencyWatch
+from fivebar_description.ros.node import GraphNode
+
+
+class RunProgress:
+    """Which nodes a run waits for, and how far it has come.
+
+    Attributes:
+        overruns: samples that had no torque in time.
+        latency: from samples to their torques.
+    """
+
+    def __init__(self, node: GraphNode, samples: int, awaited: Collection[str]) -> None:
+        """Advertise the topic on behalf of a node; the run has so many samples after sample 0."""
+        self._samples = samples
+        self._missing = set(awaited)
+        self._status = node.advertise(RUN_STATUS)
+        self.overruns = 0
+        self.latency = LatencyWatch()
+
+    @property
+    def missing(self) -> str:
+        """The nodes that are not ready, "" for none."""
+        return ", ".join(sorted(self._missing))
+
+    def on_ready(self, message: String) -> None:
+        """Take that a node is ready."""
+        self._missing.discard(message.data)
+
+    def publish(self, state: str, sample: int) -> None:
+        """Publish the progress."""
+        status = {
+            "state": state,
+            "sample": sample,
+            "samples": self._samples,
+            "overruns": self.overruns,
+            "latency_ms": self.latency.summary(),
+        }
+        self._status.publish(String(data=json.dumps(status)))
