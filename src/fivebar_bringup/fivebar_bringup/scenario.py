@@ -39,6 +39,7 @@ from fivebar_control.trajectory.planner import (
     plan_motion,
 )
 from fivebar_description.camera import NO_CAMERA, CameraSettings
+from fivebar_description.forbidden import NamedBounds, bounds_in, named_bounds, numbers_of
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
@@ -386,7 +387,14 @@ class Scenario(StrictModel):
             torque_limit=min(self.safety.torque_limit, drives),
             type1_margin=self.safety.type1_margin if self.working_modes is None else 0.0,
             tracking_error_limit=self.tracking_error_limit,
+            forbidden=self.safety.forbidden or numbers_of(read_robot(self.robot).forbidden),
         )
+
+    def kept_clear_of(self) -> tuple[NamedBounds, ...]:
+        """Return the postures that the robot may not enter: by the section `safety`, by default as its file says."""
+        given = bounds_in(self.safety.forbidden)
+        own = tuple(NamedBounds(f"{number}", bounds) for number, bounds in enumerate(given, start=1))
+        return own or named_bounds(read_robot(self.robot).forbidden)
 
     def stop_cycles(self) -> int:
         """Return for how many cycles the last torque is held at most in real time, when something is late or missing.

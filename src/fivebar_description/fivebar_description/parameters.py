@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field, model_validator
 
+from fivebar_description.forbidden import MOST, ForbiddenPosture
 from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
@@ -164,6 +165,7 @@ class RobotFile(StrictModel):
     drives: Section[KnownDrives] = NO_DRIVES
     tuning: Section[Tuning] = NO_TUNING
     home_m: Place = HOME
+    forbidden: Annotated[tuple[ForbiddenPosture, ...], Field(strict=False, max_length=MOST)] = ()
 
     @model_validator(mode="after")
     def _moves_like_a_robot(self) -> RobotFile:

@@ -26,6 +26,7 @@ ADVICE = {
     ),
     "state_stale": Advice("No new joint states arrive.", "Reset once they arrive again."),
     "over_speed": Advice("A motor turned faster than its limit.", _AT_REST),
+    "forbidden_posture": Advice("The robot came to a posture that its file forbids.", _MOVE_BACK),
     "out_of_workspace": Advice("The platform left its workspace, or the joint states contradict it.", _MOVE_BACK),
     "near_type_1": Advice("A leg is almost stretched or folded.", _MOVE_BACK),
     "tracking_lost": Advice("The platform is too far from its reference.", _RESET),

@@ -143,4 +143,5 @@ def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
         error_tolerance=scenario.error_tolerance,
         risk=scenario.risk,
         loads=scenario.to_bear(),
+        forbidden=scenario.kept_clear_of(),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_control.safety.stages import (
+    FORBIDDEN_POSTURE,
     NEAR_TYPE_1,
     NO_FAULT,
     OUT_OF_WORKSPACE,
@@ -27,6 +28,7 @@ FAULT_NAMES = {
     PLANT_DIVERGED: "plant_diverged",
     ESTIMATE_INCONSISTENT: "estimate_inconsistent",
     TORQUE_EXCESSIVE: "torque_excessive",
+    FORBIDDEN_POSTURE: "forbidden_posture",
 }
 """By these numbers and those of `fivebar_control.safety.stages`; the names are those of the node graph."""
 

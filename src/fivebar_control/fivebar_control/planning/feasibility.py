@@ -20,9 +20,11 @@ from fivebar_control.planning.predicted_estimate import (
 )
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_torque import ReferenceTorque, limited_to
+from fivebar_control.safety.forbidden import CLEAR, time_to_posture
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import place
+from fivebar_description.forbidden import NamedBounds
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 
@@ -106,6 +108,12 @@ class Figure(NamedTuple):
 )
 """Names of the figures."""
 
+FORBIDDEN = "time to the forbidden posture"
+"""How the names of the figures of forbidden postures begin."""
+
+FAR_FROM_FORBIDDEN = 1.0
+"""Times (s) to a forbidden posture are not told beyond this one."""
+
 NEAR_PASS = 2.0 * NEAR_LOCUS
 """Below this kappa every sample around a local minimum is evaluated."""
 
@@ -172,6 +180,7 @@ def screen(
         scan.worst(SERIAL, "serial", limits.serial_margin, False),
         scan.worst_rest(max(limits.rest, _with_room(zone_edge, room))),
     ]
+    figures += [scan.nearest_to(posture) for posture in limits.forbidden]
     dwells = scan.dwells(NEAR_LOCUS)
     if dwells:
         figures.append(scan.longest(DWELL, dwells, limits.dwell))
@@ -330,6 +339,17 @@ class _ReferenceScan:
         sample = min(around, key=measure)
         seen = self._sample(sample)
         return Figure(name, getattr(seen, field), limit, at_most, sample / self._rate_hz, seen.x, seen.y, unit)
+
+    def nearest_to(self, posture: NamedBounds) -> Figure:
+        """Return the least time in which the robot, if it went on as it moves, would be in a forbidden posture."""
+        times = [
+            (min(time_to_posture(posture.bounds, self._reference(t).state), FAR_FROM_FORBIDDEN), t)
+            for t in (sample / self._rate_hz for sample in self._coarse)
+        ]
+        left, t = min(times)
+        platform = self._plan.path.at(t)
+        name = f"{FORBIDDEN} {posture.name!r}"
+        return Figure(name, left, CLEAR, False, t, platform.x, platform.y, "s")
 
     def worst_rest(self, limit: float) -> Figure:
         """Return the rest with the least kappa."""

@@ -9,6 +9,7 @@ from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.safety.stages import SafetySettings
+from fivebar_description.forbidden import NamedBounds
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
@@ -107,6 +108,7 @@ class MotionLimits(NamedTuple):
         error_tolerance: largest distance of a robot within its tolerances (m).
         risk: of a robot within its tolerances.
         loads: which the robot has to bear at a crossing.
+        forbidden: postures that it keeps clear of.
     """
 
     torque: float = 2.0
@@ -123,6 +125,7 @@ class MotionLimits(NamedTuple):
     error_tolerance: float = 2e-3
     risk: Risk = Risk()
     loads: Loads = NO_LOADS
+    forbidden: tuple[NamedBounds, ...] = ()
 
     @property
     def certain_loads(self) -> Loads:

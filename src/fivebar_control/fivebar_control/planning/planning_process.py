@@ -23,6 +23,7 @@ from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.transfer import Speed, plan_transfer
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_description.forbidden import named_bounds
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError
@@ -137,7 +138,8 @@ def _end_with(lifeline: Connection) -> None:
 
 def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     """Plan a request for the law without switching, the only one that follows requests."""
-    follower = default_tuning(CONTROLLERS["unified"], read_robot(conditions.robot))
+    file = read_robot(conditions.robot)
+    follower = default_tuning(CONTROLLERS["unified"], file)
     limits = limits_of(follower, conditions.torque_limit, conditions.motor_speed)
     try:
         transfer = plan_transfer(
@@ -148,7 +150,12 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             order.assembly or None,
             conditions.rate_hz,
             follower,
-            limits._replace(error_tolerance=conditions.error_tolerance, risk=conditions.risk, loads=conditions.loads),
+            limits._replace(
+                error_tolerance=conditions.error_tolerance,
+                risk=conditions.risk,
+                loads=conditions.loads,
+                forbidden=named_bounds(file.forbidden),
+            ),
             order.duration or Speed.COMFORTABLE,
             conditions.sensing,
         )

@@ -14,6 +14,7 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
 from fivebar_control.safety.stages import (
+    FORBIDDEN_POSTURE,
     NEAR_TYPE_1,
     OUT_OF_WORKSPACE,
     TORQUE_EXCESSIVE,
@@ -28,7 +29,14 @@ from fivebar_description.parameters import FiveBar
 LEAST_SAMPLES = 10
 """Least time constant of the brake in samples: a stronger damping would not be one with a few samples of delay."""
 
-BRAKED_FAULTS = ("torque_undefined", "torque_excessive", "out_of_workspace", "near_type_1", "tracking_lost")
+BRAKED_FAULTS = (
+    "torque_undefined",
+    "torque_excessive",
+    "out_of_workspace",
+    "forbidden_posture",
+    "near_type_1",
+    "tracking_lost",
+)
 """Faults of the stages that leave state and drives sound. After `over_speed` it is not known whether the motor or its
 reading is so fast."""
 
@@ -74,7 +82,14 @@ def brake_of(settings: SafetySettings, robot: FiveBar, rate_hz: int) -> Brake:
 
 def braking_after(brake: Brake, fault: int) -> int:
     """Return for how many samples the robot may be braked after a fault of the stages, by its number."""
-    sound = fault in (TORQUE_UNDEFINED, TORQUE_EXCESSIVE, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST)
+    sound = fault in (
+        TORQUE_UNDEFINED,
+        TORQUE_EXCESSIVE,
+        OUT_OF_WORKSPACE,
+        FORBIDDEN_POSTURE,
+        NEAR_TYPE_1,
+        TRACKING_LOST,
+    )
     return brake.samples if sound else 0
 
 

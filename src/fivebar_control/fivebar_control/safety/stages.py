@@ -1,9 +1,9 @@
 """The safety stages between requested torque and command, each a pure function.
 
 The last node applies them in this order: finite, up to date (see `watchdog`), torque limit, torque rate limit, joint
-speed, workspace, Type 1 margin, tracking, torque request. The two limits saturate the torque; every other stage detects
-a fault that stops the robot. `first_fault` returns it as a number, so that it can be compiled, and `fault_of` describes
-it. An undefined value, NaN, passes none of them.
+speed, workspace, forbidden postures, Type 1 margin, tracking, torque request. The two limits saturate the torque; every
+other stage detects a fault that stops the robot. `first_fault` returns it as a number, so that it can be compiled, and
+`fault_of` describes it. An undefined value, NaN, passes none of them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,16 @@ from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import Leg, State
+from fivebar_control.safety.forbidden import (
+    FORESEEN,
+    NONE_FORBIDDEN,
+    Forbidden,
+    forbidden_of,
+    next_forbidden,
+    time_to_forbidden,
+    time_to_posture,
+)
+from fivebar_description.forbidden import bounds_in, numbers_problem
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
 
@@ -33,7 +43,7 @@ class Area(NamedTuple):
 
 NO_FAULT = 0
 TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 2, 3, 4, 5
-TORQUE_EXCESSIVE = 10
+TORQUE_EXCESSIVE, FORBIDDEN_POSTURE = 10, 11
 """Faults that the stages detect, as numbers, in the order of the stages."""
 
 EVERYWHERE = Area(-math.inf, math.inf, -math.inf, math.inf)
@@ -51,6 +61,7 @@ class Limits(NamedTuple):
         tracking_error: largest distance from the reference (m).
         torque_request: largest torque (Nm) that may be requested for a while.
         request_samples: number of samples in a row with a larger request that stop the robot.
+        forbidden: postures that the robot may not enter.
     """
 
     torque_limit: float
@@ -61,6 +72,7 @@ class Limits(NamedTuple):
     tracking_error: float
     torque_request: float
     request_samples: int
+    forbidden: Forbidden = NONE_FORBIDDEN
 
 
 def _has_an_inside(area: Area) -> str | None:
@@ -102,6 +114,14 @@ class SafetySettings(NamedTuple):
             check=_has_an_inside,
         ),
     ] = None
+    forbidden: Annotated[
+        tuple[float, ...],
+        Setting(
+            "Postures that the robot may not enter, eight numbers each: least and largest x and y (m), q11 and q21"
+            " (rad). By default those of the robot's file.",
+            check=numbers_problem,
+        ),
+    ] = ()
     type1_margin: Annotated[
         float,
         Setting(
@@ -209,6 +229,7 @@ def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
         tracking_error=float(settings.tracking_error_limit),
         torque_request=float(settings.request_ratio) * float(settings.torque_limit),
         request_samples=int(settings.request_samples),
+        forbidden=forbidden_of(bounds_in(settings.forbidden)),
     )
 
 
@@ -240,6 +261,8 @@ def first_fault(
         return OVER_SPEED
     if not (is_inside(state, limits.workspace) and is_in_reach(robot, state)):
         return OUT_OF_WORKSPACE
+    if time_to_forbidden(limits.forbidden, state) <= FORESEEN:
+        return FORBIDDEN_POSTURE
     if not is_clear_of_type_1(state, mode1, mode2, limits.type1_margin):
         return NEAR_TYPE_1
     if not is_on_track(state, x, y, limits.tracking_error):
@@ -342,6 +365,15 @@ def fault_of(
             beyond = -type1_distance(robot, state)
             reason = f"{beyond * 1e3:.1f} mm out of reach: the joints contradict each other"
         return Fault("out_of_workspace", f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
+    if number == FORBIDDEN_POSTURE:
+        which = next_forbidden(limits.forbidden, state)
+        left = time_to_posture(limits.forbidden[which - 1], state)
+        reached = f"is {left * 1e3:.0f} ms before" if left > 0.0 else "is in"
+        return Fault(
+            "forbidden_posture",
+            f"platform at ({state.x:.4f}, {state.y:.4f}) m, motors at {state.leg1.q1:.3f} and {state.leg2.q1:.3f} rad:"
+            f" the robot {reached} forbidden posture {which}",
+        )
     if number == NEAR_TYPE_1:
         clear1, clear2 = type1_clearance(state.leg1, mode1), type1_clearance(state.leg2, mode2)
         margin = limits.type1_margin

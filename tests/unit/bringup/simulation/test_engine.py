@@ -122,6 +122,7 @@ def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
         ("tracking_lost", {"plant": {"torque_limit": 0.3}, "tracking_error_limit": 0.01, "safety": ANY_REQUEST}),
         ("over_speed", {"safety": {"joint_speed_limit": 1.0}}),
         ("out_of_workspace", {"safety": {"workspace": [-0.1, 0.1, 0.05, 0.2]}}),
+        ("forbidden_posture", {"safety": {"forbidden": [-0.1, 0.1, 0.0, 0.05, -4.0, 4.0, -4.0, 4.0]}, "force": True}),
         ("near_type_1", {"safety": {"type1_margin": 0.9}}),
         ("torque_excessive", {"plant": {"torque_limit": 0.3}}),
     ],

@@ -13,6 +13,7 @@ from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.transfer import Speed, Transfer, plan_transfer
+from fivebar_description.forbidden import named_bounds
 from fivebar_description.parameters import load_robot, loads_of, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.settings import PlantSettings
@@ -124,9 +125,12 @@ def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
     """Return the limits with what the run before allows, and the loads that the robot has to bear."""
     before = request.start.scenario
     if before is None:
-        return limits._replace(loads=loads_of(request.robot))
+        robot = read_robot(request.robot)
+        return limits._replace(loads=robot.loads, forbidden=named_bounds(robot.forbidden))
     loads = loads_of(request.robot, before.loads)
-    return limits._replace(error_tolerance=before.error_tolerance, risk=before.risk, loads=loads)
+    return limits._replace(
+        error_tolerance=before.error_tolerance, risk=before.risk, loads=loads, forbidden=before.kept_clear_of()
+    )
 
 
 def _sensing(request: Request, before: Scenario) -> Sensing | None:

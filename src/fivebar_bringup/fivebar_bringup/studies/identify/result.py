@@ -82,6 +82,7 @@ class IdentificationResult(NamedTuple):
             drives=self.start.drives,
             tuning=self.start.tuning,
             home_m=self.start.home_m,
+            forbidden=self.start.forbidden,
         )
 
     def encoder(self) -> str:
