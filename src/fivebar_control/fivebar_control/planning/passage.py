@@ -47,6 +47,10 @@ SMOOTHING = 0.02
 """Speed (rad/s) below which the friction of the passive joints counts in part."""
 
 
+SLOWEST_SHIFT, SHIFT_STEPS = 1e-3, 400
+"""Of `unavoidable`: the root of beta below which the closed form does, and steps of the search for the largest."""
+
+
 class Feedback(NamedTuple):
     """How a law answers a displacement: gains (1/s^2, 1/s), weight on torque, and bandwidth of its observer (1/s)."""
 
@@ -131,6 +135,41 @@ def exposure(kappa_rate: float, gain: float, torque: float, load: float) -> floa
     """
     time = load / (gain * kappa_rate * torque)
     return (1.0 + 2.0 * math.sqrt(2.0) / 3.0) * load * time * time
+
+
+def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, speed: float) -> float:
+    """Return the displacement (m) that a lasting load makes at least, whatever the law, when it begins at the worst.
+
+    That of `exposure` for a platform that the load pushes onwards along its path, whose displacement takes it away from
+    the locus: theory.md, section 15. In units of a_F t_F^2 and t_F it is the largest eta of
+    eta'' = 1 - |s| - beta eta, beta = a_F t_F / speed, that begins at rest at s = -1, as long as the comparison with
+    any other motion holds, sqrt(beta) (s + 1) <= pi.
+
+    Args:
+        kappa_rate: of the crossing (1/s).
+        gain: largest acceleration along t_s by 1 Nm of each motor and kappa (m/s^2 per Nm).
+        torque: that is left for the load (Nm).
+        load: acceleration by the load (m/s^2).
+        speed: at which the platform goes through the locus along t_s (m/s); infinite where it goes across.
+    """
+    time = load / (gain * kappa_rate * torque)
+    omega = math.sqrt(load * time / speed)
+    if omega < SLOWEST_SHIFT:
+        return exposure(kappa_rate, gain, torque, load)
+    largest = 0.0
+    end = min(math.pi / omega - 1.0, 1.0 + math.sqrt(2.0))
+    for step in range(SHIFT_STEPS + 1):
+        s = -1.0 + (end + 1.0) * step / SHIFT_STEPS
+        if s <= 0.0:
+            eta = 1.0 + s - math.sin(omega * (1.0 + s)) / omega
+        else:
+            eta = (
+                1.0
+                - s
+                + ((2.0 - math.cos(omega)) * math.sin(omega * s) - math.sin(omega) * math.cos(omega * s)) / omega
+            )
+        largest = max(largest, eta / (omega * omega))
+    return largest * load * time * time
 
 
 def feedback_of(follower: TunedController) -> Feedback:

@@ -11,12 +11,13 @@ from fivebar_bringup.runs.admission import refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
+from fivebar_bringup.studies.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.feasibility import LOADS
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
-from fivebar_control.planning.passage import displacement, exposure
+from fivebar_control.planning.passage import displacement, exposure, unavoidable
 from fivebar_control.planning.transfer import TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import PlanRefused
@@ -123,3 +124,25 @@ def test_the_longest_duration_is_found_beside_a_shorter_one_that_does_not_do() -
     least = longest_within(lambda duration: 1.0 + abs(duration - 1.4), 2.0)
     assert not least.enough
     assert least.duration == pytest.approx(1.4)
+
+
+@pytest.mark.parametrize("duration", [0.4, 1.3])
+@pytest.mark.parametrize("force", [1.0, 3.0, 9.0])
+def test_no_run_is_displaced_by_less_than_what_no_law_avoids(duration: float, force: float) -> None:
+    found = passage("unified", duration, force)
+    assert found.least < min(found.onwards, found.against)
+    # nor is the condition idle
+    assert found.least > 0.1 * min(found.onwards, found.against) or force == 1.0
+
+
+def test_what_no_law_avoids_is_the_solution_of_its_equation() -> None:
+    """e'' = a_F - gain torque |kappa'| (|t| + e / speed) from where the motors no longer hold the load."""
+    rate, gain, torque, load, speed, step = 1.5, 31.0, 1.2, 2.0, 0.1, 1e-6
+    grip = gain * rate * torque
+    t, x, v = -load / grip, 0.0, 0.0
+    while v >= 0.0 and t < 0.1:
+        v += step * (load - grip * (abs(t) + x / speed))
+        x += step * v
+        t += step
+    assert unavoidable(rate, gain, torque, load, speed) == pytest.approx(x, rel=1e-3)
+    assert unavoidable(rate, gain, torque, load, math.inf) == exposure(rate, gain, torque, load)
