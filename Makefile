@@ -53,11 +53,18 @@ test: setup ## run the tests
 test-extra: setup ## run what test leaves out: long tests of the studies, and pages in Chromium if it is installed
 	@# RENEW_SCREENSHOTS=1 writes the documentation's pictures of pages instead of comparing with them
 	[ -d .browser ] || $(BIN)/pip install --quiet --no-deps --target .browser -r tests/browser/requirements.lock
+	[ -d .docs ] || $(BIN)/pip install --quiet --no-deps --target .docs -r docs/site/requirements.lock
 	status=0
-	export PYTHONPATH=.browser
+	export PYTHONPATH=$(CURDIR)/.browser:$(CURDIR)/.docs
 	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "extra and not clock" --durations=10 || status=$$?
 	$(BIN)/python -m pytest tests/ros tests/system -q -m "clock and extra" --durations=10 || status=$$?
 	exit $$status
+
+.PHONY: docs
+docs: setup ## build the documentation site into site/; a broken link is an error
+	@[ -d .docs ] || $(BIN)/pip install --quiet --no-deps --target .docs -r docs/site/requirements.lock
+	PYTHONPATH=.docs NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --clean
+	echo "docs: look at site/index.html"
 
 .PHONY: lint
 lint: setup ## check style and types
@@ -79,6 +86,23 @@ bench: setup ## measure speed on this machine
 build: setup ## build the packages as colcon does, into build/ install/ log/
 	@$(BIN)/colcon build --base-paths src
 
+.PHONY: dist
+dist: setup ## build wheels of the four packages and of `fivebar`, which needs them, into dist/
+	@work=$$(mktemp -d)
+	trap 'rm -rf "$$work"' EXIT
+	# from a copy, because setuptools leaves its own copies of the modules where it builds
+	cp -r --parents $(PACKAGES) packaging requirements.in docs/index.md "$$work"
+	rm -rf dist "$$work"/src/*/build
+	$(BIN)/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist \
+	    $(addprefix "$$work"/,$(PACKAGES) packaging)
+	ls dist
+
+.PHONY: version
+version: ## set the version of all packages: make version NEW=1.2.3
+	@[[ "$(NEW)" =~ ^[0-9]+\.[0-9]+\.[0-9]+$$ ]] || { echo "version: expected NEW=1.2.3" >&2; exit 1; }
+	sed -i 's|<version>.*</version>|<version>$(NEW)</version>|' $(PACKAGES:=/package.xml)
+	sed -i 's|^version: .*|version: $(NEW)|' CITATION.cff
+
 .PHONY: lock
 lock: ## resolve requirements.in again, with the newest versions, into requirements.lock
 	@tools=$$(mktemp -d)
@@ -92,7 +116,7 @@ lock: ## resolve requirements.in again, with the newest versions, into requireme
 
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) .browser .mutants .numba build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py

@@ -1,4 +1,5 @@
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -17,7 +18,7 @@ DATA = (
 
 setup(
     name=NAME,
-    version="0.1.0",
+    version=ElementTree.parse("package.xml").findtext("version"),
     description="Launch files, scenarios, the fivebar command, the bag recorder and the reports of the five-bar robot.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",

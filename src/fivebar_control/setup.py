@@ -1,4 +1,5 @@
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -8,7 +9,7 @@ DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
 
 setup(
     name=NAME,
-    version="0.1.0",
+    version=ElementTree.parse("package.xml").findtext("version"),
     description="Model, control laws, trajectories, estimation and drive bridge of the five-bar robot.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",

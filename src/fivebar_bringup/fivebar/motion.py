@@ -77,7 +77,7 @@ def plan(
         InputError: a value is impossible.
         PlanRefused: no motion is feasible; says why.
 
-    Example:
+    Examples:
         >>> import fivebar
         >>> motion = fivebar.plan("dextar", goal=(0.0, 0.02), assembly_mode="-")
         >>> motion.crossings, round(motion.duration, 3)
@@ -118,7 +118,7 @@ def load_scenario(name_or_path: str, **changes: Any) -> Scenario:
     Raises:
         InputError: there is no such scenario, it is malformed, or its motion cannot be made.
 
-    Example:
+    Examples:
         >>> import fivebar
         >>> heavier = fivebar.load_scenario("middle", controller="unified", plant={"mass_scale": 1.2})
         >>> heavier.controller, heavier.plant.mass_scale
@@ -139,7 +139,7 @@ def load_scenario(name_or_path: str, **changes: Any) -> Scenario:
 def scenarios() -> list[str]:
     """Return the names of the shipped scenarios.
 
-    Example:
+    Examples:
         >>> import fivebar
         >>> "middle" in fivebar.scenarios()
         True
@@ -150,7 +150,7 @@ def scenarios() -> list[str]:
 def controllers(crossing: bool = False) -> tuple[str, ...]:
     """Return the names of the controllers, or of those only that can cross the Type 2 locus.
 
-    Example:
+    Examples:
         >>> import fivebar
         >>> set(fivebar.controllers()) - set(fivebar.controllers(crossing=True))
         {'ctc'}

@@ -64,7 +64,7 @@ class Robot(NamedTuple):
         Raises:
             ValueError: the point is out of reach.
 
-        Example:
+        Examples:
             >>> import fivebar
             >>> above = fivebar.load_robot("dextar").posture(0.0, 0.15)
             >>> below = fivebar.load_robot("dextar").posture(0.0, 0.02)
@@ -87,7 +87,7 @@ def load_robot(robot: str = "dextar") -> Robot:
     Raises:
         InputError: the file is missing or does not describe a five-bar.
 
-    Example:
+    Examples:
         >>> import fivebar
         >>> fivebar.load_robot("dextar").parameters.leg1.proximal
         0.09

@@ -61,7 +61,7 @@ class Run(NamedTuple):
     def columns(self) -> dict[str, FloatArray]:
         """Return the series as columns by name, each [n] in SI units, as `pandas.DataFrame` takes them.
 
-        Example:
+        Examples:
             >>> import fivebar
             >>> columns = fivebar.simulate("middle").columns()
             >>> len(columns), columns["t"].size
@@ -83,7 +83,7 @@ class Run(NamedTuple):
         Raises:
             KeyError: there is no such figure.
 
-        Example:
+        Examples:
             >>> import fivebar
             >>> picture = fivebar.simulate("middle").plot("torques")
             >>> len(picture.figure.axes)
@@ -115,7 +115,7 @@ def simulate(motion: Motion | Scenario | str, out: str | Path | None = None) -> 
         InputError: there is no such scenario, or the directory cannot be used.
         PlanRefused: the screen refuses the scenario's motion, and it does not say `force: true`.
 
-    Example:
+    Examples:
         >>> import fivebar
         >>> run = fivebar.simulate("unified_middle")
         >>> run.summary.within_tolerance, round(1e3 * run.summary.tracking_error_peak_m, 2)

@@ -1,0 +1,143 @@
+"""What MkDocs does not do by itself: formulas as MathML, and pages made of source files, commands and notebooks."""
+
+from __future__ import annotations
+
+import json
+import posixpath
+import re
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+LINK = re.compile(r"\]\(((?:\.\./)+[^)#\s]+)(#[^)]*)?\)")
+FORMULA = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
+TYPESETTING = (
+    # brackets grow with the matrix that they alone enclose
+    (re.compile(r"(<mo>&#x00028;</mo><mtable>.*?</mtable><mo>&#x00029;</mo>)"), r"<mrow>\1</mrow>"),
+    # a sign after a bracket, a comma or an equals sign is no difference
+    (re.compile(r"(<mo[^>]*>&#x000(?:28|2C|3D);</mo>)<mo>&#x02212;</mo>"), r'\1<mo form="prefix">&#x02212;</mo>'),
+    (re.compile(r"(<mi>(?:sin|cos|tan|det|tanh)</mi>)"), r'\1<mspace width="0.17em"/>'),
+)
+"""What the converter leaves to a browser that does not do it."""
+
+LANGUAGES = {".py": "python", ".yaml": "yaml", ".xml": "xml", ".json": "json", ".toml": "toml", ".rviz": "yaml"}
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that are made of other files."""
+    linked = set()
+    for page in files.documentation_pages():
+        folder = posixpath.dirname(page.src_uri)
+        for target, _ in LINK.findall(page.content_string):
+            if (path := outside(folder, target)) is not None:
+                linked.add(path)
+    for path in sorted(linked):
+        files.append(File.generated(config, page_of(path), content=source_page(path)))
+    for notebook in sorted((DOCS / "tutorials").glob("*.ipynb")):
+        content = notebook_page(json.loads(notebook.read_text(encoding="utf-8")))
+        files.append(File.generated(config, f"tutorials/{notebook.stem}.md", content=content))
+    files.append(File.generated(config, "reference/commands.md", content=commands_page()))
+    files.append(File.generated(config, "reference/graph.md", content=graph_page()))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Let links to files of the repository lead to their pages."""
+    folder = posixpath.dirname(page.file.src_uri)
+
+    def replaced(found: re.Match[str]) -> str:
+        path = outside(folder, found[1])
+        return found[0] if path is None else f"]({posixpath.relpath(page_of(path), folder or '.')})"
+
+    return LINK.sub(replaced, markdown)
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Write every formula as MathML, which browsers draw by themselves."""
+
+    def drawn(found: re.Match[str]) -> str:
+        formula = unescape(found[2]).strip()
+        mathml = convert(formula[2:-2].strip(), display="block" if formula.startswith(r"\[") else "inline")
+        for pattern, replacement in TYPESETTING:
+            mathml = pattern.sub(replacement, mathml)
+        return mathml
+
+    return FORMULA.sub(drawn, html)
+
+
+def outside(folder: str, target: str) -> Path | None:
+    """Return the file or folder of the repository, not of the site, that a link in a folder of docs leads to."""
+    path = (DOCS / folder / target).resolve()
+    if path.is_relative_to(DOCS):
+        return None
+    if not path.exists():
+        raise PluginError(f"docs/{folder}: link to {target}, which does not exist")
+    return path.relative_to(ROOT)
+
+
+def page_of(path: Path) -> str:
+    """Return where the page of a source file or folder is."""
+    return f"source/{path.as_posix()}.md"
+
+
+def source_page(path: Path) -> str:
+    """Return a page that shows a file, or lists a folder."""
+    full = ROOT / path
+    if full.is_dir():
+        listed = "\n".join(f"- `{one.name}`" for one in sorted(full.iterdir()) if one.suffix)
+        return f"# {path.name}\n\nThe folder `{path}` of the repository:\n\n{listed}\n"
+    text = full.read_text(encoding="utf-8")
+    if path.suffix == ".md":
+        return re.sub(r"\]\((?!https?:)[^)]*\)", "]", text)
+    language = LANGUAGES.get(path.suffix, "text")
+    return f"# {path.name}\n\nThe file `{path}` of the repository.\n\n````{language}\n{text}````\n"
+
+
+def notebook_page(notebook: dict[str, Any]) -> str:
+    """Return the cells of a notebook as a page."""
+    parts = []
+    for cell in notebook["cells"]:
+        text = "".join(cell["source"])
+        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
+def readme_section(title: str) -> str:
+    """Return a section of the README, whose links lead from its folder, without the heading."""
+    found = re.search(
+        rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", (ROOT / "README.md").read_text("utf-8"), re.S | re.M
+    )
+    if found is None:
+        raise PluginError(f"README.md: has no section {title}")
+    return re.sub(r"\]\(docs/", "](../", found[1])
+
+
+def graph_page() -> str:
+    """Return what the README says of topics and faults."""
+    return f"# Topics and faults\n{readme_section('The graph')}"
+
+
+def commands_page() -> str:
+    """Return a page with every command, its options and its example."""
+    import typer
+
+    from fivebar_bringup.cli.main import app
+
+    group = typer.main.get_command(app)
+    context = typer.Context(group, info_name="fivebar")
+    parts = ["# Commands\n\nExit status 0: completed; 1: the run failed; 2: bad input or a refused motion.\n"]
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        inner = typer.Context(command, info_name=name, parent=context)
+        parts.append(f"## fivebar {name}\n\n{command.help}\n\n| | |\n|---|---|")
+        rows = [one.get_help_record(inner) for one in command.get_params(inner) if one.name != "help"]
+        parts.append("\n".join(f"| `{row[0]}` | {row[1]} |".replace("\\|", "|") for row in rows if row) + "\n")
+    return "\n".join(parts)

@@ -1,0 +1,137 @@
+"""The pages: every command in them exists with its options, and the tutorials print what they say."""
+
+from __future__ import annotations
+
+import contextlib
+import doctest
+import io
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+import typer
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.scenario import shipped_scenarios
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+TUTORIALS = sorted((DOCS / "tutorials").glob("*.md"))
+NOTEBOOKS = sorted((DOCS / "tutorials").glob("*.ipynb"))
+FENCE = re.compile(r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+PLACEHOLDER = re.compile(r"\b(SCENARIO|BAG|NAME|DIR|FILE|[XY])\b|\.\.\.|…")
+"""What stands for a value in a command that only shows its form."""
+
+
+class Block(NamedTuple):
+    """A fenced block of a page: its language, the file that it is the content of, and its text."""
+
+    language: str
+    file: str
+    text: str
+
+
+def blocks(page: Path) -> list[Block]:
+    return [Block(*found) for found in FENCE.findall(page.read_text(encoding="utf-8"))]
+
+
+def commands(page: Path) -> list[list[str]]:
+    """Return the words after `fivebar` of every command in the shell blocks of a page."""
+    found = []
+    for block in blocks(page):
+        if block.language == "sh":
+            for line in block.text.replace("\\\n", " ").splitlines():
+                words = shlex.split(line.removeprefix("ros2 run fivebar_bringup "), comments=True)
+                if words and words[0].rpartition("/")[2] == "fivebar":
+                    found.append(words[1:])
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_command_is_one_with_its_options(page: Path) -> None:
+    group: Any = typer.main.get_command(app)
+    for words in commands(page):
+        if any(PLACEHOLDER.search(word) for word in words):
+            continue
+        words = words[: words.index(">")] if ">" in words else words
+        with contextlib.suppress(typer.Exit), contextlib.redirect_stdout(io.StringIO()):
+            name, command, rest = group.resolve_command(typer.Context(group), words)
+            assert command is not None
+            context = command.make_context(name, rest)
+            scenario = context.params.get("scenario")
+            assert not scenario or scenario.endswith(".yaml") or scenario in shipped_scenarios(), words
+
+
+def output_of(words: list[str]) -> str:
+    """Return what a command prints, run in this process."""
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), pytest.raises(SystemExit):
+        app(words, prog_name="fivebar")
+    return printed.getvalue()
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_a_tutorial_prints_what_it_says(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    names: dict[str, object] = {}
+    printed = ""
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    for block in blocks(page):
+        if block.file:
+            Path(block.file).write_text(block.text, encoding="utf-8")
+        elif block.language == "sh":
+            assert all(line.startswith("fivebar ") for line in block.text.splitlines())
+            printed = "".join(output_of(shlex.split(line)[1:]) for line in block.text.splitlines())
+        elif block.language == "python":
+            with contextlib.redirect_stdout(io.StringIO()) as caught:
+                exec(compile(block.text, page.name, "exec"), names)
+            printed = caught.getvalue()
+        elif block.language == "text":
+            assert doctest.OutputChecker().check_output(block.text, printed, flags), f"{block.text}\nis not\n{printed}"
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_in_jupyter(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    manager = pytest.importorskip("jupyter_client.manager").KernelManager
+    # the kernel of this environment, which is registered nowhere
+    manager.kernel_cmd = [sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
+    notebook = nbformat.read(path, as_version=4)
+    nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
+    assert "sensor_msgs/msg/JointState" in "".join(output.get("text", "") for output in outputs)
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_is_kept_without_its_outputs(path: Path) -> None:
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    assert not any(cell.get("outputs") for cell in notebook["cells"])
+
+
+@pytest.mark.extra
+def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs")
+    built = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", tmp_path],
+        cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+    )  # fmt: skip
+    assert (built.returncode, built.stderr) == (0, "")
+    pages = [page.read_text(encoding="utf-8") for page in tmp_path.rglob("*.html")]
+    assert len(pages) > 30
+    loaded = re.compile(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//')
+    assert not [page[:200] for page in pages if loaded.search(page)]
+    theory = (tmp_path / "theory.html").read_text(encoding="utf-8")
+    assert theory.count("<math ") > 100
+    assert "arithmatex" not in theory
