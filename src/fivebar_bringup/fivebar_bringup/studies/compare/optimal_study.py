@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.studies.benchmark.crossings import Crossing, benchmark
+from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing, benchmark
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.mpc import LAW, MpcSettings
@@ -63,7 +63,7 @@ class Quickest(NamedTuple):
     mode_changes: int
 
 
-def planned(robot: FiveBar, crossing: Crossing, time_law: str, duration: float) -> Plan:
+def planned(robot: FiveBar, crossing: BenchmarkCrossing, time_law: str, duration: float) -> Plan:
     """Return the plan of a crossing.
 
     Raises:
@@ -89,7 +89,7 @@ def planned_torque(robot: FiveBar, plan: Plan) -> float:
     return largest
 
 
-def quickest(robot: FiveBar, crossing: Crossing, time_law: str) -> Quickest:
+def quickest(robot: FiveBar, crossing: BenchmarkCrossing, time_law: str) -> Quickest:
     """Return a crossing as fast as the torque allows, followed by `mpc`."""
     short, long = SHORTEST, LONGEST
     try:
@@ -116,7 +116,7 @@ def quickest(robot: FiveBar, crossing: Crossing, time_law: str) -> Quickest:
     )
 
 
-def summary(found: Sequence[Quickest], crossings: Sequence[Crossing]) -> str:
+def summary(found: Sequence[Quickest], crossings: Sequence[BenchmarkCrossing]) -> str:
     """Return what the crossings come to, in Markdown."""
     by_law = {law: {one.crossing: one for one in found if one.time_law == law} for law in (QUINTIC, OPTIMAL)}
     both = [
