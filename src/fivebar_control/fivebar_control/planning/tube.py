@@ -59,7 +59,7 @@ class Along(NamedTuple):
     slopes: FloatArray
 
 
-class ClosedLoop(NamedTuple):
+class ErrorDynamics(NamedTuple):
     """A closed loop along a reference: z+ = F z + c + D delta, of whose state the first two are the error (m).
 
     Attributes:
@@ -194,7 +194,7 @@ def _observer(along: Along, k: int, period: float, rate: float, weight: float) -
     return np.asarray((1.0 - math.exp(-rate * period)) * share)
 
 
-def _unified_loop(along: Along, period: float, law: UnifiedSettings) -> ClosedLoop:
+def _unified_loop(along: Along, period: float, law: UnifiedSettings) -> ErrorDynamics:
     steps = len(along.reference) - 2
     nothing = np.zeros((0, 4)), np.zeros(0)
 
@@ -210,7 +210,7 @@ def _unified_loop(along: Along, period: float, law: UnifiedSettings) -> ClosedLo
     return _closed(parts, 4)
 
 
-def _mpc_loop(along: Along, period: float, law: MpcSettings) -> ClosedLoop:
+def _mpc_loop(along: Along, period: float, law: MpcSettings) -> ErrorDynamics:
     count = law.horizon
     steps = len(along.reference) - count - 1
     weights = weights_of(count, period, law.speed_time, law.end_weight, law.step_weight, law.weight)
@@ -247,13 +247,15 @@ def _mpc_loop(along: Along, period: float, law: MpcSettings) -> ClosedLoop:
     return _closed([at(k) for k in range(steps)], 4 + 2 * count)
 
 
-def _closed(parts: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]], states: int) -> ClosedLoop:
+def _closed(
+    parts: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]], states: int
+) -> ErrorDynamics:
     gains, fixed, transitions, forcing, disturbing = (np.array(part) for part in zip(*parts, strict=True))
     response, torques = np.zeros(forcing.shape[1]), np.zeros((len(parts), 2))
     for k in range(len(parts)):
         torques[k] = gains[k] @ response[:states] + fixed[k]
         response = transitions[k] @ response + forcing[k]
-    return ClosedLoop(transitions, forcing, disturbing, torques)
+    return ErrorDynamics(transitions, forcing, disturbing, torques)
 
 
 def _disturbance_bound(robot: FiveBar, plan: Plan, along: Along, torques: FloatArray, mismatch: Mismatch) -> FloatArray:
