@@ -82,6 +82,10 @@ mutants: setup ## break the core in small ways and list what no unit test notice
 bench: setup ## measure speed on this machine
 	@$(BIN)/python -m fivebar_bringup.studies.bench
 
+.PHONY: bench-realtime
+bench-realtime: setup ## repeat runs in real time on this machine; RUNS=40 KINDS="middle kilohertz" are a choice of them
+	@$(BIN)/python -m fivebar_bringup.studies.bench.series $(RUNS) $(KINDS)
+
 .PHONY: build
 build: setup ## build the packages as colcon does, into build/ install/ log/
 	@$(BIN)/colcon build --base-paths src

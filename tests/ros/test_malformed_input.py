@@ -31,7 +31,8 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
-from fivebar_description.ros.messages import LARGEST, stamp_of, to_stamp
+from fivebar_description.joint_sample import LARGEST
+from fivebar_description.ros.messages import stamp_of, to_stamp
 
 
 class Part(NamedTuple):

@@ -33,8 +33,9 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     Topic,
 )
+from fivebar_description.joint_sample import MessageError
 from fivebar_description.robot_description import frame_prefix
-from fivebar_description.ros.messages import MessageError, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node

@@ -12,7 +12,7 @@ from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.runs.injection import Injection, kills
-from fivebar_bringup.runs.launcher import Progress, run_graph
+from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_board_file, write_drive_files
@@ -67,6 +67,15 @@ def run_with_ros(
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
+    write_outcome(run, mode, outcome)
+    try:
+        return run, write_report(run, with_page)
+    except BagError as error:
+        raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
+
+
+def write_outcome(run: RunDirectory, mode: Mode, outcome: GraphOutcome) -> None:
+    """Keep how a run of the graph ended with its results."""
     write_timing(
         run,
         {
@@ -78,7 +87,3 @@ def run_with_ros(
             "faults": outcome.faults,
         },
     )
-    try:
-        return run, write_report(run, with_page)
-    except BagError as error:
-        raise RunFailed("; ".join([*outcome.faults, str(error)])) from error

@@ -513,14 +513,23 @@ def prediction(
 
 
 def inconsistency_reason(model: EstimatorModel, misfit: Misfit) -> str:
-    """Return in words why an estimate is inconsistent."""
-    mean, sensor = max(
-        (misfit.encoders, "the motor encoders differ"),
-        (misfit.gyro, "the gyroscope differs"),
-        (misfit.elbow, "the passive joint's encoder differs"),
+    """Return in words why an estimate is inconsistent.
+
+    All sensors beyond half the limit are named, the furthest first: one that is wrong takes the estimate away from what
+    the others read, so that the furthest need not be the cause.
+    """
+    far = sorted(
+        (
+            (misfit.encoders, "the motor encoders differ"),
+            (misfit.gyro, "the gyroscope differs"),
+            (misfit.elbow, "the passive joint's encoder differs"),
+        ),
+        reverse=True,
     )
+    (mean, sensor), *others = far
+    also = "".join(f", {other} by {math.sqrt(one):.1f}" for one, other in others if one > 0.25 * model.misfit_limit)
     return (
-        f"{sensor} from the predictions by {math.sqrt(mean):.1f} standard deviations, limit"
-        f" {math.sqrt(model.misfit_limit):.1f}: check the robot's geometry and zeros against `tolerances`, and the"
+        f"{sensor} from the predictions by {math.sqrt(mean):.1f} standard deviations{also}, limit"
+        f" {math.sqrt(model.misfit_limit):.1f}: check the robot's geometry and zeros against `tolerances`, and each"
         " sensor, its mounting and its clock"
     )

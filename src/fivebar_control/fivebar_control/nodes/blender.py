@@ -36,8 +36,8 @@ from fivebar_description.interface import (
     TORQUE_REQUESTED,
     VHC_TORQUE,
 )
+from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.messages import JointSample, joint_sample
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement

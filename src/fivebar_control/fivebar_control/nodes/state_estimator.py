@@ -39,16 +39,10 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
+from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
 from fivebar_description.parameters import known_sensors_of, load_robot, tolerances_of
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
-from fivebar_description.ros.messages import (
-    JointMessage,
-    JointSample,
-    MessageError,
-    joint_sample,
-    read_fields,
-    stamp_of,
-)
+from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of

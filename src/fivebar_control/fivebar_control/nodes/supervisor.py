@@ -17,7 +17,7 @@ from fivebar_description.interface import (
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
 )
-from fivebar_description.ros.messages import joint_sample
+from fivebar_description.joint_sample import joint_sample
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 

@@ -24,7 +24,7 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     ahead_names,
 )
-from fivebar_description.ros.messages import joint_sample
+from fivebar_description.joint_sample import joint_sample
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of

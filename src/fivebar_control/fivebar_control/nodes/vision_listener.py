@@ -29,8 +29,9 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
 )
+from fivebar_description.joint_sample import MessageError, joint_sample
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of
+from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement

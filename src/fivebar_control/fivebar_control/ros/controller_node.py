@@ -22,7 +22,7 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     ahead_names,
 )
-from fivebar_description.ros.messages import JointSample, joint_sample
+from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.ros.parameters import Spec, specs_of
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.settings import from_parameters

@@ -39,7 +39,8 @@ from fivebar_description.interface import (
     RUN_STATUS,
     TORQUE_COMMAND,
 )
-from fivebar_description.ros.messages import JointMessage, MessageError, joint_sample, read_fields, stamp_of
+from fivebar_description.joint_sample import MessageError, joint_sample
+from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run_agreement import TimeKeeper

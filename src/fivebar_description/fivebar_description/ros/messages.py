@@ -3,24 +3,15 @@
 from __future__ import annotations
 
 import importlib
-import math
-import struct
 from array import array
 from collections.abc import Iterable, Sequence
-from functools import cache
 from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import BASE_FRAME, NANOSECONDS, Topic
-
-LARGEST = 1e100
-"""Largest magnitude that is accepted: sums and squares of larger values would overflow."""
-
-
-class MessageError(ValueError):
-    """A message that must not be used; the text gives the reason."""
+from fivebar_description.joint_sample import JointSample, checked_fields
 
 
 def message_class(topic: Topic) -> Any:
@@ -61,64 +52,7 @@ def joint_state(
     return message
 
 
-class JointSample:
-    """The content of a JointState, in place of one: cheap to make, to read several times, and to serialise.
-
-    Attributes:
-        stamp_ns: stamp (ns).
-        name: of the quantities.
-        position, velocity, effort: a value for each of them, or empty.
-    """
-
-    __slots__ = ("_read", "effort", "name", "position", "stamp_ns", "velocity")
-
-    def __init__(
-        self,
-        stamp_ns: int,
-        name: tuple[str, ...],
-        position: tuple[float, ...],
-        velocity: tuple[float, ...],
-        effort: tuple[float, ...],
-    ) -> None:
-        self.stamp_ns = stamp_ns
-        self.name = name
-        self.position = position
-        self.velocity = velocity
-        self.effort = effort
-        self._read: dict[Any, tuple[tuple[float, ...], ...]] = {}
-
-    def read(self, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool) -> tuple[tuple[float, ...], ...]:
-        """Return what `read_fields` does, checked once for all readers."""
-        key = names, fields, allow_nan
-        found = self._read.get(key)
-        if found is None:
-            found = self._read[key] = _fields(self, names, fields, allow_nan)
-        return found
-
-    def cdr(self) -> bytes:
-        """Return the JointState in CDR, as a publisher serialises it."""
-        position, velocity, effort = self.position, self.velocity, self.effort
-        layout = _layout(self.name, len(position), len(velocity), len(effort))
-        seconds, nanoseconds = divmod(self.stamp_ns, NANOSECONDS)
-        head = _HEAD, seconds, nanoseconds, _names(self.name)
-        return layout.pack(*head, len(position), *position, len(velocity), *velocity, len(effort), *effort)
-
-
 JointMessage: TypeAlias = JointState | JointSample
-
-_HEAD = b"\0\1\0\0"
-"""Says that CDR in the order of this machine follows, from which on fields are aligned."""
-
-
-def joint_sample(
-    stamp_ns: int,
-    names: Sequence[str],
-    position: Iterable[float] = (),
-    velocity: Iterable[float] = (),
-    effort: Iterable[float] = (),
-) -> JointSample:
-    """Return named quantities to be published, as `joint_state` does."""
-    return JointSample(stamp_ns, tuple(names), tuple(position), tuple(velocity), tuple(effort))
 
 
 def sampled(message: JointState) -> JointSample:
@@ -126,30 +60,6 @@ def sampled(message: JointState) -> JointSample:
     return JointSample(
         stamp_of(message), tuple(message.name), tuple(message.position), tuple(message.velocity), tuple(message.effort)
     )
-
-
-@cache
-def _names(names: tuple[str, ...]) -> bytes:
-    """Return the frame and the sequence of names, aligned for the number that follows."""
-    return _word(BASE_FRAME) + struct.pack("<I", len(names)) + b"".join(map(_word, names))
-
-
-def _word(text: str) -> bytes:
-    word = text.encode() + b"\0"
-    return struct.pack("<I", len(word)) + word + b"\0" * (-len(word) % 4)
-
-
-@cache
-def _layout(names: tuple[str, ...], *lengths: int) -> struct.Struct:
-    """Return the layout of a JointState in CDR with fields of these lengths; doubles are aligned to 8 bytes."""
-    place = 8 + len(_names(names))
-    layout = f"<4siI{len(_names(names))}s"
-    for length in lengths:
-        place += 4
-        padding = -place % 8 if length else 0
-        layout += f"I{padding}x{length}d"
-        place += padding + 8 * length
-    return struct.Struct(layout)
 
 
 def read_fields(
@@ -165,28 +75,4 @@ def read_fields(
     """
     if isinstance(message, JointSample):
         return message.read(names, fields, allow_nan)
-    return _fields(message, names, fields, allow_nan)
-
-
-def _fields(
-    message: JointMessage, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool
-) -> tuple[tuple[float, ...], ...]:
-    given = tuple(message.name)
-    if given != names and sorted(given) != sorted(names):
-        raise MessageError(f"names {list(given)}, expected {list(names)}")
-    return tuple(_field(message, field, given, names, allow_nan) for field in fields)
-
-
-def _field(
-    message: JointMessage, field: str, given: tuple[str, ...], names: tuple[str, ...], allow_nan: bool
-) -> tuple[float, ...]:
-    values = tuple(getattr(message, field))
-    if len(values) != len(names):
-        raise MessageError(f"{field} has {len(values)} values, expected {len(names)}")
-    if given != names:
-        values = tuple(values[given.index(name)] for name in names)
-    for number, value in enumerate(values):
-        if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
-            name = names[number]
-            raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
-    return values
+    return checked_fields(message, names, fields, allow_nan)

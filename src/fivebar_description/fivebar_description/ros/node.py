@@ -18,7 +18,8 @@ from rclpy.timer import Timer
 from std_msgs.msg import String
 
 from fivebar_description.interface import DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
-from fivebar_description.ros.messages import JointMessage, JointSample, message_class
+from fivebar_description.joint_sample import JointSample
+from fivebar_description.ros.messages import JointMessage, message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
@@ -38,6 +39,9 @@ while it gets no processor time; acknowledged messages are not kept."""
 
 DELIVERY_TIME = 1.0
 """Longest time (s) that a node waits at shutdown until its last messages are acknowledged."""
+
+LAST_DELIVERY_TIME = 10.0
+"""The same for a node that ends a run by itself: a recorder may be behind, and none of the run's nodes has died."""
 
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
@@ -124,7 +128,7 @@ class GraphNode(Node):
 
         A publisher that ends discards the rest, and a subscriber whose process was killed never acknowledges.
         """
-        end = time.monotonic() + DELIVERY_TIME
+        end = time.monotonic() + (LAST_DELIVERY_TIME if self.exit_status == 0 else DELIVERY_TIME)
         for publisher in self._outputs:
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, end - time.monotonic())))
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_description.interface import Topic
-from fivebar_description.ros.messages import JointMessage, MessageError, read_fields, stamp_of
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import CAPACITY, Arrival, StampJoin
 

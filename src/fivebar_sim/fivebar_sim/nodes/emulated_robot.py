@@ -23,14 +23,9 @@ from fivebar_description.interface import (
     RUN_READY,
     TORQUE_COMMAND,
 )
+from fivebar_description.joint_sample import MessageError, joint_sample
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
-from fivebar_description.ros.messages import (
-    JointMessage,
-    MessageError,
-    joint_sample,
-    read_fields,
-    stamp_of,
-)
+from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node

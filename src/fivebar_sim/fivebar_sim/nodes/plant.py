@@ -31,17 +31,10 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     VISION_PLATFORM,
 )
+from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
 from fivebar_description.parameters import load_robot
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
-from fivebar_description.ros.messages import (
-    JointMessage,
-    JointSample,
-    MessageError,
-    joint_sample,
-    read_fields,
-    stamp_of,
-    to_stamp,
-)
+from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper

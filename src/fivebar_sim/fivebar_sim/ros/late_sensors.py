@@ -8,8 +8,9 @@ from sensor_msgs.msg import Imu
 
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import IMU_DATA, IMU_FRAME, PASSIVE_STATES, late_stamp_ns
+from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.passive_encoder import PassiveEncoder
-from fivebar_description.ros.messages import JointSample, joint_sample, to_stamp
+from fivebar_description.ros.messages import to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading

@@ -56,6 +56,7 @@ def test_a_wrong_clock_is_a_fault_and_not_a_silent_pull(offset: float) -> None:
     imu = {**GYRO, "clock_offset": offset}
     run, _ = crossed({}, imu=imu, ekf={"gyro": True}, tolerances={"length": 5e-5})
     assert run.faults[0].startswith("estimate_inconsistent")
+    assert "the gyroscope differs" in run.faults[0]
     assert "its clock" in run.faults[0]
 
 

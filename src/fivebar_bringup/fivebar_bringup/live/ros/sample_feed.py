@@ -22,8 +22,9 @@ from fivebar_description.interface import (
     SUPERVISOR_NAMES,
     SUPERVISOR_STATE,
 )
+from fivebar_description.joint_sample import MessageError
 from fivebar_description.parameters import FiveBar
-from fivebar_description.ros.messages import MessageError, read_fields
+from fivebar_description.ros.messages import read_fields
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import best_effort, qos_profile
 from fivebar_description.run_plan import read_epoch

@@ -11,7 +11,8 @@ import numpy as np
 from rosbags.typesys.stores import ros2_jazzy as ros
 
 from fivebar_bringup.runs.bag.definitions import TYPESTORE
-from fivebar_description.interface import BASE_FRAME, NANOSECONDS
+from fivebar_description.interface import NANOSECONDS
+from fivebar_description.joint_sample import joint_sample
 
 
 def joint_state(
@@ -20,17 +21,9 @@ def joint_state(
     position: Sequence[float] = (),
     velocity: Sequence[float] = (),
     effort: Sequence[float] = (),
-    frame: str = BASE_FRAME,
 ) -> bytes:
-    """Return a sensor_msgs/JointState; each field has one value per name, or none."""
-    message = ros.sensor_msgs__msg__JointState(
-        header=_header(stamp_ns, frame),
-        name=list(names),
-        position=np.array(position, dtype=np.float64),
-        velocity=np.array(velocity, dtype=np.float64),
-        effort=np.array(effort, dtype=np.float64),
-    )
-    return _cdr(message, ros.sensor_msgs__msg__JointState.__msgtype__)
+    """Return a sensor_msgs/JointState, as nodes publish it; each field has one value per name, or none."""
+    return joint_sample(stamp_ns, names, position, velocity, effort).cdr()
 
 
 def imu(

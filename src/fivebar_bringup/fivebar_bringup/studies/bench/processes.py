@@ -8,17 +8,22 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.runs.launcher import run_graph
+from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import FAULTS, JOINT_STATES
@@ -41,6 +46,7 @@ class GraphSpeed(NamedTuple):
         cpu_ms: processor time of each process per cycle (ms), DDS included.
         faults: what went wrong.
         periods_ms: times from one recorded sample to the next (ms).
+        summary: of the run's report.
     """
 
     cycle_p50_ms: float
@@ -51,10 +57,20 @@ class GraphSpeed(NamedTuple):
     cpu_ms: dict[str, float]
     faults: list[str]
     periods_ms: list[float]
+    summary: Summary | None = None
 
 
-def graph_speed(scenario: Scenario, mode: Mode) -> GraphSpeed:
-    """Run a scenario with the node graph, as `fivebar run` does, and measure it."""
+def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False) -> GraphSpeed:
+    """Run a scenario with the node graph, as `fivebar run` does, and measure it.
+
+    Args:
+        scenario: what to run.
+        mode: in lockstep or in real time.
+        rehearsed: over the bridge and emulated drives, which is always in real time.
+
+    Raises:
+        BagError: the run left no bag with samples.
+    """
     looks: list[tuple[int, dict[str, float]]] = []
     pids: Mapping[str, int] = {}
 
@@ -68,23 +84,35 @@ def graph_speed(scenario: Scenario, mode: Mode) -> GraphSpeed:
 
     with tempfile.TemporaryDirectory() as folder, private_domain() as domain:
         run = new_run_directory(Path(folder), scenario)
-        nodes = crossing_graph(scenario, mode, run.bag)
+        compile_for(scenario, mode)
+        rehearsal = Rehearsal(write_drive_files(scenario, run.path), ()) if rehearsed else None
+        nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
         specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
-        outcome = run_graph(specs, run, domain, look, started)
+        outcome = run_graph(specs, run, domain, look, started, mode)
+        write_outcome(run, mode, outcome)
+        summary = write_report(run, with_page=False)
         bag = read_bag(run.bag)
         times = np.diff(bag.log_times(JOINT_STATES)) / 1e6
         faults = [*outcome.faults, *(bag.texts(FAULTS) if bag.count(FAULTS) else ())]
-    (first, before), (last, after) = looks[0], looks[-1]
     return GraphSpeed(
         float(np.percentile(times, 50)),
         float(np.percentile(times, 99)),
         1e3 / scenario.rate_hz / float(np.mean(times)),
         outcome.overruns,
         outcome.latency_ms,
-        {name: (after[name] - before[name]) / (last - first) * 1e3 for name in pids},
+        _cpu_per_cycle(looks),
         faults,
         times.tolist(),
+        summary,
     )
+
+
+def _cpu_per_cycle(looks: Sequence[tuple[int, dict[str, float]]]) -> dict[str, float]:
+    """Return the processor time (ms) of each process per cycle between two looks; none of a run that was too short."""
+    if len(looks) < 2 or looks[-1][0] == looks[0][0]:
+        return {}
+    (first, before), (last, after) = looks[0], looks[-1]
+    return {name: (after[name] - before[name]) / (last - first) * 1e3 for name in before}
 
 
 def bare_chain_p50_ms(rounds: int = 2000) -> float:

@@ -1,0 +1,143 @@
+"""`python -m fivebar_bringup.studies.bench.series [RUNS] [NAME ...]`: repeated runs in real time, as a table."""
+
+from __future__ import annotations
+
+import statistics
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.runs.bag.recording import BagError
+from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY
+from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.studies.bench.histogram import histogram
+from fivebar_bringup.studies.bench.processes import GraphSpeed, graph_speed, stamp
+from fivebar_bringup.studies.bench.stalls import bare_loop
+
+RUNS = 20
+"""Runs of each kind, by default."""
+
+LOOP_SECONDS = 10.0
+"""How long a bare loop is measured beside each kind."""
+
+
+class Kind(NamedTuple):
+    """A kind of run: its name, scenario, rate (Hz), and whether it goes over the bridge and emulated drives."""
+
+    name: str
+    scenario: str
+    rate_hz: int
+    rehearsed: bool = False
+
+
+KINDS = (
+    Kind("middle", "middle", 500),
+    Kind("encoders", "middle_encoders", 500),
+    Kind("kilohertz", "middle", 1000),
+    Kind("rehearsal", "middle_robot", 500, rehearsed=True),
+)
+
+
+class Series(NamedTuple):
+    """The runs of one kind, and how many left no bag."""
+
+    runs: tuple[GraphSpeed, ...]
+    without_bag: int
+
+
+def run_series(kind: Kind, runs: int) -> Series:
+    """Run a kind so many times, one after the other."""
+    scenario = load_scenario(kind.scenario).model_copy(update={"rate_hz": kind.rate_hz})
+    found = []
+    for _ in range(runs):
+        try:
+            found.append(graph_speed(scenario, Mode.REALTIME, kind.rehearsed))
+        except BagError:
+            continue
+    return Series(tuple(found), runs - len(found))
+
+
+def series_row(series: Series) -> tuple[str, ...]:
+    """Return what a series came to, as cells of `COLUMNS`."""
+    summaries = [run.summary for run in series.runs if run.summary is not None]
+    completed = sum(summary.completed for summary in summaries)
+    errors = [summary.tracking_error_peak_m for summary in summaries if summary.tracking_error_peak_m is not None]
+    late = [summary.overruns or 0 for summary in summaries]
+    missing = [summary.missing_samples for summary in summaries]
+    cpu = [run.cpu_ms[CONTROLLERS] for run in series.runs if CONTROLLERS in run.cpu_ms]
+    latencies = [run.latency_ms for run in series.runs if run.latency_ms is not None]
+    faults = Counter(fault.partition(":")[0] for run in series.runs for fault in run.faults[:1])
+    if series.without_bag:
+        faults["no bag"] = series.without_bag
+    return (
+        f"{completed} of {len(series.runs) + series.without_bag}",
+        f"{max(errors) * 1e3:.2f} mm" if errors else "",
+        _spread(late),
+        _spread(missing),
+        _median(cpu),
+        _median([latency["p50"] for latency in latencies]),
+        _median([latency["p99"] for latency in latencies]),
+        ", ".join(f"{name} {count}" for name, count in faults.most_common()) or "none",
+    )
+
+
+COLUMNS = (
+    "completed",
+    "largest error",
+    "late samples, median and most",
+    "missing",
+    "chain, ms per cycle",
+    "sample to torque, ms",
+    "its p99, ms",
+    "first faults",
+)
+"""Times are medians over the runs: of the processor time of the control chain, and of the runs' medians and p99."""
+
+
+def _spread(counts: Sequence[int]) -> str:
+    return f"{statistics.median(counts):g}, {max(counts)}" if counts else ""
+
+
+def _median(values: Sequence[float]) -> str:
+    return f"{statistics.median(values):.2f}" if values else ""
+
+
+def chosen(words: Sequence[str]) -> tuple[int, tuple[Kind, ...]]:
+    """Return number of runs and kinds from the words of the command line, by default `RUNS` and all.
+
+    Raises:
+        SystemExit: a word is neither a number nor the name of a kind.
+    """
+    names = {kind.name: kind for kind in KINDS}
+    numbers = [word for word in words if word.isdigit()]
+    unknown = [word for word in words if not word.isdigit() and word not in names]
+    if unknown or len(numbers) > 1 or "0" in numbers:
+        raise SystemExit(f"expected a number of runs and some of {', '.join(names)}")
+    kinds = tuple(names[word] for word in words if word in names)
+    return int(numbers[0]) if numbers else RUNS, kinds or KINDS
+
+
+def main() -> None:
+    """Measure and print, each kind as soon as its runs have ended."""
+    console = Console()
+    runs, kinds = chosen(sys.argv[1:])
+    table = Table("kind", "Hz", *COLUMNS, title=f"Real time, {stamp()}")
+    for kind in kinds:
+        with console.status(f"{kind.name}: {runs} runs"):
+            series = run_series(kind, runs)
+            loop = bare_loop(kind.rate_hz, round(LOOP_SECONDS * kind.rate_hz), DEFAULT_PRIORITY)
+        row = series_row(series)
+        console.print(f"{kind.name}: completed {row[0]}")
+        table.add_row(kind.name, str(kind.rate_hz), *row)
+        periods = {kind.name: [time for run in series.runs for time in run.periods_ms], loop.name: loop.periods_ms}
+        console.print(histogram(f"{kind.name}: from one sample to the next", 1e3 / kind.rate_hz, periods))
+    console.print(table)
+
+
+if __name__ == "__main__":
+    main()
