@@ -77,6 +77,13 @@ def led(
     return CalibrationRecord(times, angles, np.zeros_like(angles), times, np.array(rates), acceleration)
 
 
+def places(
+    path: tuple[tuple[float, float], ...] = PATH, seconds: float = 0.6, rate_hz: int = 500
+) -> list[tuple[float, float]]:
+    """The platform (m) at the times of the same motion."""
+    return [_at(path, seconds, k / rate_hz)[0] for k in range(round((len(path) - 1) * seconds * rate_hz) + 1)]
+
+
 def passive_angles(
     robot: FiveBar, leg: int, path: tuple[tuple[float, float], ...] = PATH, seconds: float = 0.6, rate_hz: int = 500
 ) -> FloatArray:

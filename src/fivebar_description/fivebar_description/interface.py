@@ -124,6 +124,8 @@ CAMERA_INFO = Topic("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(dept
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
 SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", STATE_QOS)
 DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", STATE_QOS)
+ESTIMATE_STATE = Topic("estimate/state", "std_msgs/msg/String", STATE_QOS)
+"""With a camera, whether the estimator knows where the robot is: `ALL_WELL` or its fault. The blender follows it."""
 RUN_STATUS = Topic("run/status", "std_msgs/msg/String", STATE_QOS)
 RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
 RUN_PLAN = Topic("run/plan", "std_msgs/msg/String", STATE_QOS)

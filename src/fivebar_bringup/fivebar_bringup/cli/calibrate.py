@@ -25,12 +25,18 @@ def calibrate(
     ] = None,
     touched: Annotated[
         Path | None,
-        typer.Option("--touched", help="File (.yaml) of measured places of the platform; only they show the scale."),
+        typer.Option("--touched", help="File (.yaml) of measured places of the platform, which show the scale."),
     ] = None,
     encoders_only: Annotated[
         bool,
         typer.Option("--encoders-only", help="Use no gyroscope: the elbow gap from the motors' turning points alone."),
     ] = False,
+    camera: Annotated[
+        bool,
+        typer.Option(
+            "--camera/--no-camera", help="Use the platform by the camera, where the bag has it; it shows the scale."
+        ),
+    ] = True,
     drives: Annotated[
         str | None,
         typer.Option("--drives", help="Configuration of the drives, to be written with the corrected encoder zeros."),
@@ -49,7 +55,7 @@ def calibrate(
     Example: `fivebar calibrate runs/moved`, of a run made by `fivebar simulate calibration --out runs/moved`
     """
     with input_errors(), ending_on_sigterm():
-        result = calibrate_bag(bag, robot, touched, encoders_only)
+        result = calibrate_bag(bag, robot, touched, encoders_only, camera)
         directory = write_calibration(result, out, drives)
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))

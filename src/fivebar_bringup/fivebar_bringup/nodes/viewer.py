@@ -30,7 +30,7 @@ GENERATOR = "trajectory_generator"
 """The node whose parameters say which robot moves, and how requests are judged."""
 
 STOPS = ("blender/emergency_stop", "dextar_bridge/emergency_stop", "motkin_bridge/emergency_stop")
-RESETS = ("dextar_bridge/reset", "motkin_bridge/reset", "plant/reset", "blender/reset")
+RESETS = ("dextar_bridge/reset", "motkin_bridge/reset", "plant/reset", "state_estimator/reset", "blender/reset")
 """Services for the two buttons, in the order in which they are called; those that a graph lacks are left out."""
 
 COMMAND_PERIOD = 0.02

@@ -49,6 +49,7 @@ from fivebar_description.interface import (
     DRIVES_STATE,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
+    ESTIMATE_STATE,
     ESTIMATION_TOPICS,
     FAULTS,
     GOAL,
@@ -431,6 +432,10 @@ def _passive_states(scenario: Scenario) -> tuple[Topic, ...]:
     return (PASSIVE_STATES,) if scenario.passive.leg else ()
 
 
+def _estimate_state(scenario: Scenario) -> tuple[Topic, ...]:
+    return (ESTIMATE_STATE,) if scenario.sees else ()
+
+
 def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
     """Return whether the state estimator of a run is compiled: where time presses."""
     return scenario.estimated and mode is Mode.REALTIME and scenario.rate_hz >= COMPILED_FROM_HZ
@@ -471,7 +476,7 @@ def _estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
             RUN_PLAN,
             RUN_EPOCH,
         ),
-        (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS),
+        (JOINT_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE, FAULTS, *_estimate_state(scenario)),
         in_chain=True,
     )
 
@@ -496,11 +501,12 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
                     state_deadline_ms=0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
                     # the plant ends with the motion, drives do not
                     last_sample=0 if endless else scenario.plan().path.samples(scenario.rate_hz),
+                    estimate_recovers=scenario.sees,
                 )
             ),
             **to_parameters(scenario.safety_settings(), without=NOT_OF_THE_GUARD),
         },
-        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE, RUN_PLAN, RUN_EPOCH),
+        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE, *_estimate_state(scenario), RUN_PLAN, RUN_EPOCH),
         (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
         in_chain=True,
     )

@@ -1,4 +1,4 @@
-"""Calibration of the geometry by least squares over encoders, gyroscope and touched points.
+"""Calibration of the geometry by least squares over encoders, gyroscope, touched points and a camera's positions.
 
 With two motors and two degrees of freedom the motors' encoders alone fit any geometry, but on the Type 2 locus. The
 gyroscope of the distal link adds its angle theta_2, up to where it starts: between two samples it turns by the integral
@@ -16,7 +16,7 @@ elsewhere: what cannot be seen stays as it was.
 from __future__ import annotations
 
 from fivebar_control.calibration.least_squares import ClosureProblem
-from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint, turning
+from fivebar_control.calibration.record import NOT_SEEN, CalibrationRecord, SeenPositions, TouchedPoint, turning
 from fivebar_control.calibration.result import Calibration
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
@@ -29,6 +29,7 @@ def calibrate(
     record: CalibrationRecord,
     imu: ImuSettings | None = None,
     touched: tuple[TouchedPoint, ...] = (),
+    seen: SeenPositions = NOT_SEEN,
 ) -> Calibration:
     """Return the geometry that explains a recording.
 
@@ -38,12 +39,13 @@ def calibrate(
         record: readings of a motion through the Type 2 locus.
         imu: rough mounting of the IMU.
         touched: measured places of the platform.
+        seen: the platform by a camera during the motion.
 
     Raises:
         NotCalibratable: the recording is too short, does not cross the locus, or is that of another robot.
     """
     turned = turning(record, (imu or ImuSettings()).rotation()[2])
-    problem = ClosureProblem(robot, tolerances, record, turned, touched)
+    problem = ClosureProblem(robot, tolerances, record, turned, touched, seen)
     fit = min((problem.fitted(*start) for start in problem.starts()), key=lambda one: one.cost)
     # weighed against what was known before by what the residuals turn out to be
     problem.colour = problem.found_colour(fit)

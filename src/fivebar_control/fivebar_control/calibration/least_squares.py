@@ -14,7 +14,6 @@ from fivebar_control.calibration.parameters import (
     BIAS,
     COMPLIANCE,
     DELAY,
-    PARAMETERS,
     PLAY,
     SCALE,
     deviations_before,
@@ -24,12 +23,14 @@ from fivebar_control.calibration.record import (
     Angles,
     CalibrationRecord,
     NotCalibratable,
+    SeenPositions,
     TouchedPoint,
     Turned,
     Turning,
     angles,
 )
 from fivebar_control.calibration.result import Calibration, LocusPassage, covariance_of
+from fivebar_control.calibration.seen import SeenRows
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances
 
@@ -78,7 +79,10 @@ class ClosureFit(NamedTuple):
 
 
 class ClosureProblem:
-    """The least squares: values, [15], and states, the angles theta_2 of the samples and of the touched points."""
+    """The least squares: values, [15], with a camera [19], and the states.
+
+    These are the angles theta_2 of the samples and of the touched points.
+    """
 
     def __init__(
         self,
@@ -87,6 +91,7 @@ class ClosureProblem:
         record: CalibrationRecord,
         turned: Turning,
         touched: tuple[TouchedPoint, ...],
+        seen: SeenPositions,
     ) -> None:
         covered = (record.times >= record.imu_times[0]) & (record.times <= record.imu_times[-1])
         self._times = record.times[covered]
@@ -97,8 +102,9 @@ class ClosureProblem:
             )
         read = angles(record._replace(times=self._times, motors=record.motors[covered]))
         self._turning = turned
-        self._start = values_before(robot)
-        self._before = deviations_before(tolerances)
+        self._seen = SeenRows(seen, self._times)
+        self._start = values_before(robot, len(self._seen) > 0)
+        self._before = deviations_before(tolerances, len(self._seen) > 0)
         self._gyro = Turned(record.imu_times, turned)
         self._samples = len(self._times)
         places = np.array([(one.q11, one.q21) for one in touched]).reshape(-1, 2)
@@ -190,15 +196,19 @@ class ClosureProblem:
             states[number] = pairs[number][errors.index(min(errors))]
         return states
 
+    def _links(self, values: FloatArray) -> FloatArray:
+        """Return [n, 2], the angles of the proximal links (rad), zeros included."""
+        links: FloatArray = self._read.values - self._ahead * values[PLAY] - self._torques * values[COMPLIANCE]
+        return links
+
     def _closure(self, values: FloatArray, states: FloatArray) -> tuple[Closure, FloatArray]:
-        links = self._read.values - self._ahead * values[PLAY] - self._torques * values[COMPLIANCE]
-        closed = closure(values[: len(GEOMETRY)], links, states)
+        closed = closure(values[: len(GEOMETRY)], self._links(values), states)
         return closed, np.sqrt(np.sum(closed.by_motors**2 * self._read.variances, axis=1))
 
     def _rows(self, values: FloatArray, states: FloatArray) -> Rows:
         closed, deviation = self._closure(values, states)
         count, chained = self._states, self._samples - 1
-        by = np.zeros((count, len(PARAMETERS)))
+        by = np.zeros((count, len(values)))
         by[:, : len(GEOMETRY)] = closed.by_geometry
         by[:, PLAY] = -closed.by_motors * self._ahead
         by[:, COMPLIANCE] = -closed.by_motors * self._torques
@@ -215,7 +225,7 @@ class ClosureProblem:
         sensitivity = 1.0 + values[SCALE]
         turned = np.diff(states[: self._samples])
         lasting = np.diff(self._times)
-        by = np.zeros((chained, len(PARAMETERS)))
+        by = np.zeros((chained, len(values)))
         by[:, BIAS] = lasting
         by[:, SCALE] = turned
         by[:, DELAY] = -self._gyro.change(self._times, values[DELAY])
@@ -231,6 +241,8 @@ class ClosureProblem:
         )
         if self._touched:
             parts += self._touched_rows(values, states, closed)
+        if len(self._seen):
+            parts += self._seen.rows(values, states, self._links(values), self._ahead, self._torques, closed)
         residual, by_parameters, by_state, by_next, number = (
             np.concatenate(columns) for columns in zip(*parts, strict=True)
         )
@@ -252,7 +264,7 @@ class ClosureProblem:
                 (np.sin(q_21), np.cos(q_21), np.sin(theta), np.cos(theta)),
             )
         ):
-            by = np.zeros((len(number), len(PARAMETERS)))
+            by = np.zeros((len(number), len(values)))
             by[:, 2], by[:, 3] = r_2, u_2
             by[:, 5] = 1.0 if axis == 0 else 0.0
             by[:, 7] = -geometry[2] * across
@@ -330,6 +342,7 @@ class ClosureProblem:
             colour=self.colour,
             turning=self._turning,
             resolution=self._read.resolution,
+            seen=len(self._seen),
         )
 
     def _colour(self, rows: Rows, step: Reduced) -> float:

@@ -19,30 +19,45 @@ SENSOR = ("gyro_bias", "gyro_scale", "imu_delay")
 DRIVE = ("play_1", "play_2", "compliance_1", "compliance_2")
 """By how much a motor is ahead of its link: half of the play (rad), and rad per Nm of torque."""
 
+CAMERA = ("camera_x", "camera_y", "camera_turn", "camera_delay")
+"""Where origin and axes of the camera's positions are in the robot's frame (m, rad), and the delay of its stamps (s).
+
+Their scale is taken for right: it is the one that the calibration gets from them."""
+
 PARAMETERS = (*GEOMETRY, *SENSOR, *DRIVE)
-"""What is calibrated."""
+"""What is calibrated; with a camera's positions `CAMERA` besides."""
 
 BIAS, SCALE, DELAY = range(len(GEOMETRY), len(GEOMETRY) + len(SENSOR))
 PLAY = slice(DELAY + 1, DELAY + 3)
 COMPLIANCE = slice(DELAY + 3, DELAY + 5)
 
+SHIFT_X, SHIFT_Y, TURN, STAMPED = range(len(PARAMETERS), len(PARAMETERS) + len(CAMERA))
+
 BIAS_BOUND, DELAY_BOUND, PLAY_BOUND, COMPLIANCE_BOUND = 0.2, 0.02, 1e-3, 1e-3
 """Standard deviations of the gyroscope's bias (rad/s) and delay (s), and of play (rad) and compliance (rad/Nm), before
 the calibration."""
+
+SHIFT_BOUND, TURN_BOUND, STAMP_BOUND = 1e-3, 5e-3, 5e-3
+"""Standard deviations of the camera's origin (m), axes (rad) and delay (s) before the calibration."""
 
 HELD = 1e-9
 """Standard deviation of a parameter whose tolerance is 0 (m, rad)."""
 
 
-def values_before(robot: FiveBar) -> FloatArray:
-    """Return all parameters, [15], before a calibration: the geometry of the robot, and nothing besides."""
-    return np.concatenate((geometry_of(robot), np.zeros(len(SENSOR) + len(DRIVE))))
+def values_before(robot: FiveBar, camera: bool = False) -> FloatArray:
+    """Return all parameters, [15], before a calibration: the geometry of the robot, and nothing besides.
+
+    With a camera [19].
+    """
+    others = len(SENSOR) + len(DRIVE) + (len(CAMERA) if camera else 0)
+    return np.concatenate((geometry_of(robot), np.zeros(others)))
 
 
-def deviations_before(tolerances: Tolerances) -> FloatArray:
-    """Return standard deviations of all parameters, [15], before a calibration."""
+def deviations_before(tolerances: Tolerances, camera: bool = False) -> FloatArray:
+    """Return standard deviations of all parameters, [15] or, with a camera, [19], before a calibration."""
     third = math.sqrt(3.0)
     length, base, zero = (max(one / third, HELD) for one in tolerances[:3])
     scale = max(tolerances.gyro_scale / third, HELD)
     drive = [PLAY_BOUND] * 2 + [COMPLIANCE_BOUND] * 2
-    return np.array([length] * 4 + [base] * 2 + [zero] * 2 + [BIAS_BOUND, scale, DELAY_BOUND, *drive])
+    seen = [SHIFT_BOUND, SHIFT_BOUND, TURN_BOUND, STAMP_BOUND] if camera else []
+    return np.array([length] * 4 + [base] * 2 + [zero] * 2 + [BIAS_BOUND, scale, DELAY_BOUND, *drive, *seen])

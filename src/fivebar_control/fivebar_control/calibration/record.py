@@ -64,6 +64,23 @@ class TouchedPoint(NamedTuple):
     deviation: float
 
 
+class SeenPositions(NamedTuple):
+    """The platform by a camera during the motion.
+
+    Attributes:
+        times: [m], stamps of the exposures (s).
+        positions: [m, 2], x and y in the frame of the camera's marks (m), NaN where it was not seen.
+        deviations: [m], their standard deviations (m).
+    """
+
+    times: FloatArray
+    positions: FloatArray
+    deviations: FloatArray
+
+
+NOT_SEEN = SeenPositions(np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+
+
 class Turning(NamedTuple):
     """The gyroscope's readings about the axis of the distal link.
 

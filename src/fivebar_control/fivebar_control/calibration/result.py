@@ -27,7 +27,7 @@ class Calibration(NamedTuple):
     """A calibrated geometry.
 
     Attributes:
-        start: [15], parameters before, in the order of `PARAMETERS`.
+        start: [15], parameters before, in the order of `PARAMETERS`; with a camera [19], as are the others.
         values: [15], and after.
         covariance: [15, 15], with what was known before.
         before: [15], standard deviations before.
@@ -44,6 +44,7 @@ class Calibration(NamedTuple):
         colour: factor by which correlated residuals widen the variances.
         turning: readings of the gyroscope, None without one.
         resolution: of the encoders (rad).
+        seen: number of a camera's positions that were used.
     """
 
     start: FloatArray
@@ -62,6 +63,7 @@ class Calibration(NamedTuple):
     colour: float
     turning: Turning | None
     resolution: float
+    seen: int = 0
 
     @property
     def half_widths(self) -> FloatArray:

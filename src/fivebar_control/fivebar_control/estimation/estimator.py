@@ -130,6 +130,17 @@ class StateEstimator:
         """Of the last sample: mean squares of the innovations in units of their variances, NaN without a reading."""
         self._last = 0
 
+    def begin_at(self, homing: Homing) -> None:
+        """Begin again with the next sample, at rest in another posture than declared; a latched fault is cleared.
+
+        Raises:
+            HomingContradicted: the posture contradicts itself.
+        """
+        check_declared(self._robot, homing)
+        self._homing, self._seen_start = homing, False
+        self._memory = self._answer = self.fault = None
+        self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
+
     def warm_up(self) -> None:
         """Work out a sample that does not count, so that machine code is loaded, or made, before the first one does."""
         q11, q21 = inverse_geometry(self._robot, self._homing.mode1, self._homing.mode2, *self._homing[:2])[::2]

@@ -24,6 +24,7 @@ from fivebar_description.interface import (
     ALL_WELL,
     CONTROL_QOS,
     DRIVES_STATE,
+    ESTIMATE_STATE,
     FAULTS,
     JOINT_STATES,
     JOINTS,
@@ -74,7 +75,7 @@ class Blender(SamplingNode):
         shortest = min(deadline for deadline in deadlines if deadline)
         self._deadline_clock = PauseCompensatedClock(time.monotonic, shortest / MIN_CHECKS_PER_DEADLINE)
         self._watchdog = Watchdog(deadlines[0], deadlines[1] or math.inf, settings.last_sample or None)
-        self._drives_state = ALL_WELL
+        self._drives_state = self._estimate_state = ALL_WELL
         self._first = 0
         self._reply: JointSample | None = None
         self._requested = self.advertise(TORQUE_REQUESTED)
@@ -96,6 +97,9 @@ class Blender(SamplingNode):
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         # not awaited: drives that publish no state hold no fault
         self.create_subscription(String, DRIVES_STATE.name, self._on_drives_state, qos_profile(DRIVES_STATE.qos))
+        if settings.estimate_recovers:
+            qos = qos_profile(ESTIMATE_STATE.qos)
+            self.create_subscription(String, ESTIMATE_STATE.name, self._on_estimate_state, qos)
         self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)
         self._publish_state()
 
@@ -179,6 +183,11 @@ class Blender(SamplingNode):
             self._guard.stop_braking()
         # drives that were off have sent nothing: the deadline of their next sample starts now
         self._watchdog.rearm(self._deadline_clock.read())
+
+    def _on_estimate_state(self, message: String) -> None:
+        before, self._estimate_state = self._estimate_state, message.data
+        if before != ALL_WELL and message.data == ALL_WELL:
+            self._guard.find_again()
 
     def _check_deadlines(self) -> None:
         """Stop the robot where candidates or the next joint states are overdue."""

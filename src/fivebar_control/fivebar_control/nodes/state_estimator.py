@@ -1,5 +1,7 @@
 """Estimates all four joints from the two motors: answers `motor_states` with `joint_states` of the same stamp.
 
+With a camera, `~/reset` begins again where the robot rests, whatever has been lost.
+
 Readings of a gyroscope (`imu/data`) and of an encoder on a passive joint (`passive_states`) are put in at the time of
 their stamps, however late they come.
 """
@@ -12,20 +14,25 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import Imu
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, PositionFix, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
+from fivebar_control.estimation.resting import MotorReading, Resting
 from fivebar_control.estimation.step import Drives, history_samples
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
 from fivebar_control.vision.reading import PlatformReading, used
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    ALL_WELL,
     CAMERA_FRAME,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
     ESTIMATE_NAMES,
+    ESTIMATE_STATE,
     FAULTS,
     IMU_DATA,
     IMU_FRAME,
@@ -147,7 +154,12 @@ class StateEstimatorNode(SamplingNode):
         if passive.leg:
             self._sensors.add(self._joint)
             self.listen(PASSIVE_STATES, self._on_passive)
+        self._mode, self._count = (mode1, mode2), count_angle(drives.encoder_counts or 0)
+        self._resting = self._no_rest()
+        self._state = self.advertise(ESTIMATE_STATE) if self._sees else None
+        self._tell(ALL_WELL)
         if self._sees:
+            self.create_service(Trigger, "~/reset", self._on_reset)
             self._sensors.add(CAMERA_FRAME)
             self.listen(VISION_PLATFORM, self._on_seen)
         if settings.awaits_readings:
@@ -163,6 +175,8 @@ class StateEstimatorNode(SamplingNode):
     def restart(self) -> None:
         """Start again from the homing posture; a latched fault is cleared."""
         self._estimator = StateEstimator(*self._arguments)
+        self._resting = self._no_rest()
+        self._tell(ALL_WELL)
         self._waiting = None
         self._late.clear()
         self._replied = -1
@@ -213,7 +227,9 @@ class StateEstimatorNode(SamplingNode):
         except MessageError as error:
             self.drop(VISION_PLATFORM, str(error))
             return
-        self._keep(VISION_PLATFORM, CAMERA_FRAME, message, used(PlatformReading(*values)))
+        reading = used(PlatformReading(*values))
+        self._resting.see(PositionFix(self._run.moment(stamp_of(message)), *reading))
+        self._keep(VISION_PLATFORM, CAMERA_FRAME, message, reading)
 
     def _keep(self, topic: Topic, sensor: str, message: Imu | JointMessage, value: Any) -> None:
         """Keep a late sensor's reading until a sample takes it."""
@@ -268,6 +284,7 @@ class StateEstimatorNode(SamplingNode):
         # readings that no sample announces, as repeated ones, must not accumulate
         oldest = sample - self._longest_delay
         self._late = {one: value for one, value in self._late.items() if self._made(one) >= oldest}
+        self._resting.read(MotorReading(sample, *readings[:2]))
         known = self._estimator.fault
         try:
             estimate = self._estimator.take(sample, *readings, rates, angles, seen)
@@ -295,7 +312,31 @@ class StateEstimatorNode(SamplingNode):
 
     def _announce(self, fault: str) -> None:
         self._faults.publish(String(data=fault))
+        self._tell(fault)
         self.get_logger().error(fault)
+
+    def _tell(self, state: str) -> None:
+        if self._state is not None:
+            self._state.publish(String(data=state))
+
+    def _no_rest(self) -> Resting:
+        return Resting(self._arguments[0], self._mode, self._arguments[2], self._count)
+
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Begin again where the robot rests, with the next sample."""
+        try:
+            posture = self._resting.posture()
+            self._estimator.begin_at(posture)
+        except HomingContradicted as error:
+            response.success, response.message = False, f"not begun again: {error}"
+        else:
+            response.success = True
+            response.message = (
+                f"begins again at ({posture.x:.4f}, {posture.y:.4f}) m in assembly mode {posture.assembly:+d}"
+            )
+            self._tell(ALL_WELL)
+        self.get_logger().info(response.message)
+        return response
 
 
 def main() -> None:

@@ -71,7 +71,10 @@ class TrajectoryGenerator(SamplingNode):
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the next sample's reference."""
         ((position,),) = values
-        held = self._hold.kept
+        left = self._hold.left_at()
+        if left is not None:
+            self._queue.rest_at(sample + self._motion.lead_samples, *left)
+        held: Platform | None = None
         if self._hold.follows:
             place = state_from_joints(self._motion.robot, *position, *AT_REST)
             held = self._hold.reference(place.x, place.y)

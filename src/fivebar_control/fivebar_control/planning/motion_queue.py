@@ -146,13 +146,34 @@ class MotionQueue:
         self._before, self._motion = self._motion, ScheduledPath(path, sample)
         self._window = ()
 
+    def rest_at(self, sample: int, x: float, y: float) -> None:
+        """Rest at (x, y) m from a sample on, where a fault has left the robot; a request is withdrawn."""
+        self._requested = False
+        self._before = self._motion = ScheduledPath(Rest(x, y), sample)
+        self._window = ()
+
     def cancel(self) -> None:
         """Withdraw the request: its planning has failed."""
         self._requested = False
 
 
+class Rest(NamedTuple):
+    """A place (m) in the place of a path."""
+
+    x: float
+    y: float
+
+    def at(self, t: float) -> Platform:
+        """Return the reference at any time."""
+        return Platform(self.x, self.y, 0.0, 0.0, 0.0, 0.0)
+
+    def samples(self, rate_hz: int) -> int:
+        """Return that it takes no time."""
+        return 0
+
+
 class ScheduledPath(NamedTuple):
     """A path, and the sample at which it begins."""
 
-    path: Path
+    path: Path | Rest
     first: int

@@ -74,7 +74,7 @@ class GoalServer:
             if self._sample < 0:
                 raise GoalRefused("the run has not begun")
             if self._held:
-                raise GoalRefused("a fault holds the robot where it stands: begin a new run")
+                raise GoalRefused("a fault holds the robot where it stands: reset it first")
             self._planning.ask(self._queue.request(self._sample + NOTICE, goal))
         except GoalRefused as refusal:
             self._report("refused", list(message.position[:2]), reason=str(refusal))

@@ -203,6 +203,12 @@ class BlenderSettings(NamedTuple):
         ),
     ] = 0.0
     last_sample: LastSample = 0
+    estimate_recovers: Annotated[
+        bool,
+        Setting(
+            "Whether the estimator, which tells so on estimate/state, can begin again where a camera sees the robot."
+        ),
+    ] = False
 
 
 class EstimatorSettings(NamedTuple):

@@ -36,6 +36,10 @@ FINAL_FAULTS = (
 """Faults of other nodes that only a new run clears, since the robot's posture is no longer known or a node is lost."""
 
 
+ESTIMATE_FAULTS = ("estimate_ambiguous", "estimate_lost", "estimate_inconsistent")
+"""Those that an estimator clears which has found the robot again."""
+
+
 class Decision(NamedTuple):
     """The torques (Nm) of a sample: requested by the laws, None while a fault is latched, and commanded."""
 
@@ -98,6 +102,12 @@ class Guard:
         self._last_command = ZERO
         self._excess = 0
         self._braking = 0
+
+    def find_again(self) -> None:
+        """Let a reset clear a lost estimate: the estimator has begun again where the robot rests."""
+        if self._final is not None and self._final.name in ESTIMATE_FAULTS:
+            self._final = None
+            self._obstacle = "no sample has been complete since"
 
     def reset(self) -> str | None:
         """Clear the latched fault if its cause is gone; else keep it and return the reason."""

@@ -9,7 +9,8 @@ class Hold:
     """Follows the state of the safety stage, and gives the resting reference where it holds the robot.
 
     While the robot is stopped the reference is the measured place, so no tracking error builds up. With the
-    reset it is frozen: the torque starts from no error. It stays there, since the plan's moment has passed.
+    reset it is frozen: the torque starts from no error. It stays there, since the plan's moment has passed, until a
+    requested motion begins there.
     """
 
     def __init__(self) -> None:
@@ -38,6 +39,13 @@ class Hold:
     def kept(self) -> Platform | None:
         """The resting reference at the place that was measured last; None where the plan holds."""
         return None if self._place is None else Platform(*self._place, 0.0, 0.0, 0.0, 0.0)
+
+    def left_at(self) -> tuple[float, float] | None:
+        """Return where (m) a reset has left the robot, once; None where no fault held it."""
+        if self._stopped or self._place is None:
+            return None
+        place, self._place = self._place, None
+        return place
 
     def reference(self, x: float, y: float) -> Platform | None:
         """Return the resting reference for a platform that was measured at (x, y) m; None where the plan holds."""

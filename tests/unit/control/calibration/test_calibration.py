@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from led_robot import BIAS, PATH, led, passive_angles, with_errors
+from led_robot import BIAS, PATH, led, passive_angles, places, with_errors
 
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
 from fivebar_control.calibration.calibration import calibrate
@@ -13,7 +13,7 @@ from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import SCALE, SHIFT, unseen
 from fivebar_control.calibration.parameters import PARAMETERS
 from fivebar_control.calibration.passive import PassiveReadings, find_passive_zero
-from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable, TouchedPoint
+from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable, SeenPositions, TouchedPoint
 from fivebar_control.calibration.result import Calibration
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.imu import ImuSettings
@@ -24,6 +24,8 @@ TOLERANCES = Tolerances(length=3e-4, base=3e-4, zero=3.5e-3)
 HELD_BASES = TOLERANCES._replace(base=0.0)
 ERRORS = np.array([2.4e-4, -1.9e-4, -2.8e-4, 1.1e-4, 0.0, 0.0])
 ZEROS = (2.9e-3, -2.2e-3)
+CAMERA_AT = np.array([4e-4, -3e-4, 2e-3, 3e-3])
+"""The camera's frame in the robot's (m, rad), and the delay of its stamps (s)."""
 
 
 def errors_of(found: Calibration, robot: FiveBar, zeros: tuple[float, float]) -> np.ndarray:
@@ -84,6 +86,40 @@ def test_without_a_touched_point_scale_and_origin_are_not_seen_and_said_so(dexta
     found = calibrate(dextar, TOLERANCES, record, touched=touched)
     assert not unseen(found)
     assert np.abs(errors_of(found, robot, ZEROS)).max() < 2e-6
+
+
+def seen_by_a_camera(place: np.ndarray, times: np.ndarray, seed: int) -> SeenPositions:
+    """Every 15th place, in a frame of its own, with late stamps and noise; some were not seen."""
+    random, turn = np.random.default_rng(seed), CAMERA_AT[2]
+    there = place[::15]
+    turned = turn * np.stack((-there[:, 1], there[:, 0]), axis=1)
+    seen = there + turned + CAMERA_AT[:2] + random.normal(0, 2e-5, there.shape)
+    seen[::7] = np.nan
+    return SeenPositions(times[::15] + CAMERA_AT[3], seen, np.full(len(there), 1e-5))
+
+
+def test_a_cameras_positions_show_the_scale(dextar: FiveBar) -> None:
+    """Which angles and rates leave open; with the camera's own frame and clock among the unknowns."""
+    inside = []
+    for seed in range(2):
+        random = np.random.default_rng(seed)
+        robot = with_errors(dextar, random.uniform(-3e-4, 3e-4, 6))
+        zeros = tuple(random.uniform(-3.5e-3, 3.5e-3, 2).tolist())
+        imu = ImuSettings(gyro_bias=BIAS, gyro_noise=0.01)
+        record = led(robot, zeros, PATH[:5], counts=20_000, imu=imu, seed=seed)
+        seen = seen_by_a_camera(np.array(places(PATH[:5])), record.times, seed)
+        blind, found = calibrate(dextar, TOLERANCES, record), calibrate(dextar, TOLERANCES, record, seen=seen)
+        assert found.seen > 20
+        assert SCALE in {one.words for one in unseen(blind)}
+        assert SCALE not in {one.words for one in unseen(found)}
+        errors = errors_of(found, robot, zeros)
+        lengths, before = found.half_widths[:4], blind.half_widths[:4]
+        assert lengths.max() < 0.5 * before.max()
+        assert found.values[-2:] == pytest.approx(CAMERA_AT[2:], abs=1e-3)
+        inside += [np.abs(errors) < found.half_widths[: len(GEOMETRY)]]
+        inside += [np.abs(gaps(found, errors)) < found.gap_half_widths()]
+    # 24 values of which 95 % are expected inside
+    assert np.mean(np.concatenate(inside)) > 0.86
 
 
 def test_intervals_cover_and_the_elbow_gap_is_far_below_its_target(dextar: FiveBar) -> None:

@@ -60,6 +60,17 @@ def test_a_window_holds_the_references_of_its_samples_whatever_was_asked_before(
         expect(sample, 20)
 
 
+def test_where_a_fault_has_left_the_robot_the_next_motion_begins(queue: MotionQueue) -> None:
+    queue.request(60, Goal(0.03, 0.12))
+    queue.rest_at(80, 0.01, 0.13)
+    assert queue.at(79) == queue.at(5000) == (0.01, 0.13, 0.0, 0.0, 0.0, 0.0)
+    order = queue.request(80, Goal(0.0, 0.15))
+    assert order.start == (0.01, 0.13)
+    queue.begin(90, Path.through((order.start, order.goal), (1.0,)))
+    assert queue.at(90)[:2] == (0.01, 0.13)
+    assert queue.at(190)[:2] == (0.0, 0.15)
+
+
 def test_no_request_is_taken_while_the_robot_moves_or_another_is_planned(queue: MotionQueue) -> None:
     with pytest.raises(GoalRefused, match=r"moving for another 0\.30 s"):
         queue.request(20, Goal(0.03, 0.12))

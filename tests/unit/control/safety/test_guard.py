@@ -10,7 +10,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import UNDEFINED, ZERO, Torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
-from fivebar_control.safety.guard import FINAL_FAULTS, Guard
+from fivebar_control.safety.guard import ESTIMATE_FAULTS, FINAL_FAULTS, Guard
 from fivebar_control.safety.stages import Area, SafetySettings
 from fivebar_description.parameters import load_robot
 
@@ -197,6 +197,18 @@ def test_what_only_a_new_run_clears_is_not_reset(name: str) -> None:
     assert guard.fault is not None
     assert applied(guard, 0) == ZERO
     assert guard.reset() is None
+
+
+@pytest.mark.parametrize("name", FINAL_FAULTS)
+def test_a_robot_that_is_found_again_needs_no_new_run(name: str) -> None:
+    guard = make()
+    guard.trip(Fault(name, "lost"))
+    assert applied(guard, 1) == ZERO
+    guard.find_again()
+    # not what was complete before: by a state that was wrong
+    assert guard.reset() is not None
+    assert applied(guard, 2) == ZERO
+    assert (guard.reset() is None) is (name in ESTIMATE_FAULTS)
 
 
 def test_a_published_fault_is_read_back() -> None:

@@ -34,6 +34,18 @@ def test_the_plan_holds_until_a_fault_and_not_again_after_it() -> None:
     assert hold.reference(0.03, 0.1) is None
 
 
+def test_after_a_reset_it_says_once_where_the_robot_was_left() -> None:
+    hold = Hold()
+    assert hold.left_at() is None
+    hold.stop()
+    hold.reference(0.01, 0.1)
+    assert hold.left_at() is None
+    hold.release()
+    assert hold.left_at() == (0.01, 0.1)
+    assert hold.left_at() is None
+    assert hold.reference(0.02, 0.1) is None
+
+
 def test_a_new_run_does_not_move_a_stopped_robot() -> None:
     hold = Hold()
     hold.stop()

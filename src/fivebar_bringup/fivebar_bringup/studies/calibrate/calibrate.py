@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fivebar_bringup.runs.results import new_directory
-from fivebar_bringup.studies.calibrate.reading import read_passive, read_record, read_touched
+from fivebar_bringup.studies.calibrate.reading import read_passive, read_record, read_seen, read_touched
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
 from fivebar_bringup.studies.identify.reading import find_bag, read_start
 from fivebar_bringup.studies.study_directory import StudyDirectory
@@ -14,7 +14,7 @@ from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import unseen
 from fivebar_control.calibration.passive import find_passive_zero
-from fivebar_control.calibration.record import NotCalibratable
+from fivebar_control.calibration.record import NOT_SEEN, NotCalibratable
 from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_description.imu import ImuSettings
 from fivebar_description.strict_yaml import InputError, yaml_text
@@ -28,7 +28,11 @@ PUT_TOGETHER = Tolerances(length=3e-4, base=3e-4, zero=5e-3)
 
 
 def calibrate_bag(
-    path: Path, robot: str | None = None, touched: Path | None = None, encoders_only: bool = False
+    path: Path,
+    robot: str | None = None,
+    touched: Path | None = None,
+    encoders_only: bool = False,
+    camera: bool = True,
 ) -> CalibrationResult:
     """Calibrate the robot of a bag or of a run's directory, starting from the run's robot file or a given one.
 
@@ -37,6 +41,7 @@ def calibrate_bag(
         robot: name or file of the robot before.
         touched: file of touched points.
         encoders_only: use the motors' turning points on the Type 2 locus alone.
+        camera: use the platform's positions by a camera, where the bag has them.
 
     Raises:
         InputError: the bag, the robot or the motion is unsuitable.
@@ -56,7 +61,8 @@ def calibrate_bag(
         if encoders_only:
             found = calibrate_by_turning_points(start.five_bar(), tolerances, record)
         else:
-            found = calibrate(start.five_bar(), tolerances, record, imu, points)
+            seen = read_seen(source) if camera else NOT_SEEN
+            found = calibrate(start.five_bar(), tolerances, record, imu, points, seen)
         leg = 0 if scenario is None or encoders_only else scenario.passive.leg
         passive = read_passive(source, leg) if leg else None
         zero = None if passive is None else find_passive_zero(record, found, passive)

@@ -43,6 +43,7 @@ def quality_rows(result: CalibrationResult) -> list[tuple[str, str]]:
         ("variances widened for correlated residuals", f"{found.colour:.1f} times"),
         ("what transmissions that yield open the loop by near the locus", f"{1e3 * found.yielding:.4f} mm"),
         ("touched points", f"{result.touched}"),
+        ("positions by the camera", f"{found.seen}"),
     ]
     if found.turning is not None:
         rows.append(("noise of the gyroscope", f"{found.turning.noise:.2g} rad/s"))

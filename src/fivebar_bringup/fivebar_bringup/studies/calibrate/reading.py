@@ -12,7 +12,7 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.studies.identify.reading import Source, joint_columns
 from fivebar_control.calibration.passive import PassiveReadings
-from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint
+from fivebar_control.calibration.record import NOT_SEEN, CalibrationRecord, SeenPositions, TouchedPoint
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     IMU_DATA,
@@ -20,6 +20,8 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     NANOSECONDS,
     PASSIVE_STATES,
+    VISION_NAMES,
+    VISION_PLATFORM,
 )
 from fivebar_description.parameters import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
@@ -95,6 +97,22 @@ def read_passive(source: Source, leg: int) -> PassiveReadings | None:
     known = np.isfinite(angles)
     times = (recording.stamps(PASSIVE_STATES) - int(np.min(recording.stamps(topic)))) / NANOSECONDS
     return PassiveReadings(leg, times[known], angles[known])
+
+
+def read_seen(source: Source) -> SeenPositions:
+    """Return the platform by a camera, nothing where the bag has none.
+
+    Raises:
+        BagError: the bag cannot be read.
+    """
+    recording = read_bag(source.bag)
+    if not recording.count(VISION_PLATFORM):
+        return NOT_SEEN
+    topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
+    columns = joint_columns(recording, VISION_PLATFORM, VISION_NAMES[:4], "position")
+    stamps, first = np.unique(recording.stamps(VISION_PLATFORM), return_index=True)
+    times = (stamps - int(np.min(recording.stamps(topic)))) / NANOSECONDS
+    return SeenPositions(times, columns[first, :2], np.max(columns[first, 2:], axis=1))
 
 
 def _imu(recording: Recording) -> tuple[IntArray, FloatArray, FloatArray]:

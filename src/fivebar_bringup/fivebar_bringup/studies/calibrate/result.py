@@ -12,7 +12,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.calibration.closure import BASE_1, BASE_2, GEOMETRY, ZERO_1, ZERO_2, locus_rows
 from fivebar_control.calibration.mounting import Mounting, tilt_angle
 from fivebar_control.calibration.observability import Unseen
-from fivebar_control.calibration.parameters import PARAMETERS
+from fivebar_control.calibration.parameters import CAMERA, PARAMETERS
 from fivebar_control.calibration.passive import PassiveZero
 from fivebar_control.calibration.result import CONFIDENCE, QUANTILE, Calibration
 from fivebar_description.known_sensors import KnownSensors
@@ -32,6 +32,9 @@ UNITS = {
     "gyro_bias": ("mrad/s", 1e3),
     "gyro_scale": ("%", 1e2),
     "imu_delay": ("ms", 1e3),
+    **dict.fromkeys(CAMERA[:2], ("mm", 1e3)),
+    "camera_turn": ("mrad", 1e3),
+    "camera_delay": ("ms", 1e3),
 }
 """Unit that each parameter is shown in, and how many of it are one SI unit."""
 
@@ -79,20 +82,23 @@ class CalibrationResult(NamedTuple):
         """Return the parameters in the order of `PARAMETERS`, those of a sensor only where there is one."""
         found = self.found
         rows = zip(
-            PARAMETERS,
+            self._names(),
             found.values.tolist(),
             found.half_widths.tolist(),
             found.start.tolist(),
             (QUANTILE * found.before).tolist(),
             strict=True,
         )
-        shown = PARAMETERS if found.turning is not None else GEOMETRY
+        shown = self._names() if found.turning is not None else GEOMETRY
         result = []
         for name, *figures in rows:
             unit, factor = UNITS[name]
             if name in shown:
                 result.append(CalibratedParameter(name, unit, *(factor * one for one in figures)))
         return result
+
+    def _names(self) -> tuple[str, ...]:
+        return (*PARAMETERS, *CAMERA)[: len(self.found.values)]
 
     def tolerances(self) -> Tolerances:
         """Return tolerances that, taken as independent, give the elbow gap its interval and what transmissions yield.
@@ -129,7 +135,7 @@ class CalibrationResult(NamedTuple):
 
     def robot_file(self) -> RobotFile:
         """Return the calibrated robot: its origin is in the middle between the motor axes."""
-        value = dict(zip(PARAMETERS, self.found.values.tolist(), strict=True))
+        value = dict(zip(self._names(), self.found.values.tolist(), strict=True))
         return self.start.model_copy(
             update={
                 "name": f"{self.start.name}_calibrated",
@@ -234,7 +240,7 @@ class CalibrationResult(NamedTuple):
             "parameters": {
                 name: {"value": value, "half_width": half, "before": start}
                 for name, value, half, start in zip(
-                    PARAMETERS,
+                    self._names(),
                     found.values.tolist(),
                     found.half_widths.tolist(),
                     found.start.tolist(),
@@ -251,6 +257,7 @@ class CalibrationResult(NamedTuple):
             "mounting": None if self.mounting is None else self.mounting._asdict(),
             "passive_zero": None if self.passive is None else self.passive._asdict(),
             "touched_points": self.touched,
+            "camera_positions": found.seen,
             "misfit": found.misfit,
             "colour": found.colour,
             "yielding_m": found.yielding,

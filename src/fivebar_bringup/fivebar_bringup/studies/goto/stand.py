@@ -13,8 +13,11 @@ from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
+from fivebar_control.ros.node_settings import HOLD
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
+
+GENERATOR = "trajectory_generator"
 
 LONGEST = 100_000_000
 """Number of the last sample of a plant that goes on until it is stopped: 55 hours at 500 Hz."""
@@ -43,14 +46,17 @@ def stand(
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
     resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
-    nodes = [_longer(node, resting) for node in crossing_graph(scenario, mode, run.bag)]
+    nodes = [_standing(node, resting) for node in crossing_graph(scenario, mode, run.bag)]
     specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
     return run, [fault for fault in outcome.faults if seconds is not None or fault != INTERRUPTED]
 
 
-def _longer(node: NodeSpec, samples: int) -> NodeSpec:
+def _standing(node: NodeSpec, samples: int) -> NodeSpec:
+    if node.executable == GENERATOR:
+        # a robot that stands is to be found there again after a fault, in lockstep too
+        return node._replace(parameters={**node.parameters, "after_fault": HOLD})
     if node.executable != PLANT:
         return node
     return node._replace(parameters={**node.parameters, "samples": min(node.parameters["samples"] + samples, LONGEST)})

@@ -1,0 +1,79 @@
+"""Where a robot rests by its motors and a camera: what an estimator that has lost it can begin again from."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+from fivebar_control.estimation.estimator import PositionFix
+from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, seen_posture
+from fivebar_description.parameters import FiveBar
+
+REST_TIME = 0.3
+"""Time (s) for which the motors must have stood still."""
+
+REST_ANGLE = 2e-3
+"""Largest change (rad) of a motor's reading of a robot at rest, besides two counts."""
+
+REST_DISTANCE = 1e-3
+"""Largest distance (m) between two positions by the camera of a robot at rest: near the locus the platform may move
+although the motors stand still."""
+
+
+class MotorReading(NamedTuple):
+    """Both motors' readings (rad) at a sample."""
+
+    sample: int
+    q11: float
+    q21: float
+
+
+class Resting:
+    """The last readings of motors and camera, and the posture that they tell once the robot rests."""
+
+    def __init__(self, robot: FiveBar, working_mode: tuple[int, int], rate_hz: int, resolution: float) -> None:
+        """Begin without readings, with encoders of a resolution (rad)."""
+        self._robot, self._working_mode = robot, working_mode
+        self._samples = math.ceil(REST_TIME * rate_hz)
+        self._still = REST_ANGLE + 2.0 * resolution
+        self._motors: deque[MotorReading] = deque()
+        self._seen: deque[PositionFix] = deque(maxlen=2)
+
+    def read(self, reading: MotorReading) -> None:
+        """Take the motors' readings of a sample."""
+        self._motors.append(reading)
+        while self._motors[0].sample < reading.sample - self._samples:
+            self._motors.popleft()
+
+    def see(self, seen: PositionFix) -> None:
+        """Take a position by the camera."""
+        if math.isfinite(seen.x + seen.y):
+            self._seen.append(seen)
+
+    def posture(self) -> Homing:
+        """Return where the robot rests.
+
+        Raises:
+            HomingContradicted: it moves, the camera does not see it, or it rests where its modes cannot be told.
+        """
+        if not self._motors or self._motors[-1].sample - self._motors[0].sample < self._samples:
+            raise HomingContradicted(f"the motors have not been read for {REST_TIME:g} s")
+        last, begun = self._motors[-1], self._motors[0].sample
+        turned = max(max(abs(one.q11 - last.q11), abs(one.q21 - last.q21)) for one in self._motors)
+        if turned > self._still:
+            raise HomingContradicted(f"the motors have turned by {turned:.4f} rad within {REST_TIME:g} s")
+        if len(self._seen) < 2 or self._seen[0].made < begun:
+            raise HomingContradicted("the camera has not seen the platform twice since the motors stand still")
+        one, two = self._seen
+        moved = math.hypot(two.x - one.x, two.y - one.y)
+        if moved > REST_DISTANCE:
+            raise HomingContradicted(f"by the camera the platform still moves, {1e3 * moved:.1f} mm in a picture")
+        found = seen_posture(self._robot, last.q11, last.q21, two.x, two.y)
+        if (found.mode1, found.mode2) != self._working_mode:
+            raise HomingContradicted(
+                f"the robot is in working mode [{found.mode1}, {found.mode2}], the controllers are for"
+                f" {list(self._working_mode)}"
+            )
+        check_declared(self._robot, found)
+        return found

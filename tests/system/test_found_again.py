@@ -1,0 +1,69 @@
+"""A robot that has been lost is found again by the camera, without homing, and takes the next request."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from fivebar_command import FivebarCommand
+from graph_probe import Bench
+from std_msgs.msg import String
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_description.interface import ESTIMATE_STATE, FAULTS, GOAL_STATUS, RUN_STATUS
+
+SEEN = """
+name: seen
+controller: unified
+waypoints: [[0.0, 0.15], [0.0, 0.14]]
+segment_duration: 0.2
+plant: {encoder_counts: 20000, delay_samples: 1}
+estimator: ekf
+ekf: {camera: true}
+camera: {on: true, pictures: false}
+"""
+
+LOST = "estimate_lost: for this test"
+
+
+@pytest.mark.extra
+def test_the_next_goal_after_a_lost_estimate(fivebar: Callable[..., FivebarCommand], tmp_path: Path) -> None:
+    """The fault is played, on its way to the other assembly mode; all that follows is the graph's own."""
+    with Bench(tmp_path) as bench:
+        probe, domain = bench.probe(), str(bench.domain)
+        probe.listen(RUN_STATUS, GOAL_STATUS)
+        probe.advertise(FAULTS, ESTIMATE_STATE)
+        path, out = tmp_path / "seen.yaml", tmp_path / "stand"
+        path.write_text(SEEN, encoding="utf-8")
+        standing = fivebar("stand", str(path), "--seconds", "600", "--domain", domain, "--out", str(out))
+
+        def sample() -> int:
+            return max((json.loads(one.data)["sample"] for one in probe.got(RUN_STATUS)), default=0)
+
+        def goto(*goal: str) -> FivebarCommand:
+            return fivebar("goto", *goal, "--live", "--domain", domain)
+
+        probe.wait_for(lambda: sample() > 110, "the robot stands", 60.0)
+        moving = goto("0.0", "0.03", "--mode", "-", "--duration", "2.0")
+        probe.wait_for(lambda: any('"moving"' in one.data for one in probe.got(GOAL_STATUS)), "the motion", 60.0)
+        for topic in (FAULTS, ESTIMATE_STATE):
+            probe.publish(topic, String(data=LOST))
+        assert moving.finish() == 1, moving.stdout
+        stopped = sample()
+        probe.wait_for(lambda: sample() > stopped + 400, "that it rests", 60.0)
+        refused = goto("0.0", "0.14")
+        assert refused.finish() == 2
+        assert "reset it first" in refused.stdout
+        assert "only a new run clears" in probe.reset("/blender").message
+        found = probe.reset("/state_estimator")
+        assert found.success, found.message
+        probe.wait_for(lambda: probe.reset("/blender").success, "the reset", 20.0)
+        arrived = goto("0.0", "0.03", "--mode", "-", "--duration", "2.0")
+        assert arrived.finish() == 0, arrived.stdout
+        standing.send(signal.SIGINT)
+        standing.finish()
+    bag = read_bag(out / "bag")
+    assert LOST in bag.texts(FAULTS)

@@ -1,0 +1,76 @@
+"""Where a robot rests by motors and camera: told once it rests and is seen, and where its modes can be told."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.estimator import PositionFix, StateEstimator
+from fivebar_control.estimation.homing import HomingContradicted, homing_at
+from fivebar_control.estimation.resting import MotorReading, Resting
+from fivebar_control.estimation.step import Drives
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.parameters import load_robot
+
+RATE_HZ = 500
+ROBOT = load_robot("dextar")
+BELOW, ABOVE = (0.01, 0.03), (0.0, 0.15)
+"""Places (m) in both assembly modes."""
+
+
+def rested(
+    x: float, y: float, seen: tuple[float, float] | None = None, samples: int = 200, turning: float = 0.0
+) -> Resting:
+    """Motors that read (x, y) m, turning at a speed (rad/s), and two pictures, by default of the same place."""
+    resting, angles = Resting(ROBOT, (1, -1), RATE_HZ, 3e-4), inverse_geometry(ROBOT, 1, -1, x, y)
+    for sample in range(samples):
+        resting.read(MotorReading(sample, angles.q11 + turning * sample / RATE_HZ, angles.q21))
+        if sample in (samples - 30, samples - 15):
+            resting.see(PositionFix(float(sample), *((x, y) if seen is None else seen), 1e-5))
+            resting.see(PositionFix(sample + 1.0, math.nan, math.nan, math.nan))
+    return resting
+
+
+def test_a_robot_at_rest_is_found_in_the_mode_in_which_it_is_seen() -> None:
+    for place, assembly in ((BELOW, -1), (ABOVE, 1)):
+        found = rested(*place).posture()
+        assert found == pytest.approx((*place, 1, -1, assembly))
+
+
+def test_what_cannot_be_told_is_refused() -> None:
+    blind = Resting(ROBOT, (1, -1), RATE_HZ, 3e-4)
+    for sample in range(200):
+        blind.read(MotorReading(sample, 1.6, 1.5))
+    other = rested(*BELOW)
+    other.see(PositionFix(199.0, BELOW[0] + 2e-3, BELOW[1], 1e-5))
+    for resting, words in (
+        (rested(*BELOW, samples=100), "not been read for 0.3 s"),
+        (rested(*BELOW, turning=0.05), "have turned"),
+        (blind, "not seen the platform twice"),
+        (other, "still moves, 2.0 mm"),
+        (rested(*BELOW, seen=(0.05, 0.05)), "allowed are 5 mm"),
+        (rested(0.0, 0.0848), "both assembly modes"),
+    ):
+        with pytest.raises(HomingContradicted, match=words):
+            resting.posture()
+
+
+def test_an_estimator_that_has_lost_the_robot_begins_again_elsewhere() -> None:
+    """In the other assembly mode, with a fault behind it; late positions of the time before are left out."""
+    one = StateEstimator(
+        ROBOT, homing_at(ROBOT, 1, -1, *ABOVE), RATE_HZ, Drives(20_000, 1), EkfSettings(camera=True, seen_start=True)
+    )
+    above, below = (inverse_geometry(ROBOT, 1, -1, *place) for place in (ABOVE, BELOW))
+    one.take(0, above.q11, above.q21, 0.0, 0.0, seen=[PositionFix(0.0, *ABOVE, 1e-5)])
+    one.take(500, below.q11, below.q21, 0.0, 0.0)
+    assert one.fault is not None
+    assert one.fault.name == "estimate_lost"
+    one.commanded(500, 0.0, 0.0)
+    one.begin_at(rested(*BELOW).posture())
+    assert not one.awaits(501)
+    for sample in range(501, 520):
+        told = one.take(sample, below.q11, below.q21, 0.0, 0.0, seen=[PositionFix(sample - 15.0, *BELOW, 1e-5)])
+    assert one.fault is None
+    assert told.position == pytest.approx(tuple(below), abs=1e-3)
