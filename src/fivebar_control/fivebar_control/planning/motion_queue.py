@@ -149,7 +149,7 @@ class MotionQueue:
     def rest_at(self, sample: int, x: float, y: float) -> None:
         """Rest at (x, y) m from a sample on, where a fault has left the robot; a request is withdrawn."""
         self._requested = False
-        self._before = self._motion = ScheduledPath(Rest(x, y), sample)
+        self._before = self._motion = ScheduledPath(StandingStill(x, y), sample)
         self._window = ()
 
     def cancel(self) -> None:
@@ -157,7 +157,7 @@ class MotionQueue:
         self._requested = False
 
 
-class Rest(NamedTuple):
+class StandingStill(NamedTuple):
     """A place (m) in the place of a path."""
 
     x: float
@@ -175,5 +175,5 @@ class Rest(NamedTuple):
 class ScheduledPath(NamedTuple):
     """A path, and the sample at which it begins."""
 
-    path: Path | Rest
+    path: Path | StandingStill
     first: int

@@ -26,7 +26,7 @@ LOOP_SECONDS = 10.0
 """How long a bare loop is measured beside each kind."""
 
 
-class Kind(NamedTuple):
+class SeriesKind(NamedTuple):
     """A kind of run: its name, scenario, rate (Hz), and whether it goes over the bridge and emulated drives."""
 
     name: str
@@ -36,10 +36,10 @@ class Kind(NamedTuple):
 
 
 KINDS = (
-    Kind("middle", "middle", 500),
-    Kind("encoders", "middle_encoders", 500),
-    Kind("kilohertz", "middle", 1000),
-    Kind("rehearsal", "middle_robot", 500, rehearsed=True),
+    SeriesKind("middle", "middle", 500),
+    SeriesKind("encoders", "middle_encoders", 500),
+    SeriesKind("kilohertz", "middle", 1000),
+    SeriesKind("rehearsal", "middle_robot", 500, rehearsed=True),
 )
 
 
@@ -50,7 +50,7 @@ class Series(NamedTuple):
     without_bag: int
 
 
-def run_series(kind: Kind, runs: int) -> Series:
+def run_series(kind: SeriesKind, runs: int) -> Series:
     """Run a kind so many times, one after the other."""
     scenario = load_scenario(kind.scenario).model_copy(update={"rate_hz": kind.rate_hz})
     found = []
@@ -107,7 +107,7 @@ def _median(values: Sequence[float]) -> str:
     return f"{statistics.median(values):.2f}" if values else ""
 
 
-def chosen(words: Sequence[str]) -> tuple[int, tuple[Kind, ...]]:
+def chosen(words: Sequence[str]) -> tuple[int, tuple[SeriesKind, ...]]:
     """Return number of runs and kinds from the words of the command line, by default `RUNS` and all.
 
     Raises:
