@@ -12,6 +12,7 @@ SHELL := bash
 MAKEFLAGS += --no-print-directory --no-builtin-rules
 
 VENV := .venv
+DIST ?= dist
 BIN := $(VENV)/bin
 PACKAGES := $(addprefix src/fivebar_,description control sim bringup)
 
@@ -78,6 +79,10 @@ mutants: setup ## break the core in small ways and list what no unit test notice
 	[ -d .mutants ] || $(BIN)/pip install --quiet --no-deps --target .mutants -r tests/mutants/requirements.lock
 	PYTHONPATH=.mutants OPENBLAS_NUM_THREADS=1 $(BIN)/python -u tests/mutants/run.py $(MODULES)
 
+.PHONY: fuzz
+fuzz: setup ## feed every parser random input: make fuzz EXAMPLES=20000; a short run is part of test
+	@FUZZ_EXAMPLES=$(or $(EXAMPLES),20000) $(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2
+
 .PHONY: bench
 bench: setup ## measure speed on this machine
 	@$(BIN)/python -m fivebar_bringup.studies.bench
@@ -96,10 +101,10 @@ dist: setup ## build wheels of the four packages and of `fivebar`, which needs t
 	trap 'rm -rf "$$work"' EXIT
 	# from a copy, because setuptools leaves its own copies of the modules where it builds
 	cp -r --parents $(PACKAGES) packaging requirements.in docs/index.md "$$work"
-	rm -rf dist "$$work"/src/*/build
-	$(BIN)/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist \
+	rm -rf $(DIST) "$$work"/src/*/build
+	$(BIN)/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir $(DIST) \
 	    $(addprefix "$$work"/,$(PACKAGES) packaging)
-	ls dist
+	ls $(DIST)
 
 .PHONY: version
 version: ## set the version of all packages: make version NEW=1.2.3

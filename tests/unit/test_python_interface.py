@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -41,8 +42,12 @@ def test_a_run_draws_itself() -> None:
     assert fivebar.simulate("middle").plot("path")._repr_png_().startswith(b"\x89PNG")
 
 
-def test_what_is_public_is_there_and_says_what_it_is() -> None:
+def test_what_is_public_says_what_it_is_and_has_its_place_on_the_page() -> None:
     assert all(getattr(fivebar, name).__doc__ for name in fivebar.__all__)
+    page = Path(__file__).parents[2] / "docs" / "reference" / "python.md"
+    shown = re.findall(r"^::: ([\w.]+)\.(\w+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert all(hasattr(importlib.import_module(module), name) for module, name in shown)
+    assert set(fivebar.__all__) - {name for _, name in shown} == {"Scenario"}, "whose keys are on the page of settings"
 
 
 @pytest.mark.extra

@@ -107,7 +107,7 @@ def problems_in(error: ValidationError, section: str = "") -> str:
 
 
 def _problem(detail: Any) -> str:
-    key = ".".join(str(part) for part in detail["loc"])
+    key = ".".join(_in_line(str(part)) for part in detail["loc"])
     if detail["type"] == "extra_forbidden":
         return f"{key}: unknown key"
     if detail["type"] == "missing":
@@ -115,3 +115,8 @@ def _problem(detail: Any) -> str:
     expectation = detail["msg"].removeprefix("Value error, ")
     expectation = expectation[:1].lower() + expectation[1:]
     return f"{key}: {detail['input']!r}: {expectation}" if key else expectation
+
+
+def _in_line(key: str) -> str:
+    """Return a key as it is written, or quoted where it would break the line."""
+    return key if key.isprintable() else repr(key)
