@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -9,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from fault_bench import FaultBench
+from lifecycle_msgs.msg import Transition
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_description.interface import FAULTS, TORQUE_COMMAND, Topic
@@ -87,6 +89,50 @@ def expect_reset(rig: FaultBench, broken: Broken, most: float | None = None) -> 
     friction = max(leg.coulomb + abs(leg.offset) for leg in (robot.leg1, robot.leg2))
     assert 0.0 < max(torques) < (friction if most is None else most)
     assert since_then[-1].speed < 0.1
+
+
+def break_hardware(rig: FaultBench, broken: Broken, sample: int, cycles: int) -> None:
+    """Break drives, board or bus at a sample: the fault is named, the torque ends in time, and no reset is possible."""
+    arrive(rig, sample)
+    known = len(rig.faults())
+    begun = rig.drives.order(broken.order)
+    assert rig.wait_for_fault(known) == broken.name
+    expect_stop(rig, begun, cycles)
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    assert not rig.ask("blender", "reset").success
+
+
+def break_and_mend_node(rig: FaultBench, broken: Broken, sample: int) -> str:
+    """Stop or kill a node at a sample, and continue or restart it without anything moving; return its name."""
+    verb, node = broken.order.split()
+    arrive(rig, sample)
+    known = len(rig.faults())
+    rig.kill(node, signal.SIGSTOP if verb == "stop" else signal.SIGKILL)
+    assert rig.wait_for_fault(known) in {broken.name, broken.or_first}
+    rig.stopped_at()
+    if broken.answer is not None:
+        expect_stop_after_answer(rig, broken.answer)
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    if verb == "stop":
+        rig.kill(node, signal.SIGCONT)
+    else:
+        rig.restart(node)
+    if node == "blender" and verb == "kill":
+        # it does not know what stopped the robot, and says so with the first sample that it hears
+        rig.probe.wait_for(lambda: "joined_late" in rig.faults()[known:], "joined_late")
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    return node
+
+
+def begin_with_new_bridge(rig: FaultBench, tripped: bool) -> None:
+    """Configure a restarted bridge, whose first sample begins a new run; the drives may have tripped meanwhile."""
+    rig.running = False
+    assert rig.change(Transition.TRANSITION_CONFIGURE)
+    if tripped:
+        assert rig.ask(rig.bridge, "reset").success
+    rig.begin()
+    rig.wait_for_rest()
+    assert rig.reset_blender().success
 
 
 def arrive(rig: FaultBench, sample: int) -> None:

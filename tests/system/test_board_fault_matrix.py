@@ -10,7 +10,6 @@ BOARD_FAULT_MATRIX=1 .venv/bin/python -m pytest tests/system/test_board_fault_ma
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Iterator
 from typing import Any
 
@@ -20,13 +19,12 @@ from fault_cases import (
     ROUNDS_WITHOUT,
     STOP_CYCLES,
     Broken,
-    arrive,
+    begin_with_new_bridge,
+    break_and_mend_node,
+    break_hardware,
     expect_readable,
     expect_reset,
-    expect_stop,
-    expect_stop_after_answer,
 )
-from lifecycle_msgs.msg import Transition
 
 from fivebar_bringup.runs.bridges import BOARD_BRIDGE
 from fivebar_bringup.scenario import Scenario, load_scenario
@@ -98,13 +96,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
 @pytest.mark.parametrize("fault", BOARD)
 def test_board_frames_and_cable(rig: FaultBench, fault: str, moment: str) -> None:
     broken = BOARD[fault]
-    arrive(rig, MOMENTS[moment])
-    known = len(rig.faults())
-    begun = rig.drives.order(broken.order)
-    assert rig.wait_for_fault(known) == broken.name
-    expect_stop(rig, begun, STOP_CYCLES)
-    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
-    assert not rig.ask("blender", "reset").success
+    break_hardware(rig, broken, MOMENTS[moment], STOP_CYCLES)
     mend(rig, broken)
     rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
     rig.wait_for_rest()
@@ -143,29 +135,8 @@ def mend(rig: FaultBench, broken: Broken) -> None:
 @pytest.mark.parametrize("fault", NODES)
 def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     broken = NODES[fault]
-    verb, node = broken.order.split()
-    arrive(rig, MOMENTS[moment])
-    known = len(rig.faults())
-    rig.kill(node, signal.SIGSTOP if verb == "stop" else signal.SIGKILL)
-    assert rig.wait_for_fault(known) in {broken.name, broken.or_first}
-    rig.stopped_at()
-    if broken.answer is not None:
-        expect_stop_after_answer(rig, broken.answer)
-    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
-    if verb == "stop":
-        rig.kill(node, signal.SIGCONT)
-    else:
-        rig.restart(node)
-    if node == "blender" and verb == "kill":
-        rig.probe.wait_for(lambda: "joined_late" in rig.faults()[known:], "joined_late")
-    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
-    if node == rig.bridge:
-        # a new bridge is to be configured, and its first sample begins a new run
-        rig.running = False
-        assert rig.change(Transition.TRANSITION_CONFIGURE)
-        rig.begin()
-        rig.wait_for_rest()
-        assert rig.reset_blender().success
+    if break_and_mend_node(rig, broken, MOMENTS[moment]) == rig.bridge:
+        begin_with_new_bridge(rig, tripped=False)
         return
     rig.wait_for_rest()
     expect_way_back(rig, broken, moment)

@@ -20,14 +20,13 @@ from fault_cases import (
     STOP_CYCLES,
     ZERO,
     Broken,
-    arrive,
+    begin_with_new_bridge,
+    break_and_mend_node,
+    break_hardware,
     expect_readable,
     expect_reset,
-    expect_stop,
-    expect_stop_after_answer,
 )
 from graph_probe import Bench
-from lifecycle_msgs.msg import Transition
 from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 
@@ -117,13 +116,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
 @pytest.mark.parametrize("fault", DRIVES)
 def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
     broken = DRIVES[fault]
-    arrive(rig, MOMENTS[moment])
-    known = len(rig.faults())
-    begun = rig.drives.order(broken.order)
-    assert rig.wait_for_fault(known) == broken.name
-    expect_stop(rig, begun, NOTICED.get(broken.order.split()[0], STOP_CYCLES))
-    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
-    assert not rig.ask("blender", "reset").success
+    break_hardware(rig, broken, MOMENTS[moment], NOTICED.get(broken.order.split()[0], STOP_CYCLES))
     rig.drives.order("mend 1", "mend 2", "bus_on")
     rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
     rig.wait_for_rest()
@@ -135,32 +128,9 @@ def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
 @pytest.mark.parametrize("moment", ALL_MOMENTS)
 def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     broken = NODES[fault]
-    verb, node = broken.order.split()
-    arrive(rig, MOMENTS[moment])
-    known = len(rig.faults())
-    rig.kill(node, signal.SIGSTOP if verb == "stop" else signal.SIGKILL)
-    assert rig.wait_for_fault(known) in {broken.name, broken.or_first}
-    rig.stopped_at()
-    if broken.answer is not None:
-        expect_stop_after_answer(rig, broken.answer)
-    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
-    if verb == "stop":
-        rig.kill(node, signal.SIGCONT)
-    else:
-        rig.restart(node)
-    if node == "blender" and verb == "kill":
-        # it does not know what stopped the robot, and says so with the first sample that it hears
-        rig.probe.wait_for(lambda: "joined_late" in rig.faults()[known:], "joined_late")
-    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
-    if node == BRIDGE:
-        # a new bridge is to be configured, and its first sample begins a new run
-        rig.running = False
-        assert rig.change(Transition.TRANSITION_CONFIGURE)
+    if break_and_mend_node(rig, broken, MOMENTS[moment]) == BRIDGE:
         # the drives have tripped over its silence
-        assert rig.ask(BRIDGE, "reset").success
-        rig.begin()
-        rig.wait_for_rest()
-        assert rig.reset_blender().success
+        begin_with_new_bridge(rig, tripped=True)
         return
     rig.wait_for_rest()
     expect_reset(rig, broken)

@@ -17,6 +17,6 @@ class Fault(NamedTuple):
 
     @classmethod
     def from_text(cls, text: str) -> Fault:
-        """Return the fault that a published text tells of."""
+        """Return the fault that a published text reports."""
         name, _, detail = text.partition(": ")
         return cls(name, detail)

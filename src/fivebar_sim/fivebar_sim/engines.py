@@ -10,7 +10,7 @@ from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import declared, sections
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.motion import ImuMotion
+from fivebar_sim.effects.observation import ImuMotion
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.settings import MUJOCO, PlantSettings
 

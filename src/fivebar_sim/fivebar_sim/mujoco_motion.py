@@ -15,8 +15,8 @@ from fivebar_sim.effects.encoders import seen
 from fivebar_sim.effects.friction import FrictionCurve, friction
 from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
-from fivebar_sim.effects.motion import ImuMotion
 from fivebar_sim.effects.motors import current_after, motor_torque
+from fivebar_sim.effects.observation import ImuMotion
 from fivebar_sim.effects.simulation import started_at
 from fivebar_sim.effects.timing import moments_after
 from fivebar_sim.effects.transmission import transmitted

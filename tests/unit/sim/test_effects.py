@@ -23,8 +23,10 @@ from fivebar_sim.effects.friction import FrictionCurve, FrictionEffects, bristle
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt, push_at
 from fivebar_sim.effects.mechanism import MAX_STEP, Mechanism, actual_robot, mechanism_of
-from fivebar_sim.effects.motion import MechanismState, advanced, closed, energy, joints_of, started
+from fivebar_sim.effects.mechanism_state import MechanismState
+from fivebar_sim.effects.motion import advanced, closed, started
 from fivebar_sim.effects.motors import MotorEffects, current_after, motor_of, motor_torque
+from fivebar_sim.effects.observation import energy, joints_of
 from fivebar_sim.effects.platform_joint import PlatformJoint, joint_force
 from fivebar_sim.effects.transmission import Transmission, transmitted
 from fivebar_sim.plant import Plant

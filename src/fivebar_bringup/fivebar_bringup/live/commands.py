@@ -1,4 +1,4 @@
-"""What a page may ask for: emergency stop, reset, a plan and a motion. There is no message that names a torque."""
+"""Commands of the live page: emergency stop, reset, a plan and a motion. None of them sets a torque."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import NamedTuple
 STOP, RESET, PLAN, MOVE = "emergency_stop", "reset", "plan", "move"
 
 FIELDS = {STOP: set[str](), RESET: set[str](), PLAN: {"x", "y", "assembly"}, MOVE: {"x", "y", "assembly"}}
-"""Commands with the names of their numbers: m, m, and the sign of det A at the goal, 0 for as it comes."""
+"""Commands and their fields: x, y (m), and the sign of det A at the goal, 0 for either."""
 
 LARGEST = 1e3
-"""Largest coordinate (m) that is looked at."""
+"""Largest coordinate (m) that is accepted."""
 
 
 class CommandRefused(ValueError):
-    """A message that is no command, and why."""
+    """A message is not a valid command; says why."""
 
 
 class Command(NamedTuple):
-    """What is asked for, and the goal of a plan or a motion."""
+    """A command, with the goal of a plan or a motion."""
 
     name: str
     x: float = 0.0
@@ -28,7 +28,7 @@ class Command(NamedTuple):
 
 
 def read_command(text: str | bytes) -> Command:
-    """Return the command that a message of a page is.
+    """Return the command in a message of a page.
 
     Raises:
         CommandRefused: it is none, or has other fields than its own.

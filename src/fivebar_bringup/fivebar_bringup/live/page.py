@@ -21,7 +21,7 @@ CHARTS = (
 
 
 def live_page() -> str:
-    """Return the page. It holds nothing of a graph, nor the token: whoever serves it checks that."""
+    """Return the page, without any data of a graph and without the token, which the server checks."""
     return render(
         "live.html",
         title="fivebar live",

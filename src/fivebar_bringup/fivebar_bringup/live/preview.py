@@ -1,4 +1,4 @@
-"""A motion that somebody asks for on the live page: planned as the graph would, without moving anything."""
+"""Plans a motion requested on the live page as the graph would, without running it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Preview:
     """Plans one motion at a time; no method waits for a plan."""
 
     def __init__(self, conditions: Conditions, working_mode: Sequence[int]) -> None:
-        """Plan by what the graph judges requests, in the working mode (two signs) that the robot is in."""
+        """Plan under the graph's conditions for requests, in the robot's working mode (two signs)."""
         self._planning = PlanningProcess(conditions)
         self._working_mode = (working_mode[0], working_mode[1])
         self._goal: Command | None = None
@@ -30,7 +30,7 @@ class Preview:
         self._planning.ask(PlanningRequest(start, self._working_mode, (goal.x, goal.y), goal.assembly, 0.0))
 
     def answer(self) -> dict[str, Any] | None:
-        """Return the plan or its refusal as the page takes it, once; None while there is none."""
+        """Return the plan or its refusal in the page's format, once; None while there is none."""
         planned = None if self._goal is None else self._planning.answer()
         if planned is None or self._goal is None:
             return None
@@ -48,5 +48,5 @@ def answer_to(
     waypoints: Sequence[tuple[float, float]] = (),
     durations: Sequence[float] = (),
 ) -> dict[str, Any]:
-    """Return an answer as the page takes it: a motion (m, s), or the reason why there is none."""
+    """Return an answer in the page's format: a motion (m, s), or the reason why there is none."""
     return {"plan": {"refused": refused, "waypoints": waypoints, "durations": durations, "goal": goal._asdict()}}

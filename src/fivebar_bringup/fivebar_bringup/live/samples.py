@@ -11,7 +11,7 @@ from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar
 
 KEPT = 2000
-"""Messages of a topic that are kept: those of some seconds, until a page is shown them."""
+"""Number of messages of a topic that are kept: those of some seconds, until a page shows them."""
 
 APART = 8_000_000
 """Least time (ns) between two rows: a page draws no more than 125 a second."""

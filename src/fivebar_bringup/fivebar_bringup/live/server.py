@@ -1,4 +1,4 @@
-"""Serves the live page to this machine only, to who knows the token in its address, and passes commands on."""
+"""Serves the live page on this machine only, to clients with the token in the address, and forwards their commands."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class LiveServer:
 
     @property
     def hosts(self) -> tuple[str, str]:
-        """Names by which a browser may call the server; another name would be that of a foreign page."""
+        """Host names that requests may have; any other one would come from a foreign page."""
         return f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
 
     @property
@@ -76,7 +76,7 @@ class LiveServer:
         self._pass_on(text, True)
 
     def send_frame(self, text: str) -> None:
-        """Send a message that a page may miss: one that has not taken the last message does not get it."""
+        """Send a message that may be dropped: a page that has not received the last one yet does not get it."""
         self._pass_on(text, False)
 
     def _pass_on(self, text: str, needed: bool) -> None:
@@ -118,7 +118,7 @@ class LiveServer:
 
 
 class _Guarded(RequestHandler):
-    """Refuses whoever is not a page of this server with its token."""
+    """Refuses requests that are not from a page of this server with its token."""
 
     def initialize(self, server: LiveServer) -> None:
         self.server = server
@@ -145,7 +145,7 @@ class _Page(_Guarded):
 
 
 class _Live(_Guarded, WebSocketHandler):
-    """The connection of an open page: frames to it, commands from it."""
+    """The WebSocket of an open page: samples to it, commands from it."""
 
     _sending: asyncio.Future[None] | None = None
 
@@ -156,7 +156,7 @@ class _Live(_Guarded, WebSocketHandler):
             raise HTTPError(403, reason="unknown origin")
 
     def check_origin(self, origin: str) -> bool:
-        """Accept what `prepare` has let through."""
+        """Accept every origin: `prepare` has checked the request."""
         return True
 
     def open(self, *args: str, **kwargs: str) -> None:

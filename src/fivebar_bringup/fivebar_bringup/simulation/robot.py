@@ -13,7 +13,9 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import Joints
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
-from fivebar_sim.effects.motion import MechanismState, Moved, advanced, joints_of, joints_seen, started
+from fivebar_sim.effects.mechanism_state import MechanismState, Moved
+from fivebar_sim.effects.motion import advanced, started
+from fivebar_sim.effects.observation import joints_of, joints_seen
 
 
 class Sensed(NamedTuple):

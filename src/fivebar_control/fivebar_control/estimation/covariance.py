@@ -1,10 +1,10 @@
 """The covariance of the filter: its states, and the errors that it considers without estimating them.
 
-Estimated are x, y (m), vx, vy (m/s), d1, d2 (Nm), the gyroscope's bias (rad/s), the offset of its clock (s), and the
-zero of a passive joint's encoder (rad). The entries from `CONSIDERED` on are constant errors of the robot and its
-sensors which no measurement of one run can tell apart from the motion: they keep their variance, get no gain, and their
-correlation with the states is carried along (Schmidt-Kalman filter). That is what keeps the filter from taking a
-constant error for noise that averages out.
+The estimated states are x, y (m), vx, vy (m/s), d1, d2 (Nm), the gyroscope's bias (rad/s), the offset of its clock (s),
+the zero of a passive joint's encoder (rad) and the force on the platform (N). The entries from `CONSIDERED` on are
+constant errors of the robot and its sensors that are not observable in a single run: their variance is kept, their gain
+is zero, and their correlation with the states is propagated (Schmidt-Kalman filter). The filter therefore does not take
+a constant error for noise that averages out.
 """
 
 from __future__ import annotations

@@ -1,13 +1,15 @@
 """An extended Kalman filter of the platform's motion from motor encoders, a gyroscope and the applied torques.
 
-The state is (x, y, vx, vy, d1, d2, bias, clock, passive): the platform's position and velocity, one disturbance torque
-per motor, the gyroscope's bias and the offset of its clock, each a random walk, and the zero of an encoder on a passive
-joint. It lives in platform coordinates because (x, working mode) fixes the joint
-angles on both sides of the Type 2 locus: the measurement, the inverse geometry of the two motor angles, is
+This module has its states, settings and prediction, `fivebar_control.estimation.measurements` its measurement updates.
+
+The state is (x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy): the platform's position and velocity, one disturbance
+torque per motor, the gyroscope's bias and the offset of its clock, each a random walk, the zero of an encoder on a
+passive joint, and a force on the platform. It is in platform coordinates because position and working mode determine
+the joint angles on both sides of the Type 2 locus: the measurement, the inverse geometry of the two motor angles, is
 single-valued there, and so the filter follows a change of assembly mode without a switch, as long as the estimated
 velocity shows that the robot crossed. A gyroscope on the distal link of leg 2 shows it directly: its rate
 w_2 . xdot is regular on the locus and differs between the two assembly modes that share the motors' angles and speeds.
-An encoder on a passive joint makes the locus an ordinary place: with the motor of its leg it gives the platform.
+With an encoder on a passive joint, that joint and the motor of its leg determine the platform, on the locus as well.
 
 Constant errors of the geometry, the motor encoders' zeros and the gyroscope's sensitivity are considered, not estimated
 (`fivebar_control.estimation.covariance`).
@@ -21,56 +23,19 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from fivebar_control.estimation.covariance import (
-    BASE1,
-    BASE2,
-    BIAS,
-    CLOCK,
-    CONSIDERED,
-    CONSIDERED_END,
-    D1,
-    D2,
-    FX,
-    FY,
-    L11,
-    L12,
-    L21,
-    L22,
-    PASSIVE,
-    SCALE,
-    SIZE,
-    VX,
-    VY,
-    ZERO1,
-    ZERO2,
     Matrix,
     ProcessNoise,
-    Vector,
-    X,
-    Y,
-    measured,
     process_noise,
     propagated,
     with_torque_noise,
 )
-from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.platform_motion import (
-    LegMotion,
     acceleration_derivatives,
-    leg_motion,
     platform_acceleration,
-    turn_gradient,
 )
-from fivebar_control.model.geometry import wrap
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
 from fivebar_description.tolerances import EXACT, Tolerances
-
-LINEARISATION = 0.1
-"""Part of the considered errors' effect on an encoder that is added to its noise.
-
-The rows are linearised at an estimate that is wrong itself. With encoders much better than the geometry a gain is the
-small difference of large terms, which amplifies the error of the rows; the added noise bounds that.
-"""
 
 STIFFNESS_LIMIT = 2.0
 """Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
@@ -358,41 +323,6 @@ def filter_model(
     )
 
 
-def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Belief:
-    """Return the belief of a robot at rest whose platform the encoders put at (x, y) m.
-
-    The position's error is N^-1 times that of the angles: of their noise, with a variance (rad^2), and of the
-    considered errors, with which it is thus correlated.
-    """
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
-    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
-    determinant = leg1.n_x * leg2.n_y - leg1.n_y * leg2.n_x
-    i_x1, i_x2 = leg2.n_y / determinant, -leg1.n_y / determinant
-    i_y1, i_y2 = -leg2.n_x / determinant, leg1.n_x / determinant
-    p = np.zeros((SIZE, SIZE))
-    for index, deviation in enumerate(model.considered):
-        p[CONSIDERED + index, CONSIDERED + index] = deviation * deviation
-    row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
-    # the share of the considered errors in x and y
-    share_x, share_y = -(i_x1 * row1 + i_x2 * row2), -(i_y1 * row1 + i_y2 * row2)
-    share_x[:CONSIDERED], share_y[:CONSIDERED] = 0.0, 0.0
-    with_x, with_y = p @ share_x, p @ share_y
-    for index in range(CONSIDERED, CONSIDERED_END):
-        p[X, index] = p[index, X] = with_x[index]
-        p[Y, index] = p[index, Y] = with_y[index]
-    p[X, X] = np.dot(share_x, with_x) + variance * (i_x1 * i_x1 + i_x2 * i_x2)
-    p[Y, Y] = np.dot(share_y, with_y) + variance * (i_y1 * i_y1 + i_y2 * i_y2)
-    p[X, Y] = np.dot(share_x, with_y) + variance * (i_x1 * i_y1 + i_x2 * i_y2)
-    p[Y, X] = p[X, Y]
-    p[VX, VX] = p[VY, VY] = model.noise.velocity
-    p[D1, D1] = p[D2, D2] = model.disturbance_initial * model.disturbance_initial
-    p[BIAS, BIAS] = model.gyro_bias * model.gyro_bias
-    p[CLOCK, CLOCK] = model.gyro_clock * model.gyro_clock
-    p[PASSIVE, PASSIVE] = model.passive_zero * model.passive_zero
-    p[FX, FX] = p[FY, FY] = model.force_deviation * model.force_deviation
-    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), p)
-
-
 def predicted(model: FilterModel, belief: Belief, tau1: float, tau2: float) -> Belief:
     """Return the belief one period later, under torques (Nm) that were applied throughout it."""
     middle = _half(model, belief.estimate, tau1, tau2)
@@ -489,197 +419,3 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
     rows[0, 2] += half
     rows[1, 3] += half
     return rows
-
-
-def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
-    """Return dq11 and dq21 (rad/s)."""
-    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
-    return leg1.dq1, leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dq1
-
-
-def encoder_row(number: int, leg: LegMotion) -> Vector:
-    """Return the derivatives of the reading of leg 1's or leg 2's motor encoder, [SIZE].
-
-    From the closure of the leg at a given platform, projected onto u: b dq_1 = -u . dO - cos q_2 dl_1 - dl_2.
-    """
-    row = np.zeros(SIZE)
-    row[X], row[Y] = leg.n_x, leg.n_y
-    first = number == 1
-    row[ZERO1 if first else ZERO2] = 1.0
-    row[L11 if first else L21] = -leg.cos_q2 / leg.b
-    row[L12 if first else L22] = -1.0 / leg.b
-    row[BASE1 if first else BASE2] = -leg.u_x / leg.b
-    return row
-
-
-class Corrected(NamedTuple):
-    """The effect of the motor encoders' readings.
-
-    Attributes:
-        belief: after them.
-        misfit: squared innovations in units of their variance, 1 on average for each of the two as expected.
-    """
-
-    belief: Belief
-    misfit: float
-
-
-def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
-    """Return the effect of the measured angles of both motors, in any turn."""
-    x, y = belief.estimate.x, belief.estimate.y
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
-    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
-    # one after the other, which for independent encoders is the same as both at once
-    row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
-    one = measured(belief.covariance, row1, q11.variance + _linearised(model, row1))
-    two = measured(one.covariance, row2, q21.variance + _linearised(model, row2))
-    innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
-    change = one.gain * innovation1
-    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - float(np.dot(row2, change))
-    change += two.gain * innovation2
-    misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
-    return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit)
-
-
-def _linearised(model: FilterModel, row: Vector) -> float:
-    """Return the variance (rad^2) by which an encoder's row errs; 0 without considered errors."""
-    total = 0.0
-    for index, deviation in enumerate(model.considered):
-        effect = LINEARISATION * deviation * float(row[CONSIDERED + index])
-        total += effect * effect
-    return total
-
-
-def changed(estimate: Estimate, change: Vector) -> Estimate:
-    """Return an estimate plus the first entries of a change, [SIZE]."""
-    return Estimate(
-        estimate.x + float(change[X]),
-        estimate.y + float(change[Y]),
-        estimate.vx + float(change[VX]),
-        estimate.vy + float(change[VY]),
-        estimate.d1 + float(change[D1]),
-        estimate.d2 + float(change[D2]),
-        estimate.bias + float(change[BIAS]),
-        estimate.clock + float(change[CLOCK]),
-        estimate.passive + float(change[PASSIVE]),
-        estimate.fx + float(change[FX]),
-        estimate.fy + float(change[FY]),
-    )
-
-
-class Taken(NamedTuple):
-    """The effect of a scalar reading.
-
-    Attributes:
-        belief: after it.
-        misfit: squared innovation in units of its variance, 1 on average as expected.
-    """
-
-    belief: Belief
-    misfit: float
-
-
-def turn_rate(model: FilterModel, estimate: Estimate) -> float:
-    """Return the rate of the distal link of leg 2 (rad/s)."""
-    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
-    return leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dtheta
-
-
-def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: float) -> Taken:
-    """Return the effect of the measured rate of the distal link of leg 2: w_2 . xdot + bias + noise.
-
-    Args:
-        model: constants.
-        belief: at a sample.
-        rate: reading (rad/s).
-        lag: time (s) from the sample to the reading's stamp, negative for one before it.
-        slope: change of the rate in that time (rad/s^2).
-    """
-    e = belief.estimate
-    x, y, vx, vy, bias, clock = e.x, e.y, e.vx, e.vy, e.bias, e.clock
-    leg = model.robot.leg2
-    moving = leg_motion(leg, model.mode2, x, y, vx, vy)
-    row = np.zeros(SIZE)
-    row[X], row[Y] = turn_gradient(leg, moving, vx, vy)
-    row[VX], row[VY], row[BIAS], row[SCALE] = moving.w_x, moving.w_y, 1.0, moving.dtheta
-    row[CLOCK] = -slope
-    innovation = rate - (moving.dtheta + slope * (lag - clock)) - bias
-    return _taken(belief, row, innovation, model.gyro_noise * model.gyro_noise)
-
-
-def elbow_row(number: int, parameters: LegParameters, leg: LegMotion) -> Vector:
-    """Return the derivatives of the reading of an encoder on leg 1's or leg 2's passive joint, q_i2 + zero, [SIZE].
-
-    The closure of the leg at a given platform, projected onto r, gives the distal link's angle,
-    l_2 sin q_2 dtheta = r . dO + dl_1 + cos q_2 dl_2; `encoder_row` has that of the proximal link.
-    """
-    row = np.zeros(SIZE)
-    arm = 1.0 / (parameters.distal * leg.sin_q2)
-    row[X], row[Y] = leg.w_x - leg.n_x, leg.w_y - leg.n_y
-    row[PASSIVE] = 1.0
-    first = number == 1
-    row[L11 if first else L21] = arm + leg.cos_q2 / leg.b
-    row[L12 if first else L22] = leg.cos_q2 * arm + 1.0 / leg.b
-    row[BASE1 if first else BASE2] = leg.r_x * arm + leg.u_x / leg.b
-    return row
-
-
-def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle) -> Taken:
-    """Return the effect of the measured angle of leg 1's or leg 2's passive joint, in any turn."""
-    e = belief.estimate
-    x, y, vx, vy, passive = e.x, e.y, e.vx, e.vy, e.passive
-    robot = model.robot
-    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
-    leg = leg_motion(parameters, mode, x, y, vx, vy)
-    row = elbow_row(number, parameters, leg)
-    innovation = _ahead(reading.value - passive, leg.cos_q2, leg.sin_q2)
-    return _taken(belief, row, innovation, reading.variance + _linearised(model, row))
-
-
-def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
-    """Return the speed (rad/s) of the passive joint of leg 1 or leg 2."""
-    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
-    robot = model.robot
-    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
-    leg = leg_motion(parameters, mode, x, y, vx, vy)
-    return leg.dtheta - leg.dq1
-
-
-def seen_at(belief: Belief, x: float, y: float, lag: float, variance: float, gate: float) -> Taken:
-    """Return the effect of a position by the camera; one beyond the gate has none, but its misfit is returned.
-
-    Args:
-        belief: at a sample.
-        x, y: position (m).
-        lag: time (s) from the sample to the exposure.
-        variance: of either coordinate (m^2).
-        gate: in standard deviations of the innovation.
-    """
-    e, p = belief.estimate, belief.covariance
-    row_x, row_y = np.zeros(SIZE), np.zeros(SIZE)
-    row_x[X], row_x[VX], row_y[Y], row_y[VY] = 1.0, lag, 1.0, lag
-    off_x, off_y = x - e.x - lag * e.vx, y - e.y - lag * e.vy
-    column_x, column_y = p @ row_x, p @ row_y
-    s_xx, s_yy = float(np.dot(row_x, column_x)) + variance, float(np.dot(row_y, column_y)) + variance
-    s_xy = float(np.dot(row_y, column_x))
-    squared = (s_yy * off_x * off_x - 2.0 * s_xy * off_x * off_y + s_xx * off_y * off_y) / (s_xx * s_yy - s_xy * s_xy)
-    if not squared <= gate * gate:
-        return Taken(belief, 0.5 * squared)
-    one = _taken(belief, row_x, off_x, variance)
-    e = one.belief.estimate
-    two = _taken(one.belief, row_y, y - e.y - lag * e.vy, variance)
-    return Taken(two.belief, 0.5 * squared)
-
-
-def _taken(belief: Belief, row: Vector, innovation: float, variance: float) -> Taken:
-    """Return the effect of a reading by its row, innovation and the variance of its noise."""
-    correction = measured(belief.covariance, row, variance)
-    estimate = changed(belief.estimate, correction.gain * innovation)
-    return Taken(Belief(estimate, correction.covariance), innovation * innovation / correction.variance)
-
-
-def _ahead(reading: float, x: float, y: float) -> float:
-    """Return by how much a reading (rad) is ahead of the direction (x, y), in (-pi, pi]; NaN for no direction."""
-    ahead = reading - math.atan2(y, x)
-    return wrap(ahead) if math.isfinite(ahead) else math.nan

@@ -1,9 +1,9 @@
 """State estimator: from motor readings to the joint states that the controllers use, for node and offline runner.
 
-Moments. Sample k is measured at t_k, and the command that answers it acts from t_(k+d) on, d being the drives' delay
-in samples. The filter's estimate at t_k is therefore advanced by d periods under the torques that are on their way, the
-commands of samples k-d to k-1. What is published under the stamp of sample k, the measurement that it answers, is the
-state at t_(k+d); the reference under that stamp must be that of t_(k+d) too (`lead_samples` of the motion).
+Timing: sample k is measured at t_k, and the command that answers it acts from t_(k+d) on, d being the drives' delay
+in samples. The filter's estimate at t_k is therefore advanced by d periods under the torques that do not act yet, the
+commands of samples k-d to k-1. The state published with the stamp of sample k is that at t_(k+d); the reference under
+that stamp must be that of t_(k+d) too (`lead_samples` of the motion).
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class JointEstimate(NamedTuple):
 
 
 class EstimatorSteps(NamedTuple):
-    """What is worked out for a sample: the update by its readings, and the prediction over the drives' delay."""
+    """The results of a sample: the update by its readings, and the prediction over the drives' delay."""
 
     next_update: Callable[[EstimatorModel, EstimatorMemory, int], Update]
     prediction: Callable[[EstimatorModel, EstimatorMemory, Sequence[tuple[float, float]], int], Prediction]
@@ -247,7 +247,7 @@ class StateEstimator:
         return updated.memory
 
     def _first_assembly(self, q11: float, q21: float, seen: Sequence[PositionFix]) -> int:
-        """Return the assembly mode at the start, which the camera tells if it is to."""
+        """Return the assembly mode at the start: declared, or by the camera with `seen_start`."""
         if not self._seen_start:
             return self._homing.assembly
         found = next((one for one in seen if math.isfinite(one.x + one.y)), None)

@@ -12,7 +12,8 @@ import math
 import numpy as np
 
 from fivebar_control.estimation.covariance import CONSIDERED, CONSIDERED_END
-from fivebar_control.estimation.ekf import Estimate, FilterModel, encoder_row
+from fivebar_control.estimation.ekf import Estimate, FilterModel
+from fivebar_control.estimation.measurements import encoder_row
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.model.geometry import wrap
 

@@ -1,4 +1,4 @@
-"""The last samples of the filter, so that a late reading takes its place at the time at which it was made.
+"""The last samples of the filter, so that a late reading is applied at the time of its measurement.
 
 A gyroscope's reading arrives some milliseconds after its stamp. The filter then goes back to the sample before that
 stamp and repeats what followed, with the motor readings, torques and late readings of those samples.

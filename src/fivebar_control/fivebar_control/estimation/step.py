@@ -20,17 +20,9 @@ from fivebar_control.estimation.ekf import (
     Estimate,
     FilterModel,
     advanced,
-    corrected,
-    elbow_speed,
-    elbow_turned,
     filter_model,
     guessed,
-    homed_belief,
-    motor_speeds,
     predicted,
-    seen_at,
-    turn_rate,
-    turned,
 )
 from fivebar_control.estimation.encoder import Angle, count_angle, first_angle, next_angle, repetitions, with_variance
 from fivebar_control.estimation.history import (
@@ -60,6 +52,16 @@ from fivebar_control.estimation.history import (
     keep_rate,
     keep_seen,
     row_of,
+)
+from fivebar_control.estimation.measurements import (
+    corrected,
+    elbow_speed,
+    elbow_turned,
+    homed_belief,
+    motor_speeds,
+    seen_at,
+    turn_rate,
+    turned,
 )
 from fivebar_control.estimation.mirror import AmbiguityCheck, AmbiguityLimits, check_ambiguity
 from fivebar_control.model.geometry import direct_geometry

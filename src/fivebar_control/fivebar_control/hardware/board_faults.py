@@ -32,7 +32,7 @@ OF_BUTTON = "release the button, hold it again for 3 s until the board has recov
 
 
 def fault_of(flags: int) -> Fault | None:
-    """Return the fault that the flags of a state tell of; None while both motors are ready and none is there."""
+    """Return the fault that the flags of a state report; None while both motors are ready and none is there."""
     if flags & CONTROL_FAULT:
         cause = flags >> CAUSE_SHIFT
         name, meaning = CAUSES.get(cause, ("board_fault", "the cause is unknown to this program"))

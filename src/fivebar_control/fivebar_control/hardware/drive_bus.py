@@ -187,7 +187,7 @@ class DriveBus:
         """Enable both drives at zero torque, exchanging once per period.
 
         Raises:
-            DriveError: a fault, or they are not enabled within `timeout` (s). They are told to switch off then.
+            DriveError: a fault, or they are not enabled within `timeout` (s). They are commanded to switch off then.
         """
         self._goal = PowerTarget.ENABLED
         try:

@@ -107,7 +107,7 @@ class DriveLink:
         if self.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
             cause = "no emergency message" if self._emergency is None else _words(self._emergency)
             return Fault("drive_fault", f"{self.place}: statusword 0x{self.statusword:04X}, {cause}")
-        # the statusword of the fault that it tells of may come with the next answer
+        # the statusword of the fault that it reports may come with the next answer
         if self._emergency is not None and self._emergency_cycles >= EMERGENCY_CYCLES:
             return Fault("drive_emergency", f"{self.place}: {_words(self._emergency)}")
         age = None if self.heard_at is None else (now - self.heard_at) * 1e3

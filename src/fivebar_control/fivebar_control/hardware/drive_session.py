@@ -66,7 +66,7 @@ class DriveSession:
             enable_timeout: longest time (s) for enabling, disabling or resetting the drives.
             on_latch: called when a fault is latched, after the drives have been stopped, with the fault and whether
                 it was found here rather than reported by another node.
-            name: name of the node whose services the messages tell of.
+            name: name of the node whose services the messages name.
             waits: whether a cycle that is due waits for the torque that answers the last sample, for half of
                 `command_timeout`: for a robot that moves on with the commands alone.
         """

@@ -95,7 +95,7 @@ class MotorBoard:
         """Wait until the board echoes a command without current, and check that nothing is wrong with it.
 
         Raises:
-            DriveError: it does not answer, or tells of a fault.
+            DriveError: it does not answer, or reports a fault.
         """
         patience = self._board.set_up_timeout_ms
         echoed = self._send(wait=patience / 1e3)
@@ -222,7 +222,7 @@ class MotorBoard:
         """Open the port anew, which clears what was latched on this side; the motors stay off.
 
         Raises:
-            DriveError: the board still tells of a fault, or does not answer; the text says what clears it.
+            DriveError: the board still reports a fault, or does not answer; the text says what clears it.
         """
         self._enabled = False
         self._torques = ZERO
@@ -280,7 +280,7 @@ class MotorBoard:
         except OSError as error:
             self._link_fault = Fault("board_lost", f"{self._board.port}: {error}")
         except RuntimeError as error:
-            # the driver sends nothing any more after a fault, until it is made anew; the state tells the cause by name
+            # the driver sends nothing any more after a fault, until it is made anew; the state names the cause
             self._refusal = f"the driver sends nothing: {error}"
         else:
             return wait > 0.0
@@ -313,6 +313,6 @@ def open_board(board: BoardFile) -> MotorBoard:
     """Open the port and find the board, whose motors stay without current.
 
     Raises:
-        DriveError: the port cannot be opened, or the board is silent or tells of a fault; the port is closed then.
+        DriveError: the port cannot be opened, or the board is silent or reports a fault; the port is closed then.
     """
     return set_up_or_closed(MotorBoard(board))

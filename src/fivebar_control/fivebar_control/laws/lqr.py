@@ -1,13 +1,13 @@
-"""Time-varying linear-quadratic regulator along the planned motion, in platform coordinates: the published peer.
+"""Time-varying linear-quadratic regulator along the planned motion, in platform coordinates, a published method.
 
 The motion is tracked with the torques that it needs, u_d = G^-1 (xddot_d - a_0), and with the feedback
 u = u_d - K(t) xi on the error xi = (x - x_d, x' - x_d'). K follows from the Riccati equation, backwards in time along
 the linearisation of x'' = G u + a_0. In platform coordinates this linearisation is regular on the Type 2 locus, and so
-is K: over the rest of the motion the direction that is lost for an instant is controllable. What the law
-needs is a motion whose u_d is finite there, one that meets the dynamic criterion; where the motion does not, u_d grows
-as 1 / kappa.
+is K: the direction that is uncontrollable for an instant is controllable over the rest of the motion. The motion has to
+meet the dynamic criterion, by which u_d is finite on the locus; otherwise u_d grows as 1 / kappa.
 
-The plan has to be known beforehand. For a reference that is not of the plan, one held after a fault, `unified` answers.
+The plan has to be known beforehand. For a reference outside of the plan, as one held after a fault, the torque is that
+of `unified`.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from fivebar_description.settings import Setting
 FloatArray = NDArray[np.float64]
 
 STEPS = 1e-6, 1e-6, 1e-4, 1e-4
-"""Steps (m, m, m/s, m/s) of the differences that linearise the model."""
+"""Steps (m, m, m/s, m/s) of the finite differences that linearise the model."""
 
 LEAST_INPUT = 1e-6
 """Added to G^T G ((m/s^2/Nm)^2), so that u_d is defined within some nanometres of the locus too."""
 
 REST_SAMPLES = 1000
-"""Samples of rest after the motion with which the Riccati equation begins: the gain of a rest is then settled."""
+"""Samples of rest after the motion from which the Riccati equation starts, enough for its gain to converge."""
 
 
 class LqrSettings(NamedTuple):
@@ -81,7 +81,7 @@ def lqr_gains(
         linear = linearised(robot, mode1, mode2, reference, period)
         if linear is None:
             break
-        # the rest after the motion is long enough for the gain to settle
+        # the rest after the motion is long enough for the gain to converge
         for _ in range(REST_SAMPLES if reference is last else 1):
             value, feedback = riccati_step(linear, value, weights, settings.weight)
         row1, row2 = ((float(a), float(b), float(c), float(d)) for a, b, c, d in feedback.tolist())
@@ -121,7 +121,7 @@ def linearised(robot: FiveBar, mode1: int, mode2: int, reference: Platform, peri
     change[:2, 2:] = np.eye(2)
     change[2:] = slopes
     acting = np.vstack((np.zeros((2, 2)), inputs))
-    # torques are held over a sample; the third term is a millionth
+    # torques are held over a sample; the third-order term is about 1e-6
     transition = np.eye(4) + period * change + 0.5 * period**2 * change @ change
     return Linear(
         transition, period * acting + 0.5 * period**2 * change @ acting, (float(torques[0]), float(torques[1]))
@@ -131,7 +131,7 @@ def linearised(robot: FiveBar, mode1: int, mode2: int, reference: Platform, peri
 def riccati_step(
     linear: Linear, value: FloatArray, weights: FloatArray, weight: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the value matrix of the sample before, float64[4, 4], and the gain there, float64[2, 4]."""
+    """Return the cost-to-go matrix one sample earlier, float64[4, 4], and the gain there, float64[2, 4]."""
     through = linear.inputs.T @ value
     feedback: FloatArray = np.linalg.solve(
         through @ linear.inputs + weight * np.eye(2), through @ linear.transition
@@ -142,7 +142,7 @@ def riccati_step(
 
 
 def _map_at(robot: FiveBar, mode1: int, mode2: int, place: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Return G and a_0 at a place (m) and velocity (m/s)."""
+    """Return G and a_0 at a position (m) and velocity (m/s)."""
     mapped = input_map(robot, state_from_platform(robot, mode1, mode2, *place.tolist()))
     if mapped is None or math.isnan(mapped.g_x1):
         return None
@@ -179,7 +179,7 @@ def lqr_step(
 
 
 def platform_of(reference: Reference) -> Platform:
-    """Return the platform of a reference, by which the gains are found."""
+    """Return the platform of a reference, the key of its gains."""
     desired = reference.state
     return Platform(desired.x, desired.y, desired.vx, desired.vy, reference.ax, reference.ay)
 

@@ -12,7 +12,7 @@ that the sample before has made: what the motion needs is planned once and costs
 from sample to sample is what the weights r_s and r keep small.
 
 The quadratic program is solved by the active-set method of `daqp`, which is exact, within a fixed number of iterations;
-where it does not finish, `unified` answers.
+where it does not finish, the torque is that of `unified`.
 """
 
 from __future__ import annotations
@@ -58,10 +58,10 @@ MOST_ITERATIONS = 150
 """Iterations of the solver in a sample at most: a count, not a time, so that a run can be repeated bit for bit."""
 
 LEAST_WEIGHT = 1e-9
-"""Weight of the torques themselves ((m/Nm)^2), so that none is spent where it has no effect."""
+"""Weight of the torques themselves ((m/Nm)^2), so that they are zero where they have no effect."""
 
 SCALE = 1e8
-"""Of the cost, which brings its second derivatives to the size of 1, for which the solver's tolerances are made."""
+"""Factor of the cost: its second derivatives are then of the order of 1, to which the solver's tolerances refer."""
 
 
 ROW = 14
@@ -257,7 +257,7 @@ class Solution(NamedTuple):
 
 def solve(problem: QuadraticProgram, duals: FloatArray | None) -> Solution:
     """Return the solution of a quadratic program, started from the duals of one that is close to it."""
-    # loaded by runs with this law only
+    # imported here, so that runs with other laws do not load it
     import daqp
 
     start: dict[str, Any] = {} if duals is None or duals.shape != problem.high.shape else {"dual_start": duals}

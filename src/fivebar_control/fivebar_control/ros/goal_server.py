@@ -8,6 +8,7 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
@@ -70,7 +71,8 @@ class GoalServer:
         try:
             goal = read_goal(list(message.name), list(message.position))
             if not self._open:
-                raise GoalRefused("requests are not taken: they need the unified controller (parameter takes_goals)")
+                able = " or ".join(GOAL_CONTROLLERS)
+                raise GoalRefused(f"requests are not taken: they need controller {able} (parameter takes_goals)")
             if self._sample < 0:
                 raise GoalRefused("the run has not begun")
             if self._held:

@@ -16,13 +16,13 @@ from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, 
 
 LEAST_PICTURES = 6
 LEAST_CORNERS = 12
-"""Of the board in a picture."""
+"""Fewest corners of the board for a picture to be used."""
 
 TOO_WRONG = 1.0
-"""Root mean square of the corners' deviations (px) beyond which a calibration is refused."""
+"""Root mean square reprojection error (px) beyond which a calibration is refused."""
 
 MARKER_SHARE = 0.75
-"""Edge of a marker over that of a square."""
+"""Edge of a marker, as a share of that of a square."""
 
 
 class Board(NamedTuple):
@@ -38,7 +38,7 @@ class Board(NamedTuple):
         return cv2.aruco.CharucoBoard(size, self.square, MARKER_SHARE * self.square, tag_dictionary())
 
     def picture(self, pixels: int) -> Picture:
-        """Return the board to be printed, with so many pixels in a square."""
+        """Return the board to be printed, at a resolution (pixels per square)."""
         size = self.columns * pixels, self.rows * pixels
         return np.asarray(self.made().generateImage(size), np.uint8)
 
@@ -49,8 +49,8 @@ class CameraCalibration(NamedTuple):
     Attributes:
         width, height: of its pictures (px).
         optics: the projection.
-        deviation: root mean square of the corners' deviations from it (px), NaN where it is not known.
-        pictures: those that were used.
+        deviation: root mean square reprojection error of the corners (px), NaN where it is not known.
+        pictures: number of pictures that were used.
     """
 
     width: int
@@ -86,10 +86,10 @@ def board_corners(board: Board, picture: Picture) -> tuple[Points, Points] | Non
 
 
 def calibrated(board: Board, pictures: list[Picture]) -> CameraCalibration:
-    """Return the camera that took pictures of a board, from different sides.
+    """Return the calibration of the camera that took pictures of a board from different sides.
 
     Raises:
-        InputError: the board is in too few of them, they differ in size, or no camera explains them.
+        InputError: the board is in too few of them, they differ in size, or the reprojection error is too large.
     """
     shapes = {picture.shape for picture in pictures}
     if len(shapes) > 1:
@@ -159,7 +159,7 @@ def read_calibration(path: Path) -> CameraCalibration:
     """Read a calibration.
 
     Raises:
-        InputError: there is no such file, or it is not one of a camera with a lens of `LENS_MODEL`.
+        InputError: there is no such file, or its distortion model is not `LENS_MODEL`.
     """
     read = read_yaml(path, _CameraFile)
     k, distortion = read.camera_matrix.data, read.distortion_coefficients.data

@@ -1,4 +1,4 @@
-"""The platform by the camera compared with that by the joints, at the time of the exposure."""
+"""Compares the platform's position seen by the camera with that from the joints, at the time of the exposure."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import math
 from fivebar_control.vision.reading import PlatformReading
 
 KEPT = 2.0
-"""Time (s) for which positions by the joints are kept, for pictures that are still under way."""
+"""Time (s) for which positions from the joints are kept, since pictures arrive late."""
 
 Position = tuple[float, float]
 
 
 class VisionCheck:
-    """Compares readings with positions by the joints, whichever come first."""
+    """Compares readings with positions from the joints, in whichever order they arrive."""
 
     def __init__(self, rate_hz: int, lead_samples: int) -> None:
-        """Begin a run; positions by the joints of sample k are those `lead_samples` later."""
+        """Begin a run; the joints published with sample k are those expected `lead_samples` later."""
         self._kept = math.ceil(KEPT * rate_hz)
         self._lead = lead_samples
         self._platform: dict[int, Position] = {}
@@ -24,7 +24,7 @@ class VisionCheck:
         self._waiting: list[tuple[float, PlatformReading]] = []
 
     def joints(self, sample: int, x: float, y: float) -> list[tuple[float, Position]]:
-        """Take the platform (m) by the joints of a sample, and return what can be compared now.
+        """Take the platform's position (m) from the joints of a sample, and return what can be compared now.
 
         Returns the moment of each exposure, in samples, and the difference of both positions (m).
         """
@@ -50,7 +50,7 @@ class VisionCheck:
         return compared
 
     def _at(self, moment: float) -> Position | None:
-        """Return the platform (m) at a moment, between two samples in a straight line; None where it is not known."""
+        """Return the platform's position (m) at a moment, interpolated between samples; None where it is not known."""
         before, part = math.floor(moment), moment - math.floor(moment)
         one = self._platform.get(before)
         two = one if part == 0.0 else self._platform.get(before + 1)

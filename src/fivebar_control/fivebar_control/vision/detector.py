@@ -1,9 +1,9 @@
 """Finds AprilTags in a picture and measures their corners to a few hundredths of a pixel.
 
-OpenCV reads the tags. Its corners are good to about half a pixel, with an offset that has changed between releases, so
-only the search begins there: along each edge of the black square, profiles across it tell where dark becomes bright,
-the lens is taken out, a line is fitted, and neighbouring lines meet in the corners. A blur that is symmetrical, of the
-lens or of a motion, moves none of these lines.
+OpenCV identifies the tags. Its corners are accurate to about half a pixel, with an offset that differs between
+releases, so they are only the initial guess: the step from dark to bright is located in intensity profiles across each
+edge of the black square, lens distortion is removed, a line is fitted to each edge, and the intersections of
+neighbouring lines are the corners. Symmetrical blur, of the lens or of a motion, does not bias these lines.
 """
 
 from __future__ import annotations
@@ -21,38 +21,38 @@ from fivebar_description.camera_model import Optics, Points
 Picture = NDArray[np.uint8]
 
 PROFILES = 32
-"""Across each edge."""
+"""Intensity profiles across each edge."""
 
 MARGIN = 0.1
-"""Part of an edge at either end that has no profile: the neighbouring edge is too near."""
+"""Share of an edge at either end without profiles, since the neighbouring edge is too near."""
 
 REACH = 5.0
-"""Longest half of a profile (px)."""
+"""Largest half length of a profile (px)."""
 
 STEP = 0.5
-"""Between the points of a profile (px)."""
+"""Distance between the points of a profile (px)."""
 
 PASSES = 2
 
 LEAST_CONTRAST = 25.0
-"""Grey levels between the black square and the paper."""
+"""Least difference between the black square and the paper (grey levels)."""
 
 OUTLIERS = 4.0
-"""Profiles that are so many deviations off the line are dropped."""
+"""Distance from the fitted line, in standard deviations, beyond which a profile is an outlier."""
 
 LEAST_PROFILES = PROFILES // 2
 
 LEAST_DEVIATION = 0.01
-"""Of an edge's place in a profile (px): a simulated picture without noise is not exact either."""
+"""Least standard deviation of an edge's place in a profile (px), even without noise."""
 
 
 class Tag(NamedTuple):
     """A tag in a picture.
 
     Attributes:
-        number: in the dictionary.
+        number: its number in the dictionary.
         corners: pixel coordinates, [4, 2], clockwise from the upper left corner of the tag.
-        rays: of the corners, (x / z, y / z) without the lens, [4, 2].
+        rays: the corners' rays (x / z, y / z), undistorted, [4, 2].
         deviation: standard deviation of an edge's line (px).
     """
 
@@ -112,7 +112,7 @@ class TagDetector:
         return tags
 
     def _measured(self, picture: Picture, number: int, corners: Points) -> Tag | None:
-        """Return a tag with its corners measured, begun at those that were found; None where an edge is not to see."""
+        """Return a tag with its corners refined from an initial guess; None where an edge cannot be found."""
         deviation = math.inf
         for _ in range(PASSES):
             lines = []
@@ -129,7 +129,7 @@ class TagDetector:
         return Tag(number, corners, rays, deviation)
 
     def _line(self, picture: Picture, start: Points, end: Points) -> _EdgeLine | None:
-        """Return the line of an edge between two corners (px); clockwise, so that the paper is to its left."""
+        """Return the line of an edge between two corners (px); in clockwise order, so that the paper is to its left."""
         along = end - start
         length = float(np.hypot(*along))
         # a profile stays within the outer cell
@@ -155,7 +155,7 @@ class TagDetector:
 
 
 class _EdgeLine(NamedTuple):
-    """n . p = distance, n of length 1, in rays; and the variance of its place."""
+    """A line n . p = distance among rays, |n| = 1, and the variance of its offset."""
 
     x: float
     y: float
@@ -164,7 +164,7 @@ class _EdgeLine(NamedTuple):
 
 
 def _fitted(points: Points, least: float) -> _EdgeLine | None:
-    """Return the line through points [n, 2] without those that are off it, of a least deviation; None for too few."""
+    """Return the line fitted to points [n, 2] without outliers, given a least deviation; None for too few points."""
     keep = np.ones(len(points), np.bool_)
     for _ in range(3):
         chosen = points[keep]

@@ -1,8 +1,8 @@
 """The platform's position from the tags of a picture.
 
-The base's tags give the camera's pose. Then each corner of the platform's tag is a ray that meets the plane of the tag,
-whose height is known, in one point: a homography. The tag's own 3-D pose, from its four corners alone, would be ten
-times worse, since a tag that is small in the picture hardly shows how far away it is.
+The base's tags determine the camera's pose. The rays of the platform tag's corners are then intersected with the plane
+of that tag, whose height is known. A 3-D pose from the tag's four corners alone would be ten times less accurate, since
+the distance of a tag that is small in the picture is poorly determined.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from fivebar_description.camera import BASE_TAGS, PLATFORM_TAG, CameraSettings
 from fivebar_description.camera_model import CameraPose, Optics, Points, placed, square_corners
 
 BASE_INTERVAL = 30
-"""Pictures from one search for the base's tags to the next: the camera stands still."""
+"""Pictures from one search for the base's tags to the next, since the camera stands still."""
 
 LEAST_BASE_TAGS = 2
 
 WINDOW = 1.5
-"""Half of the part of a picture in which the platform's tag is searched first, in edges of the tag."""
+"""Half width of the window in which the platform's tag is searched for first, in edges of the tag."""
 
 LARGEST_MISFIT = 0.03
-"""Of a tag's corners from those of a square of its size, in edges: beyond it the plane or the camera is another."""
+"""Largest deviation of a tag's corners from a square of its size, in edges; more means a wrong plane or calibration."""
 
 SYSTEMATIC = 0.03
-"""Standard deviation (px) that does not fall with more profiles: what the lens and the base's tags leave."""
+"""Standard deviation (px) of systematic errors, of the lens and the base's tags, which more profiles do not reduce."""
 
 
 class PlatformSight(NamedTuple):
@@ -39,7 +39,7 @@ class PlatformSight(NamedTuple):
         x, y: its position (m).
         angle: of the tag (rad).
         variance_x, variance_y, covariance: of the position (m^2).
-        row: of the picture where it is (px): rows may be exposed one after the other.
+        row: the picture's row in which it is (px), since rows may be exposed one after the other.
     """
 
     x: float
@@ -84,7 +84,7 @@ def platform_of(tag: Tag, pose: CameraPose, height: float, edge: float, focal: f
     corners = pose.on_plane(tag.rays, height)
     centre = corners.mean(axis=0)
     square, seen = square_corners(edge), corners - centre
-    # the turn that brings the square onto the corners best
+    # the rotation that fits the square to the corners best
     angle = math.atan2(
         float(np.sum(square[:, 0] * seen[:, 1] - square[:, 1] * seen[:, 0])), float(np.sum(square * seen))
     )

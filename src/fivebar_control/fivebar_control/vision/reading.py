@@ -1,4 +1,4 @@
-"""What `vision/platform` says of a picture: where the platform was, and how exactly."""
+"""The content of `vision/platform`: the platform's position in a picture, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from fivebar_description.camera import CameraSettings
 
 
 class PlatformReading(NamedTuple):
-    """The platform's position by a picture, all NaN where it was not seen.
+    """The platform's position from a picture, all NaN where it was not seen.
 
     Attributes:
         x, y: position (m).
         deviation_x, deviation_y: standard deviations (m).
-        correlation: of both.
+        correlation: of the errors of x and y.
     """
 
     x: float
@@ -28,7 +28,7 @@ NOT_SEEN = PlatformReading(math.nan, math.nan, math.nan, math.nan, math.nan)
 
 
 def used(reading: PlatformReading) -> tuple[float, float, float]:
-    """Return what the estimator takes of a reading: x, y (m), and the larger standard deviation (m)."""
+    """Return the part of a reading that the estimator uses: x, y (m), and the larger standard deviation (m)."""
     return reading.x, reading.y, max(reading.deviation_x, reading.deviation_y)
 
 

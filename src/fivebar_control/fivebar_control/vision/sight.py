@@ -1,4 +1,4 @@
-"""From a picture to what `vision/platform` says of it."""
+"""From a picture to the content of `vision/platform`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fivebar_description.interface import NANOSECONDS
 
 
 def reading_of(tracker: PlatformTracker, settings: CameraSettings, picture: Picture) -> tuple[PlatformReading, int]:
-    """Return what a picture says, and by how much (ns) its exposure was later than its stamp.
+    """Return the reading of a picture, and by how much (ns) the tag was exposed later than the picture's stamp.
 
     The rows of a rolling shutter are exposed one after the other; the stamp is that of the middle one.
     """

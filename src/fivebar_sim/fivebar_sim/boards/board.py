@@ -18,7 +18,7 @@ from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
 from fivebar_sim.plant import Plant, PlantDiverged
 
 LONGEST_CATCH_UP = 0.25
-"""Time (s) that the clock moves the robot on by at most at once: this process was stopped meanwhile."""
+"""Longest time (s) that is simulated at once, after this process was stopped for a while."""
 
 IDLE_PERIOD = 0.02
 """Period (s) of state frames while commands set the pace and none comes."""
@@ -27,7 +27,7 @@ WITHOUT_WATCHDOG = 0.05
 """Time (s) without a command after which the clock sets the pace where no watchdog runs."""
 
 LOOP_US = 40.0
-"""Duration (us) of one run of the control that the board tells."""
+"""Duration (us) of one run of the control that the board reports."""
 
 NOT_FINITE = 7
 BOTH = 3
@@ -48,7 +48,7 @@ class EmulatedBoard:
         self.history: deque[MeasuredRecord] = deque(maxlen=HISTORY)
         """The last measurements, the newest at the end."""
         self.measured = self._ticks = 0
-        """Measurements so far that were told."""
+        """Number of measurements reported so far."""
         self.drop = self.corrupt = self.ignore = 0
         """State frames to lose, state frames to corrupt, and command frames to lose from now on."""
         self.silent = False
@@ -69,12 +69,12 @@ class EmulatedBoard:
         self.motors[1].place(q21)
 
     def reboot(self, now: float) -> None:
-        """Reset the board: no fault, no command, and its clock and numbers begin anew."""
+        """Reset the board: faults and commands are cleared, its clock and frame numbers start again at zero."""
         self._reader = CommandReader()
         self._sequence = self._time = 0
         self._command = CommandFrame(0, 0, 0, (OFF, OFF))
         self._commanded_at: float | None = None
-        self._clock = self._told_at = now
+        self._clock = self._reported_at = now
         self._cause: int | None = None
         self.ready = BOTH
         """Bit i: motor i is calibrated and has passed its checks."""
@@ -92,12 +92,12 @@ class EmulatedBoard:
         return self.ready | (0 if self._cause is None else fault_flags(self._cause))
 
     def trip(self, cause: int) -> None:
-        """Enter a control fault; both currents go to zero until the board is reset, or the button ends its own."""
+        """Enter a control fault: both currents are zero until the board is reset; the button clears its own fault."""
         self._cause = cause
         self._button_since = None
 
     def hold_button(self, now: float) -> None:
-        """Press the emergency stop button and hold it; a press that follows a release can end its own fault."""
+        """Press the emergency stop button and hold it; pressed again after a release it can clear its own fault."""
         if self._cause == BUTTON:
             self._button_since = now
         else:
@@ -115,9 +115,9 @@ class EmulatedBoard:
                 continue
             self._command, self._commanded_at, self._expired = command, now, False
             if self._file.pace != CLOCK:
-                # the client waits for the answer, and not for what the robot does afterwards
-                yield self._tell()
-                self._told_at = self._clock = now
+                # the answer first: the client need not wait for the simulation of the next period
+                yield self._report()
+                self._reported_at = self._clock = now
                 for _ in range(self._file.ticks):
                     self._advance()
 
@@ -136,20 +136,20 @@ class EmulatedBoard:
             return b""
         return self._follow_clock(now, IDLE_PERIOD)
 
-    def _follow_clock(self, now: float, told_every: float) -> bytes:
-        """Move on to the present, telling states."""
+    def _follow_clock(self, now: float, report_period: float) -> bytes:
+        """Move on to the present; return the state frames that are due."""
         states = []
         self._clock = max(self._clock, now - LONGEST_CATCH_UP)
         while self._clock + self._file.tick <= now:
             self._clock += self._file.tick
             self._advance()
-            if self._clock - self._told_at >= told_every * (1.0 - 1e-6):
-                self._told_at = self._clock
-                states.append(self._tell())
+            if self._clock - self._reported_at >= report_period * (1.0 - 1e-6):
+                self._reported_at = self._clock
+                states.append(self._report())
         return b"".join(states)
 
-    def _tell(self) -> bytes:
-        """Return the frame of the present state, or what is left of it."""
+    def _report(self) -> bytes:
+        """Return the state frame; empty or corrupted where that was injected."""
         self._sequence += 1
         self.measured += 1
         first, second = self.motors

@@ -1,4 +1,4 @@
-"""The line protocol by which the board is broken and mended while it runs."""
+"""The line protocol by which faults are injected into the running board and removed again."""
 
 from __future__ import annotations
 

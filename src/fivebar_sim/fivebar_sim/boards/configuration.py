@@ -18,7 +18,7 @@ class BoardMotorFacts(BoardMotor):
     Attributes:
         current_limit: largest current (A).
         current_bandwidth_hz: bandwidth of the current loop, of first order.
-        speed_bandwidth_hz: bandwidth of the filter of the speed that the board tells.
+        speed_bandwidth_hz: bandwidth of the filter of the reported speed.
     """
 
     current_limit: Positive = PEAK_CURRENT
@@ -38,8 +38,8 @@ class BoardEmulationFile(EmulatedRobotFile):
 
     Attributes:
         port: symbolic link to make to the pseudo-terminal; none when empty.
-        pace: what moves the robot on: `commands`, by one period each, so that a run does not depend on how fast the
-            machine is, and the clock only once the watchdog has found them missing; or `clock`, always, as on a robot.
+        pace: what advances simulated time: `commands`, by one period each, so that a run does not depend on the
+            machine's speed, and the clock once the watchdog has found them missing; or `clock`, always, as on a robot.
         period_us: time from one command to the next, for `pace: commands`.
         tick_us: time between two runs of the board's control, and state frames where the clock sets the pace.
         button_s: for how long the emergency stop button is to be held for the board to recover.

@@ -127,7 +127,7 @@ class BoardEmulation:
                 self._mend()
 
     def _mend(self) -> None:
-        """End all that was broken but a control fault, which asks for the board's reset."""
+        """Remove all injected faults but a control fault, which needs a reset of the board."""
         board = self.board
         board.drop = board.corrupt = board.ignore = 0
         board.silent = False

@@ -1,4 +1,4 @@
-"""One motor of the emulated board: current loop, encoder and the speeds that the board makes of it."""
+"""One motor of the emulated board: current loop, encoder, and the speeds derived from its counts."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class EmulatedMotor:
 
     @property
     def state(self) -> MotorState:
-        """What the board tells of the motor: its angle within half a turn of zero, as of an absolute encoder."""
+        """The reported state: its angle is within half a turn of zero, as that of an absolute encoder."""
         angle = math.remainder(self.angle, math.tau)
         return MotorState(angle, self._speed, self._raw_speed, self._current, self._target)
 

@@ -38,7 +38,7 @@ class PseudoPort:
             self._link.symlink_to(self.path)
 
     def unplug(self) -> None:
-        """Tear the cable out: the port is gone, for a client that has it open, too."""
+        """Unplug the cable: the port is gone, also for a client that has it open."""
         if self._files is None:
             return
         if self._link is not None:

@@ -45,7 +45,7 @@ BUTTON = 9
 
 
 class MotorCommand(NamedTuple):
-    """What the board does with a motor: i = current + kp (angle - q) + kd (speed - v), in A, rad and s."""
+    """Set points of a motor: i = current + kp (angle - q) + kd (speed - v), in A, rad and s."""
 
     kp: float
     kd: float
@@ -64,7 +64,7 @@ class CommandFrame(NamedTuple):
 
 
 class MotorState(NamedTuple):
-    """What the board tells of a motor, in rad, rad/s and A."""
+    """The reported state of a motor, in rad, rad/s and A."""
 
     angle: float
     speed: float
@@ -106,7 +106,7 @@ def write_state(state: StateFrame) -> bytes:
 
 
 class CommandReader:
-    """Finds command frames in a stream of bytes, whatever else is in it."""
+    """Finds command frames in a stream of bytes, and skips everything else."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()

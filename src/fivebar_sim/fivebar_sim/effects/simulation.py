@@ -12,7 +12,9 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.loads import held
 from fivebar_sim.effects.mechanism import Mechanism, mechanism_of
-from fivebar_sim.effects.motion import ImuMotion, MechanismState, advanced, imu_motion, joints_of, joints_seen, started
+from fivebar_sim.effects.mechanism_state import MechanismState
+from fivebar_sim.effects.motion import advanced, started
+from fivebar_sim.effects.observation import ImuMotion, imu_motion, joints_of, joints_seen
 from fivebar_sim.settings import PlantSettings
 
 POSTURE_TOLERANCE = 1e-9

@@ -12,7 +12,7 @@ from fivebar_sim.vision.markers import BLACK, WHITE, sheet
 from fivebar_sim.vision.renderer import TABLE, Lens, Picture, finished, paint, resting
 
 TILT = 0.45
-"""Of the board about its two axes (rad)."""
+"""Largest tilt of the board about either of its axes (rad)."""
 
 
 def board_views(
@@ -21,12 +21,12 @@ def board_views(
     """Return pictures of a board.
 
     Args:
-        printed: the board, with so many `pixels` in a square.
+        printed: the board, at `pixels` per square.
         square: edge of a square (m).
-        pixels: in a square of it.
+        pixels: per square.
         settings: of the camera.
         views: number of pictures.
-        seed: of the places of the board and of the noise.
+        seed: of the board's poses and of the noise.
     """
     paper = np.pad(printed, pixels // 2, constant_values=255).astype(np.float32) / 255.0
     texture = sheet((BLACK + (WHITE - BLACK) * paper).astype(np.float32), square / pixels)
@@ -36,7 +36,7 @@ def board_views(
         turn, height = math.pi / 4.0 * view, settings.z * random.uniform(0.75, 1.0)
         tilt_x, tilt_y = TILT * math.cos(2.4 * view), TILT * math.sin(2.4 * view)
         aside = [random.uniform(-0.12, 0.12) * height for _ in range(2)]
-        # the camera as the board has it: the board's centre is before it, a little aside
+        # pose of the camera in the board's frame: the board's centre is in front of it, a little off the axis
         rotation = CameraPose.looking_down((0.0, 0.0, height), tilt_x, tilt_y, turn).rotation
         pose = CameraPose(rotation, np.array([*aside, height]))
         light = np.full((settings.height, settings.width), TABLE, np.float32)

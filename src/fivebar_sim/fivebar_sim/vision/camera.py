@@ -1,4 +1,4 @@
-"""The simulated camera from sample to sample: exposes the robot as it moves, and delivers what it saw later."""
+"""The simulated camera, sample by sample: it exposes the moving robot and delivers the pictures later."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Joints = Sequence[float]
 
 
 class Delivered(NamedTuple):
-    """What arrives from the camera.
+    """A picture, or a position in its place, that arrives from the camera.
 
     Attributes:
-        sample: in the middle of whose exposure it was.
+        sample: that of the middle of its exposure.
         picture: None where the position is simulated instead.
         x, y: that position (m), NaN with a picture.
     """

@@ -10,15 +10,15 @@ import numpy as np
 from fivebar_description.camera import CameraSettings
 
 STREAM = 8
-"""Of the random numbers of a picture's way."""
+"""Random stream of the pictures' delays, losses and errors."""
 
 
 class Frame(NamedTuple):
-    """A picture's way.
+    """Exposure and arrival of a picture.
 
     Attributes:
-        number: of the picture.
-        sample: in the middle of whose exposure it was; its stamp is that of this sample, by the camera's clock.
+        number: its number.
+        sample: that of the middle of its exposure; its stamp is that of this sample, by the camera's clock.
         arrival: sample with which the picture arrives, -1 where it is lost.
         noise_x, noise_y: error of a position that is simulated without a picture, in its standard deviations.
     """
@@ -33,7 +33,7 @@ class Frame(NamedTuple):
 def frame_of(settings: CameraSettings, rate_hz: int, seed: int, sample: int) -> Frame | None:
     """Return the picture that is exposed at a sample, None where there is none.
 
-    The picture of sample 0 comes with it: the robot rests before, and the run begins when it has been seen.
+    The picture of sample 0 arrives with that sample: the robot rests before, and the run waits for the picture.
     """
     number, rest = divmod(sample, settings.every(rate_hz))
     if rest:

@@ -12,10 +12,10 @@ from fivebar_description.camera import TAG_CELLS
 from fivebar_description.camera_model import Points
 
 MARGIN_CELLS = 1
-"""Of white paper around it."""
+"""Width of the white margin around a tag, in cells."""
 
 TEXELS = 24
-"""Of a texture in a cell: half a pixel where a tag of 30 mm is 96 pixels wide."""
+"""Texels per cell: half a pixel each where a tag of 30 mm is 96 pixels wide."""
 
 BLACK, WHITE = 0.08, 0.85
 """Reflectance of ink and paper."""
@@ -25,7 +25,7 @@ class Texture(NamedTuple):
     """A printed sheet.
 
     Attributes:
-        values: reflectance times cover, and cover, [rows, columns, 2]; a frame of one texel has no cover.
+        values: reflectance times opacity, and opacity, [rows, columns, 2]; a frame of one texel is transparent.
         texel: edge of a texel (m).
         width, height: of the sheet (m), without that frame.
     """

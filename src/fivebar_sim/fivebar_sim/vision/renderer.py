@@ -1,8 +1,8 @@
 """Renders what the camera sees: sheets at their heights, the links below them, blur of motion and lens, and noise.
 
-A sheet is sampled at `MOMENTS` instants of the exposure, each with another offset within the pixel, so that one sum has
-both the motion and the pixel's area. The offsets are symmetrical about the middle of the exposure: the blur of a steady
-motion has its centre at the middle.
+A sheet is sampled at `MOMENTS` instants of the exposure, each with its own offset within the pixel, so that one sum
+integrates over both exposure time and pixel area. The offsets are symmetrical about the middle of the exposure, so that
+the blur of a uniform motion is centred there.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ ROUND_CAP = 9
 
 
 class RenderedPosture(NamedTuple):
-    """What moves, at one instant: both elbows and the platform (m), and the tag's angle (rad)."""
+    """Places of both elbows and of the platform (m), and the tag's angle (rad), at one instant."""
 
     elbow1: tuple[float, float]
     elbow2: tuple[float, float]
@@ -55,7 +55,7 @@ class RenderedPosture(NamedTuple):
 
 
 def posture_of(robot: FiveBar, q11: float, q21: float, q22: float) -> RenderedPosture:
-    """Return the posture of the robot at its joint angles (rad); the platform is where leg 2 has it."""
+    """Return the posture of the robot at its joint angles (rad); the platform is at the tip of leg 2."""
     one, two = robot.leg1, robot.leg2
     elbow1 = one.base_x + one.proximal * math.cos(q11), one.proximal * math.sin(q11)
     elbow2 = two.base_x + two.proximal * math.cos(q21), two.proximal * math.sin(q21)
@@ -82,7 +82,7 @@ class PlacedSheet(NamedTuple):
 
 
 class Lens:
-    """The camera as it stands: what each of its pixels looks at, and where a point is in the picture."""
+    """The fixed camera: from pixels to points of a plane, and from points to pixels."""
 
     def __init__(self, optics: Optics, pose: CameraPose, width: int, height: int) -> None:
         """Make the lens of a picture of a size (px)."""
@@ -92,7 +92,7 @@ class Lens:
     def plane(self, height: float, rows: slice, columns: slice) -> Points:
         """Return where the pixels of a window meet a plane z = height, [rows, columns, 2] (m).
 
-        Between the points of a grid it is interpolated, which is exact to a thousandth of a pixel.
+        It is interpolated between the points of a grid, with an error of a thousandth of a pixel.
         """
         down, across = _grid(rows), _grid(columns)
         u, v = np.meshgrid(across, down)
@@ -205,7 +205,7 @@ class Renderer:
         """Return a picture.
 
         Args:
-            number: of the picture, from which its noise follows.
+            number: of the picture, which seeds its noise.
             posture_at: the posture at a time (s) from the middle of the exposure of the picture's middle row.
         """
         light = self._table.copy()

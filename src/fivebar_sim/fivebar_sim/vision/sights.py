@@ -1,4 +1,4 @@
-"""In lockstep, which of the camera's positions come with which sample."""
+"""In lockstep, holds a sample back until the camera's positions that arrive with it are there."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from fivebar_sim.vision.frames import FrameSchedule
 
 
 class Sights:
-    """Counts the positions that a sample waits for, and those that have come, by their stamps.
+    """Counts the positions that a sample waits for, and those that have arrived, by their stamps.
 
-    What is done with a picture takes time that the simulation does not have: a sample with which pictures arrive is
-    published once their positions are there.
+    Image processing takes wall time but no simulated time: a sample with which pictures arrive is published once their
+    positions are there.
     """
 
     def __init__(self, settings: CameraSettings, rate_hz: int, seed: int) -> None:
@@ -29,7 +29,7 @@ class Sights:
         return len(self._stamps) >= self._arrived
 
     def expect(self, sample: int) -> None:
-        """Begin a sample; one that is begun again waits for nothing more."""
+        """Begin a sample; beginning the same sample again adds nothing to wait for."""
         if sample > self._sample:
             self._sample = sample
             self._schedule.exposed(sample)
@@ -41,7 +41,7 @@ class Sights:
             self._stamps.append(stamp_ns)
 
     def taken(self, sample: int) -> list[int]:
-        """Return the stamps (ns) of the positions that come with the present sample, also where it is asked again."""
+        """Return the stamps (ns) of the positions that come with the present sample, the same when called again."""
         if self._taken < self._arrived:
             self._latest = self._stamps[self._taken : self._arrived]
             self._taken, self._given = self._arrived, sample

@@ -20,8 +20,9 @@ from hypothesis import strategies as st
 
 from fivebar_bringup.simulation.loop import run_loop
 from fivebar_control.compiling import compiled, compiled_and_kept, digest, kept_by_itself
-from fivebar_control.estimation.ekf import EkfSettings, corrected, filter_model, homed_belief, predicted
+from fivebar_control.estimation.ekf import EkfSettings, filter_model, predicted
 from fivebar_control.estimation.encoder import Angle
+from fivebar_control.estimation.measurements import corrected, homed_belief
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.resolution import RESOLUTIONS

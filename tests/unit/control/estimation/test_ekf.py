@@ -17,14 +17,13 @@ from fivebar_control.estimation.ekf import (
     Estimate,
     FilterModel,
     advanced,
-    corrected,
     filter_model,
-    homed_belief,
     predicted,
     transition,
 )
 from fivebar_control.estimation.encoder import count_angle, first_angle
 from fivebar_control.estimation.history import keep_belief
+from fivebar_control.estimation.measurements import corrected, homed_belief
 from fivebar_control.estimation.platform_motion import leg_motion, platform_acceleration
 from fivebar_control.estimation.step import Drives, estimator_model, first_update, next_update, with_motors, with_rate
 from fivebar_control.laws.ctc import ctc_torque

@@ -10,17 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.estimation import covariance as cov
-from fivebar_control.estimation.ekf import (
-    Belief,
-    EkfSettings,
-    Estimate,
-    considered_errors,
-    elbow_row,
-    encoder_row,
-    filter_model,
-    homed_belief,
-    turned,
-)
+from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, considered_errors, filter_model
+from fivebar_control.estimation.measurements import elbow_row, encoder_row, homed_belief, turned
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
 from fivebar_control.model.kinematics import det_a

@@ -1,1 +1,1 @@
-"""What the live page gets from a running graph, and what it hands over to it."""
+"""The live page's subscriptions to a running graph, and the services that it calls."""

@@ -28,14 +28,14 @@ QUEUE_DEPTH = 50
 
 
 class GraphStates:
-    """Keeps the newest of what the graph says of itself."""
+    """Keeps the latest states that the graph publishes."""
 
     def __init__(self, node: GraphNode, changed: Callable[[], None], on_goal: Callable[[Any], None]) -> None:
         """Subscribe on behalf of a node.
 
         Args:
             node: the node; nodes of other namespaces are left out.
-            changed: is called when safety or drives say something new.
+            changed: is called when the state of safety or drives changes.
             on_goal: is called with the status of a request.
         """
         self._space = node.get_namespace().rstrip("/") + "/"
@@ -56,7 +56,7 @@ class GraphStates:
         node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, QUEUE_DEPTH)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the states as the page takes them."""
+        """Return the states in the page's format."""
         now = time.monotonic()
         texts = [self._texts.get(topic.name, ALL_WELL) for topic in (SAFETY_STATE, DRIVES_STATE)]
         faults = dict.fromkeys(text for text in texts if text != ALL_WELL)
@@ -78,7 +78,7 @@ class GraphStates:
 
 
 def _object(text: str) -> Any:
-    """Return what a text of another node says, {} where it is no JSON."""
+    """Return the JSON object in a text of another node, {} where it is none."""
     try:
         return json.loads(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Asks another node for its parameters, without waiting for it."""
+"""Queries another node's parameters without blocking."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rclpy.parameter import parameter_value_to_python
 from fivebar_description.ros.node import GraphNode
 
 ASK_PERIOD = 0.1
-"""Period (s) of looking for the answer, or for the node."""
+"""Period (s) of polling for the answer, or for the node."""
 
 ANSWER_TIMEOUT = 3.0
 """Time (s) after which a question is asked again: its answer is lost where the node restarts, or has not discovered who
@@ -20,7 +20,7 @@ asks."""
 
 
 class ParameterQuery:
-    """Asks until the node is there, once for the names and once for the values."""
+    """Waits for the node, then queries the names and after that the values."""
 
     def __init__(self, node: GraphNode, of: str, take: Callable[[dict[str, Any]], None]) -> None:
         """Begin to ask on behalf of a node; `take` is called once, with the values by name."""

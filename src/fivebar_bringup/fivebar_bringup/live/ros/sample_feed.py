@@ -32,7 +32,7 @@ from fivebar_description.run_plan import read_epoch
 QUEUE_DEPTH = 50
 
 PATIENCE = NANOSECONDS // 4
-"""How long (ns) a sample may wait for what answers it before it is shown without."""
+"""Time (ns) after which a sample is shown even if its torque or its blending state is missing."""
 
 STAMP = struct.Struct("<iI")
 STAMP_PLACE = 4

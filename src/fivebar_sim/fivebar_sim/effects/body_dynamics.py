@@ -1,0 +1,170 @@
+"""Dynamics of the robot with effects: accelerations of its bodies under currents, friction, weight and pushes.
+
+Each leg is a chain of two links with absolute angles q1 and theta, and half of the platform's mass at its tip. Both
+tips are joined: rigidly by multipliers, or by spring and damper. The proximal link is the rotor, or is driven by one
+through an elastic transmission.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_sim.effects.friction import friction
+from fivebar_sim.effects.loads import push_at
+from fivebar_sim.effects.mechanism import LegNumbers, Mechanism
+from fivebar_sim.effects.mechanism_state import Bristles, PerBody
+from fivebar_sim.effects.motors import motor_torque
+from fivebar_sim.effects.platform_joint import Force, joint_force
+from fivebar_sim.effects.transmission import transmitted
+
+
+class LegDynamics(NamedTuple):
+    """One leg at an instant.
+
+    Attributes:
+        x, y, vx, vy: its tip (m, m/s).
+        ax, ay: acceleration of the free tip (m/s^2).
+        link, distal: accelerations of the free links (rad/s^2).
+        link_x, link_y, distal_x, distal_y: how much a force of 1 N on the tip along x or y adds to them.
+        u_x, u_y: direction of the distal link.
+        xx, xy, yy: compliance of the tip to forces (1/kg).
+    """
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+    link: float
+    distal: float
+    link_x: float
+    link_y: float
+    distal_x: float
+    distal_y: float
+    u_x: float
+    u_y: float
+    xx: float
+    xy: float
+    yy: float
+
+
+def chain(
+    leg: LegNumbers,
+    q1: float,
+    theta: float,
+    dq1: float,
+    dtheta: float,
+    torque: float,
+    distal_torque: float,
+    weight_x: float,
+    weight_y: float,
+    tip_mass: float,
+) -> LegDynamics:
+    """Return a leg under torques (Nm) on its links and weight (N/kg)."""
+    r_x, r_y, u_x, u_y = math.cos(q1), math.sin(q1), math.cos(theta), math.sin(theta)
+    cos, sin = r_x * u_x + r_y * u_y, r_x * u_y - r_y * u_x
+    # columns of the tip's Jacobian
+    jx_link, jy_link = -leg.proximal * r_y, leg.proximal * r_x
+    jx_distal, jy_distal = -leg.distal * u_y, leg.distal * u_x
+    m12 = leg.coupling * cos
+    inverse = 1.0 / (leg.inertia * leg.distal_inertia - m12 * m12)
+    n11, n12, n22 = leg.distal_inertia * inverse, -m12 * inverse, leg.inertia * inverse
+    centrifugal = leg.coupling * sin
+    right_link = (
+        torque
+        + centrifugal * dtheta * dtheta
+        + tip_mass * (jx_link * weight_x + jy_link * weight_y)
+        + leg.moment * (r_x * weight_y - r_y * weight_x)
+    )
+    right_distal = distal_torque - centrifugal * dq1 * dq1 + tip_mass * (jx_distal * weight_x + jy_distal * weight_y)
+    link, distal = n11 * right_link + n12 * right_distal, n12 * right_link + n22 * right_distal
+    link_x, link_y = n11 * jx_link + n12 * jx_distal, n11 * jy_link + n12 * jy_distal
+    distal_x, distal_y = n12 * jx_link + n22 * jx_distal, n12 * jy_link + n22 * jy_distal
+    return LegDynamics(
+        x=leg.base_x + leg.proximal * r_x + leg.distal * u_x,
+        y=leg.proximal * r_y + leg.distal * u_y,
+        vx=jx_link * dq1 + jx_distal * dtheta,
+        vy=jy_link * dq1 + jy_distal * dtheta,
+        ax=jx_link * link + jx_distal * distal - leg.proximal * r_x * dq1 * dq1 - leg.distal * u_x * dtheta * dtheta,
+        ay=jy_link * link + jy_distal * distal - leg.proximal * r_y * dq1 * dq1 - leg.distal * u_y * dtheta * dtheta,
+        link=link,
+        distal=distal,
+        link_x=link_x,
+        link_y=link_y,
+        distal_x=distal_x,
+        distal_y=distal_y,
+        u_x=u_x,
+        u_y=u_y,
+        xx=jx_link * link_x + jx_distal * distal_x,
+        xy=jx_link * link_y + jx_distal * distal_y,
+        yy=jy_link * link_y + jy_distal * distal_y,
+    )
+
+
+def closing_force(one: LegDynamics, two: LegDynamics, x: float, y: float) -> Force:
+    """Return the force (N) on the tip of leg 1, its opposite on leg 2, that adds (x, y) to the tips' difference."""
+    w_xx, w_xy, w_yy = one.xx + two.xx, one.xy + two.xy, one.yy + two.yy
+    inverse = 1.0 / (w_xx * w_yy - w_xy * w_xy)
+    return Force(inverse * (w_yy * x - w_xy * y), inverse * (w_xx * y - w_xy * x))
+
+
+def accelerations(
+    mechanism: Mechanism, at: PerBody, rate: PerBody, bristles: Bristles, current1: float, current2: float, time: float
+) -> PerBody:
+    """Return the accelerations (rad/s^2) under currents (as torques, Nm) at a time (s) after sample 0."""
+    leg1, leg2 = mechanism.leg1, mechanism.leg2
+    elastic = mechanism.elastic
+    motor1, motor2 = (at.rotor1, at.rotor2) if elastic else (at.link1, at.link2)
+    speed1, speed2 = (rate.rotor1, rate.rotor2) if elastic else (rate.link1, rate.link2)
+    drive1 = motor_torque(leg1.motor, current1, motor1) - friction(leg1.motor_friction, bristles.motor1, speed1)
+    drive2 = motor_torque(leg2.motor, current2, motor2) - friction(leg2.motor_friction, bristles.motor2, speed2)
+    rotor1 = rotor2 = 0.0
+    torque1, torque2 = drive1, drive2
+    if elastic:
+        play = mechanism.half_play
+        torque1 = transmitted(leg1.stiffness, leg1.damping, play, motor1 - at.link1, speed1 - rate.link1)
+        torque2 = transmitted(leg2.stiffness, leg2.damping, play, motor2 - at.link2, speed2 - rate.link2)
+        rotor1, rotor2 = (drive1 - torque1) / leg1.rotor, (drive2 - torque2) / leg2.rotor
+    elbow1 = friction(leg1.elbow_friction, bristles.elbow1, rate.distal1 - rate.link1)
+    elbow2 = friction(leg2.elbow_friction, bristles.elbow2, rate.distal2 - rate.link2)
+    between = friction(mechanism.platform_friction, bristles.platform, rate.distal1 - rate.distal2)
+    g_x, g_y, mass = mechanism.weight_x, mechanism.weight_y, mechanism.tip_mass
+    one = chain(
+        leg1, at.link1, at.distal1, rate.link1, rate.distal1, torque1 + elbow1, -elbow1 - between, g_x, g_y, mass
+    )
+    two = chain(
+        leg2, at.link2, at.distal2, rate.link2, rate.distal2, torque2 + elbow2, between - elbow2, g_x, g_y, mass
+    )
+    push = push_at(mechanism.push, time, one.u_x, one.u_y)
+    half_x, half_y = 0.5 * push.x, 0.5 * push.y
+    if mechanism.compliant:
+        joint = joint_force(
+            mechanism.joint_stiffness,
+            mechanism.joint_damping,
+            mechanism.clearance,
+            one.x - two.x,
+            one.y - two.y,
+            one.vx - two.vx,
+            one.vy - two.vy,
+        )
+        joint = Force(-joint.x, -joint.y)
+    else:
+        joint = closing_force(
+            one,
+            two,
+            two.ax - one.ax + (two.xx - one.xx) * half_x + (two.xy - one.xy) * half_y,
+            two.ay - one.ay + (two.xy - one.xy) * half_x + (two.yy - one.yy) * half_y,
+        )
+    f1_x, f1_y, f2_x, f2_y = half_x + joint.x, half_y + joint.y, half_x - joint.x, half_y - joint.y
+    link1 = one.link + one.link_x * f1_x + one.link_y * f1_y
+    link2 = two.link + two.link_x * f2_x + two.link_y * f2_y
+    return PerBody(
+        link1,
+        one.distal + one.distal_x * f1_x + one.distal_y * f1_y,
+        link2,
+        two.distal + two.distal_x * f2_x + two.distal_y * f2_y,
+        rotor1 if elastic else link1,
+        rotor2 if elastic else link2,
+    )
