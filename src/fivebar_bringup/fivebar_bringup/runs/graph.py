@@ -179,7 +179,7 @@ def crossing_graph(
                 **to_parameters(
                     TrajectorySettings(CONTINUE if mode is Mode.LOCKSTEP else HOLD, scenario.tuned().samples_ahead)
                 ),
-                **_goal_parameters(scenario),
+                **_goal_parameters(scenario, mode),
             },
             (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, RUN_PLAN, RUN_EPOCH),
             (REFERENCE, *_reference_ahead(scenario), GOAL_STATUS, RUN_PLAN),
@@ -402,7 +402,7 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
     return {**to_parameters(motion), **to_parameters(scenario.zone, ZONE_PREFIX)}
 
 
-def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
+def _goal_parameters(scenario: Scenario, mode: Mode) -> dict[str, Any]:
     limit = scenario.torque_limit
     goals = GoalSettings(
         takes_goals=scenario.scheme().takes_goals,
@@ -411,6 +411,7 @@ def _goal_parameters(scenario: Scenario) -> dict[str, Any]:
         goal_estimated=scenario.estimated,
         goal_gyro_every=scenario.imu.schedule(scenario.rate_hz).every,
         goal_camera_every=scenario.camera.every(scenario.rate_hz),
+        goal_held_ms=scenario.stop_cycles() * 1e3 / scenario.rate_hz if mode is Mode.REALTIME else 0.0,
     )
     return {
         **goal_conditions.GOALS.parameters(goals if limit is None else goals._replace(goal_torque_limit=limit)),

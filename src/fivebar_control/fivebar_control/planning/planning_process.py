@@ -20,6 +20,7 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.planning.ride_through import LONGEST, longest_hold
 from fivebar_control.planning.transfer import Speed, plan_transfer
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
@@ -39,6 +40,7 @@ class Conditions(NamedTuple):
         error_tolerance, risk: of a robot within its tolerances (m).
         sensing: what the estimator has, None without one.
         loads: what the robot has to bear.
+        held: time (s) for which the last torque may be held, which a motion has to bear; 0 where it never is.
     """
 
     robot: str
@@ -49,6 +51,7 @@ class Conditions(NamedTuple):
     risk: Risk = Risk()
     sensing: Sensing | None = None
     loads: Loads = NO_LOADS
+    held: float = 0.0
 
 
 class Planned(NamedTuple):
@@ -161,4 +164,13 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
         )
     except (PlanRefused, InputError) as refusal:
         return Planned((), (), str(refusal))
+    wanted = min(conditions.held, LONGEST)
+    bears = longest_hold(load_robot(conditions.robot), transfer.plan, follower, conditions.torque_limit)
+    if bears.time < wanted:
+        return Planned(
+            (),
+            (),
+            f"the last torque may be held for {wanted * 1e3:g} ms, the motion bears {bears.time * 1e3:g} ms of it at"
+            f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms",
+        )
     return Planned(transfer.waypoints, transfer.durations, "")

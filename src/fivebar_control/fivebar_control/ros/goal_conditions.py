@@ -83,4 +83,5 @@ def conditions_of(values: Mapping[str, Any]) -> Conditions:
         RISK.read(values),
         sensing if settings.goal_estimated else None,
         loads_of(robot, LOADS.read(values)),
+        settings.goal_held_ms / 1e3,
     )

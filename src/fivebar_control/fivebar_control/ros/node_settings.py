@@ -156,6 +156,15 @@ class GoalSettings(NamedTuple):
             "Samples from one position by the camera to the next, for planning; 0 for none.", "samples", at_least=0
         ),
     ] = 0
+    goal_held_ms: Annotated[
+        float,
+        Setting(
+            "How long the last torque may be held, which a motion has to bear; 0 where none is held, as in lockstep.",
+            "ms",
+            at_least=0.0,
+            at_most=1e4,
+        ),
+    ] = 0.0
 
 
 class SupervisorSettings(NamedTuple):

@@ -16,9 +16,11 @@ import pytest
 
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.step import Drives
+from fivebar_control.planning import planning_process
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess, plan_order
 from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.planning.ride_through import HeldTorque
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
@@ -80,6 +82,15 @@ def test_a_request_is_planned_for_the_gains_and_the_weight_of_the_robot() -> Non
     order = PlanningRequest((0.0, 0.12), (1, -1), (0.0, 0.0), 0, 0.0)
     planned = plan_order(Conditions("motkin", 500, 0.186, 50.0), order)
     assert planned.refused == "" and sum(planned.durations) == pytest.approx(0.372, abs=0.05)
+
+
+def test_a_request_has_to_bear_the_time_for_which_the_torque_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    held = CONDITIONS._replace(held=0.03)
+    assert plan_order(held, NEAR).refused == ""
+    monkeypatch.setattr(planning_process, "longest_hold", lambda *motion: HeldTorque(0.014, 1.9e-3, 0.25))
+    refused = plan_order(held, NEAR).refused
+    assert "may be held for 20 ms, the motion bears 14 ms of it at 0.250 s" in refused
+    assert plan_order(CONDITIONS, NEAR).refused == ""
 
 
 def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: PlanningProcess) -> None:

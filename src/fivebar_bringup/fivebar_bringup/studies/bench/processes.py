@@ -21,7 +21,7 @@ from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph import Mode, crossing_graph
 from fivebar_bringup.runs.launcher import run_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY, ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.runs.run_directory import new_run_directory
@@ -60,13 +60,14 @@ class GraphSpeed(NamedTuple):
     summary: Summary | None = None
 
 
-def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False) -> GraphSpeed:
+def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, composed_lockstep: bool = False) -> GraphSpeed:
     """Run a scenario with the node graph, as `fivebar run` does, and measure it.
 
     Args:
         scenario: what to run.
         mode: in lockstep or in real time.
         rehearsed: over the bridge and emulated drives, which is always in real time.
+        composed_lockstep: in lockstep with the control chain in one process, as it is in real time.
 
     Raises:
         BagError: the run left no bag with samples.
@@ -88,6 +89,9 @@ def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False) -> Grap
         rehearsal = Rehearsal(write_drive_files(scenario, run.path), ()) if rehearsed else None
         nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
         specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
+        if composed_lockstep:
+            chain = tuple(node for node in nodes if node.in_chain)
+            specs = (ProcessSpec(CONTROLLERS, chain), *(spec for spec in specs if not spec.nodes[0].in_chain))
         outcome = run_graph(specs, run, domain, look, started, mode)
         write_outcome(run, mode, outcome)
         summary = write_report(run, with_page=False)
