@@ -241,13 +241,14 @@ def is_predictable(plan: Plan) -> bool:
 
 
 def only_torque(verdict: Feasibility, follower: TunedController) -> bool:
-    """Return whether nothing but the reference's torque speaks against a motion under a law that is regular on Type 2.
+    """Return whether nothing but the reference's torque speaks against a motion, under a law regular everywhere.
 
-    The inverse dynamics of a reference grows beyond all bounds towards the locus. Such a law saturates there for some
-    samples, which may displace the platform by little: its run tells by how much.
+    The inverse dynamics of a reference grows beyond all bounds towards the locus. Such a law chooses the best torque
+    within the limit and saturates there for some samples, which may displace the platform by little: its run tells by
+    how much.
     """
     missed = [figure.name for figure in verdict.figures if not figure.kept]
-    return missed == [TORQUE] and follower.controller.needs_no_zones
+    return missed == [TORQUE] and follower.controller.needs_no_zones and follower.controller.meets_type_1
 
 
 def with_reserve(verdict: Feasibility, predicted: PredictedRun, limits: MotionLimits) -> Feasibility:

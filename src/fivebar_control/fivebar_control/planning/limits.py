@@ -203,7 +203,7 @@ def limits_of_given(
     if not predictable:
         return limits
     if speed_step > 0.0:
-        return limits._replace(serial_margin=within_reach) if follower.controller.needs_no_zones else limits
+        return limits._replace(serial_margin=within_reach) if follower.controller.meets_type_1 else limits
     return limits._replace(serial_margin=GIVEN_SERIAL, dwell=math.inf, rest=0.0, rest_room=1.0)
 
 
