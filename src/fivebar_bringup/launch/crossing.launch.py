@@ -14,8 +14,8 @@ from launch.substitutions import LaunchConfiguration
 from fivebar_bringup.runs.graph import Hardware, Mode
 from fivebar_bringup.runs.launching import run_command
 
-STOP_TIMEOUT = "30"
-"""Time (s) for the run to stop its nodes in order after Ctrl-C, the recorder last."""
+STOP_TIMEOUT = "120"
+"""Time (s) for the run to stop its nodes in order after Ctrl-C, the recorder last; longer than the run itself waits."""
 
 
 def start_run(context):

@@ -25,7 +25,10 @@ from fivebar_bringup.runs.graph import Hardware, Mode
 from fivebar_bringup.runs.launching import drive_processes, run_command
 
 STOP_TIMEOUT = "30"
-"""Time (s) for a process to stop in order after Ctrl-C."""
+"""Time (s) for a node to stop in order after Ctrl-C."""
+
+RUN_STOP_TIMEOUT = "120"
+"""The same for a run, which stops its nodes one group after the other; longer than it waits itself."""
 
 
 def start_experiment(context):
@@ -36,16 +39,16 @@ def start_experiment(context):
     scene = LaunchConfiguration("scene").perform(context) == "true"
     if hardware == "emulated":
         command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED, scene=scene, namespace=namespace)
-        return [*process("fivebar_run", command)]
+        return [*process("fivebar_run", command, RUN_STOP_TIMEOUT)]
     directory, started = drive_processes(scenario, drives, out, scene, namespace)
     message = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
-    return [message, *(action for one in started for action in process(one.name, one.command))]
+    return [message, *(action for one in started for action in process(one.name, one.command, STOP_TIMEOUT))]
 
 
-def process(name, command):
+def process(name, command, stop_timeout):
     """Return a process whose end shuts the launch down, and whose failure fails it."""
     action = ExecuteProcess(
-        cmd=list(command), name=name, output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
+        cmd=list(command), name=name, output="screen", sigterm_timeout=stop_timeout, emulate_tty=True
     )
 
     def end(event, context):

@@ -21,7 +21,9 @@ POLL_PERIOD = 0.1
 STOP_TIMEOUT = 15.0
 """Time (s) in which a node must have stopped; longer than it takes to deliver its last messages and to shut down."""
 
-RECORDER_STOP_TIMEOUT = 25.0
+RECORDER_STOP_TIMEOUT = 60.0
+"""The same for the recorder, which first writes what it has received: that may be much on a busy machine."""
+
 ABORT_TIMEOUT = 2.0
 
 FAULT_TIMEOUT = 8.0

@@ -132,7 +132,8 @@ def main() -> None:
             series = run_series(kind, runs)
             loop = bare_loop(kind.rate_hz, round(LOOP_SECONDS * kind.rate_hz), DEFAULT_PRIORITY)
         row = series_row(series)
-        console.print(f"{kind.name}: completed {row[0]}")
+        # as soon as it is known: a long series may be interrupted
+        console.print(f"{kind.name}: " + "; ".join(f"{name}: {cell}" for name, cell in zip(COLUMNS, row, strict=True)))
         table.add_row(kind.name, str(kind.rate_hz), *row)
         periods = {kind.name: [time for run in series.runs for time in run.periods_ms], loop.name: loop.periods_ms}
         console.print(histogram(f"{kind.name}: from one sample to the next", 1e3 / kind.rate_hz, periods))
