@@ -117,8 +117,9 @@ class SafetySettings(NamedTuple):
     forbidden: Annotated[
         tuple[float, ...],
         Setting(
-            "Postures that the robot may not enter, eight numbers each: least and largest x and y (m), q11 and q21"
-            " (rad). By default those of the robot's file.",
+            "Postures that the robot may not enter, eight numbers each: least and largest x and y, q11 and q21. By"
+            " default those of the robot's file.",
+            "m, rad",
             check=numbers_problem,
         ),
     ] = ()
