@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,8 +12,13 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
-from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
+from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, map_bag, write_identification
 from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
+from fivebar_control.identification.motor_map import MotorMap, MotorValue
+from fivebar_description.strict_yaml import InputError
+
+MOST_PERIODS = 1000
+"""Of cogging in a turn."""
 
 
 @app.command()
@@ -29,6 +35,16 @@ def identify(
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/identify-ROBOT-DATE-TIME]"),
     ] = None,
+    cogging: Annotated[
+        str | None,
+        typer.Option(
+            "--cogging",
+            metavar="PERIODS",
+            help="Map the motors instead: torque per commanded torque, friction, and cogging with so many periods a"
+            ' turn, such as "12,24". Inertias and mass are those of the robot file, weighed or identified before. It is'
+            " printed only.",
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Identify inertias, mass and friction of the robot in BAG, and write them as a parameter file.
@@ -38,6 +54,9 @@ def identify(
     Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
     """
     with input_errors(), ending_on_sigterm():
+        if cogging is not None:
+            _map(bag, robot, cogging, out, as_json)
+            return
         findings = identify_bag(bag, robot)
         directory = write_identification(findings, out)
     if as_json:
@@ -52,6 +71,49 @@ def identify(
         soft_wrap=True,
     )
     printer.print(f"parameter file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
+
+
+def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: bool) -> None:
+    """Print the maps of the motors.
+
+    Raises:
+        InputError: there is something to write, or the bag, the robot, the periods or the motion are unsuitable.
+    """
+    if out is not None:
+        raise InputError("--out: expected without --cogging, whose map is printed")
+    motors = map_bag(bag, robot, _periods(cogging))
+    if as_json:
+        print(json.dumps({"motors": [motor.as_json() for motor in motors]}, indent=2, allow_nan=False))
+    else:
+        Console().print(_motors(motors))
+
+
+def _periods(text: str) -> tuple[int, ...]:
+    """Return the periods of an option.
+
+    Raises:
+        InputError: they are no numbers from 1 on, each once.
+    """
+    words = [word.strip() for word in text.split(",")]
+    periods = tuple(int(word) for word in words if word.isdecimal())
+    unique = len(set(periods)) == len(words)
+    if not (unique and all(0 < one <= MOST_PERIODS for one in periods)):
+        raise InputError(f'--cogging: {text!r}: expected numbers of periods in a turn, such as "12,24"')
+    return periods
+
+
+def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
+    table = Table(f"motor, {INTERVALS}", "1 (left)", "2 (right)", "unit", box=None)
+
+    def row(name: str, unit: str, values: Sequence[MotorValue]) -> None:
+        table.add_row(name, *(f"{one.value:.4g} ± {one.half_width:.2g}" for one in values), unit)
+
+    row("actual over commanded torque", "", [motor.gain for motor in motors])
+    row("Coulomb friction, as commanded", "Nm", [motor.coulomb for motor in motors])
+    row("offset, as commanded", "Nm", [motor.offset for motor in motors])
+    for of_both in zip(*(motor.cogging for motor in motors), strict=True):
+        row(f"cogging with {of_both[0].periods} periods", "Nm", [one.amplitude for one in of_both])
+    return table
 
 
 def _table(findings: IdentificationResult) -> Table:

@@ -9,6 +9,7 @@ it, and the kernels are integrated over just these periods.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +69,7 @@ class Equations(NamedTuple):
         regressor: [n, 2, 7], columns as in `PARAMETERS`, NaN where the motor's equation is left out.
         torque: [n, 2], filtered (Nm).
         moving: bool[n, 2], where the motor is not slow.
+        cogging: [n, 2, 2 h], for each of h harmonics cosine and sine of so many times the motor's angle.
     """
 
     rate_hz: float
@@ -75,10 +77,14 @@ class Equations(NamedTuple):
     regressor: FloatArray
     torque: FloatArray
     moving: NDArray[np.bool_]
+    cogging: FloatArray
 
 
-def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs) -> Equations:
-    """Return the equations of a record; of the robot, lengths, residual inertias and widths are used."""
+def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs, harmonics: Sequence[int] = ()) -> Equations:
+    """Return the equations of a record; of the robot, lengths, residual inertias and widths are used.
+
+    With `harmonics`, periods in a turn, come what cogging with so many periods adds to them.
+    """
     taps = differentiator(cutoffs.derivative_hz, record.rate_hz)
     parallel = parallel_filter(cutoffs.parallel_hz, record.rate_hz)
     # the encoders round down: on average the angle is half a count further
@@ -90,6 +96,7 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs) -> Equa
     regressor = np.zeros((samples, 2, len(PARAMETERS)))
     torque = np.empty((samples, 2))
     moving = np.empty((samples, 2), dtype=np.bool_)
+    cogging = np.empty((samples, 2, 2 * len(harmonics)))
     weight = np.abs(np.convolve(taps.angle, parallel))
     for motor, leg in enumerate((robot.leg1, robot.leg2)):
         regressor[:, motor, motor] = filtered(ddq[:, motor], parallel)
@@ -97,6 +104,9 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs) -> Equa
         direction = filtered(filtered(np.tanh(dq[:, motor] / leg.width), taps.angle), parallel)
         regressor[:, motor, 3 + motor] = direction
         regressor[:, motor, 5 + motor] = 1.0
+        for number, periods in enumerate(harmonics):
+            for column, wave in enumerate((np.cos, np.sin), start=2 * number):
+                cogging[:, motor, column] = filtered(filtered(wave(periods * q[:, motor]), taps.angle), parallel)
         torque[:, motor] = filtered(filtered_torque(record.torques[:, motor], taps.torque), parallel) - known[:, motor]
         moving[:, motor] = filtered(_slow(leg, dq[:, motor]), weight / np.sum(weight)) < SLOW_SHARE
     regressor[~moving] = math.nan
@@ -108,6 +118,7 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs) -> Equa
         regressor=regressor[rows],
         torque=torque[rows],
         moving=moving[rows],
+        cogging=cogging[rows],
     )
 
 

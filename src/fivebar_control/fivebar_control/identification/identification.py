@@ -79,7 +79,7 @@ def identify(robot: FiveBar, record: Record) -> Identification:
     Raises:
         NotIdentifiable: the record is too short, excites too little, or does not fit the model.
     """
-    cutoffs = choose_cutoffs(_longest_stretch(record.angles), record.rate_hz)
+    cutoffs = choose_cutoffs(longest_stretch(record.angles), record.rate_hz)
     equations = filtered_equations(robot, record, cutoffs)
     lag = max(1, round(CORRELATION / cutoffs.parallel_hz * equations.rate_hz))
     used = np.isfinite(equations.regressor).all(axis=2) & np.isfinite(equations.torque)
@@ -104,7 +104,7 @@ def identify(robot: FiveBar, record: Record) -> Identification:
     )
 
 
-def _longest_stretch(angles: FloatArray) -> FloatArray:
+def longest_stretch(angles: FloatArray) -> FloatArray:
     """Return the rows of the longest stretch without a gap."""
     known = np.isfinite(angles).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8))).reshape(-1, 2)

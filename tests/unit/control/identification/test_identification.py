@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fivebar_control.identification.cutoff import Cutoffs
 from fivebar_control.identification.equations import PARAMETERS, Record, filtered_equations
 from fivebar_control.identification.identification import NotIdentifiable, identify, parameter_values
+from fivebar_control.identification.motor_map import map_motors
 from fivebar_control.identification.regressor import platform_load
 from fivebar_control.model.state import MotorMotion
 from fivebar_description.parameters import FiveBar, load_robot, scaled
@@ -171,3 +172,56 @@ def test_parameters_are_in_the_order_of_their_names(robot: FiveBar) -> None:
         "f_off11": 0.0855,
         "f_off21": 0.0,
     }
+
+
+SLOW = (((0.7, 0.05, 0.3), (0.05, 1.3, 1.0)), ((0.7, 0.06, 1.7), (0.05, 1.1, 0.2)))
+"""Through several periods of cogging at no more than a few of them a second, with something fast for the gains."""
+
+GAINS = (1.04, 0.93)
+COGGING = {7: (0.03, -0.02), 12: (-0.01, 0.015)}
+"""Nm, cosine and sine by periods."""
+
+
+def commanded(noise: float = 0.0) -> Record:
+    """The record of motors that give more or less than their command, and cog; torques are the commanded ones."""
+    known = record(SLOW, 18.0)
+    q = known.angles
+    # the torque of a sample was held over the period before it
+    middle = np.vstack([q[:1], 0.5 * (q[1:] + q[:-1])])
+    needed = known.torques + sum(
+        cosine * np.cos(periods * middle) + sine * np.sin(periods * middle)
+        for periods, (cosine, sine) in COGGING.items()
+    )
+    random = np.random.default_rng(3).normal(0.0, noise, needed.shape) if noise else 0.0
+    return known._replace(torques=needed / np.array(GAINS) + random)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_gains_friction_and_cogging_come_back(robot: FiveBar, noise: float) -> None:
+    maps = map_motors(robot, commanded(noise), tuple(COGGING))
+    for found, gain, leg in zip(maps, GAINS, (robot.leg1, robot.leg2), strict=True):
+        wanted = [(found.gain, gain), (found.coulomb, leg.coulomb / gain), (found.offset, leg.offset / gain)]
+        for one, (cosine, sine) in zip(found.cogging, COGGING.values(), strict=True):
+            wanted += [(one.cosine, cosine / gain), (one.sine, sine / gain)]
+            wanted.append((one.amplitude, math.hypot(cosine, sine) / gain))
+        for estimate, true in wanted:
+            assert estimate.value == pytest.approx(true, rel=0.02, abs=2e-3)
+            if noise:
+                # fifteen values at 95 %: twice the half width holds all of them
+                assert abs(estimate.value - true) < 2.0 * estimate.half_width
+        cosine, sine = COGGING[7]
+        less = COGGING[12][0]
+        assert found.cogging_at(0.0) == pytest.approx((cosine + less) / gain, abs=4e-3)
+
+
+def test_cogging_that_is_not_there_is_within_its_interval(robot: FiveBar) -> None:
+    (first, _) = map_motors(robot, commanded(0.02), (*COGGING, 9))
+    assert first.cogging[-1].amplitude.value < 3.0 * first.cogging[-1].amplitude.half_width + 1e-4
+
+
+def test_a_motion_through_too_few_periods_is_refused(robot: FiveBar) -> None:
+    short = commanded()
+    count = int(2.0 * RATE)
+    some = short._replace(angles=short.angles[:count], torques=short.torques[:count], assembly=short.assembly[:count])
+    with pytest.raises(NotIdentifiable, match="does not distinguish gains, friction and these harmonics"):
+        map_motors(robot, some, tuple(COGGING))

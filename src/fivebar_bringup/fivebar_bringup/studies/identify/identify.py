@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from fivebar_bringup.runs.results import new_directory
@@ -9,6 +10,7 @@ from fivebar_bringup.studies.identify.reading import find_bag, read_record, read
 from fivebar_bringup.studies.identify.result import IdentificationResult
 from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_control.identification.identification import NotIdentifiable, identify
+from fivebar_control.identification.motor_map import MotorMap, map_motors
 from fivebar_description.strict_yaml import InputError
 
 ROBOT_FILE = "identified.yaml"
@@ -30,6 +32,26 @@ def identify_bag(path: Path, robot: str | None = None) -> IdentificationResult:
     except NotIdentifiable as error:
         raise InputError(f"{source.bag}: {error}") from error
     return IdentificationResult(start, source.bag, record.rate_hz, len(record.angles), found)
+
+
+def map_bag(path: Path, robot: str | None, harmonics: Sequence[int]) -> tuple[MotorMap, MotorMap]:
+    """Map the motors of the robot of a bag, whose lengths, inertias and mass are those of its file or of a given one.
+
+    Args:
+        path: a bag, or the directory of a run.
+        robot: name or file of the robot, None for that of the run.
+        harmonics: periods of cogging in a turn.
+
+    Raises:
+        InputError: the bag, the robot or the motion is unsuitable.
+        BagError: the bag cannot be read or lacks a topic.
+    """
+    source = find_bag(path)
+    start = read_start(source, robot)
+    try:
+        return map_motors(start.five_bar(), read_record(source, start), harmonics)
+    except NotIdentifiable as error:
+        raise InputError(f"{source.bag}: {error}") from error
 
 
 def write_identification(findings: IdentificationResult, out: Path | None) -> StudyDirectory:

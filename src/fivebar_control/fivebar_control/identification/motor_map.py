@@ -1,0 +1,158 @@
+"""What the motors do besides the links' inertia: torque per commanded torque, friction, and cogging over the angle.
+
+The links are known here, weighed or identified before: what they need of torque tells how much of the commanded torque
+arrives. Torques of friction and cogging are those that the drive has to be told, in units of its command.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_control.identification.cutoff import choose_cutoffs
+from fivebar_control.identification.equations import Equations, Record, filtered_equations
+from fivebar_control.identification.identification import (
+    CORRELATION,
+    LARGEST_CONDITION,
+    NotIdentifiable,
+    longest_stretch,
+    parameter_values,
+)
+from fivebar_control.identification.least_squares import Fit, fit
+from fivebar_description.parameters import FiveBar
+
+FloatArray = NDArray[np.float64]
+
+LINKS, DIRECTION, OFFSET, FIRST = 0, 1, 2, 3
+"""Columns of a motor: torque of its links, sign of its speed, one, and from here on cosines and sines of its angle."""
+
+
+class MotorValue(NamedTuple):
+    """A value and the half width of its 95 % interval."""
+
+    value: float
+    half_width: float
+
+
+class Harmonic(NamedTuple):
+    """Cogging with `periods` periods in a turn: the factors of cosine and sine (Nm), and its size (Nm)."""
+
+    periods: int
+    cosine: MotorValue
+    sine: MotorValue
+    amplitude: MotorValue
+
+
+class MotorMap(NamedTuple):
+    """One motor.
+
+    Attributes:
+        gain: actual torque over commanded torque.
+        coulomb, offset: friction (Nm), as commanded.
+        cogging: torque (Nm) that has to be commanded against the cogging at an angle, by harmonics.
+    """
+
+    gain: MotorValue
+    coulomb: MotorValue
+    offset: MotorValue
+    cogging: tuple[Harmonic, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all values with their half widths."""
+        plain: dict[str, Any] = {name: getattr(self, name)._asdict() for name in ("gain", "coulomb", "offset")}
+        plain["cogging"] = [
+            {"periods": one.periods} | {name: getattr(one, name)._asdict() for name in ("cosine", "sine", "amplitude")}
+            for one in self.cogging
+        ]
+        return plain
+
+    def cogging_at(self, angle: float) -> float:
+        """Return the torque (Nm) that has to be commanded against the cogging at an angle (rad)."""
+        return sum(
+            one.cosine.value * math.cos(one.periods * angle) + one.sine.value * math.sin(one.periods * angle)
+            for one in self.cogging
+        )
+
+
+def map_motors(robot: FiveBar, record: Record, harmonics: Sequence[int] = ()) -> tuple[MotorMap, MotorMap]:
+    """Return the maps of both motors of a robot whose lengths, inertias and mass are known.
+
+    Args:
+        robot: its lengths, inertias, mass and widths of friction.
+        record: of a motion that is fast for the gains, slow for friction and cogging.
+        harmonics: periods of cogging in a turn.
+
+    Raises:
+        NotIdentifiable: the record is too short, or does not distinguish what is asked for.
+    """
+    cutoffs = choose_cutoffs(longest_stretch(record.angles), record.rate_hz)
+    equations = filtered_equations(robot, record, cutoffs, harmonics)
+    lag = max(1, round(CORRELATION / cutoffs.parallel_hz * equations.rate_hz))
+    regressor = _columns(robot, equations)
+    used = int((np.isfinite(regressor).all(axis=2) & np.isfinite(equations.torque)).sum())
+    if used <= lag * regressor.shape[2]:
+        raise NotIdentifiable(
+            f"too short: {used / equations.rate_hz:.1f} s of motion are left for {regressor.shape[2]} values, expected"
+            f" at least {lag * regressor.shape[2] / equations.rate_hz:.1f} s"
+        )
+    found = fit(regressor, equations.torque, lag)
+    if found.condition > LARGEST_CONDITION:
+        raise NotIdentifiable(
+            f"the motion does not distinguish gains, friction and these harmonics: condition number"
+            f" {found.condition:.3g}, expected at most {LARGEST_CONDITION:.0f}; turn both motors both ways through many"
+            " periods, slowly and fast"
+        )
+    half = regressor.shape[2] // 2
+    return _map_of(found, 0, harmonics), _map_of(found, half, harmonics)
+
+
+def _columns(robot: FiveBar, equations: Equations) -> FloatArray:
+    """Return [n, 2, p]: the columns of motor 1 and then those of motor 2, each in the rows of its motor."""
+    zz_1, zz_2, mass = parameter_values(robot)[:3]
+    rows, own = len(equations.time), FIRST + equations.cogging.shape[2]
+    found = np.zeros((rows, 2, 2 * own))
+    for motor, inertia in enumerate((zz_1, zz_2)):
+        given, begin = equations.regressor[:, motor], motor * own
+        found[:, motor, begin + LINKS] = inertia * given[:, motor] + mass * given[:, 2]
+        found[:, motor, begin + DIRECTION] = given[:, 3 + motor]
+        found[:, motor, begin + OFFSET] = given[:, 5 + motor]
+        found[:, motor, begin + FIRST : begin + own] = equations.cogging[:, motor]
+    return found
+
+
+def _map_of(found: Fit, begin: int, harmonics: Sequence[int]) -> MotorMap:
+    values, halves = found.values.tolist(), found.half_widths.tolist()
+
+    def estimate(column: int) -> MotorValue:
+        return MotorValue(values[begin + column], halves[begin + column])
+
+    needed = estimate(LINKS)
+    gain = MotorValue(1.0 / needed.value, needed.half_width / needed.value**2)
+    return MotorMap(
+        gain,
+        estimate(DIRECTION),
+        estimate(OFFSET),
+        tuple(
+            Harmonic(
+                periods,
+                estimate(FIRST + 2 * number),
+                estimate(FIRST + 2 * number + 1),
+                _amplitude(found, begin + FIRST + 2 * number),
+            )
+            for number, periods in enumerate(harmonics)
+        ),
+    )
+
+
+def _amplitude(found: Fit, column: int) -> MotorValue:
+    """Return the size of a harmonic whose cosine is in a column and whose sine is in the next."""
+    pair = slice(column, column + 2)
+    values = found.values[pair]
+    size = float(np.linalg.norm(values))
+    quantile = float(found.half_widths[column] / math.sqrt(found.covariance[column, column]))
+    along = values / size if size > 0.0 else np.array([1.0, 0.0])
+    return MotorValue(size, quantile * math.sqrt(float(along @ found.covariance[pair, pair] @ along)))
