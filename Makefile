@@ -123,6 +123,10 @@ lock: ## resolve requirements.in again, with the newest versions, into requireme
 	    --no-emit-index-url --no-emit-trusted-host --no-emit-find-links --no-emit-options \
 	    --output-file requirements.lock requirements.in
 
+.PHONY: hashes
+hashes: setup ## write requirements.hashed.lock, the digests of what requirements.lock names
+	@$(BIN)/python packaging/hashes.py
+
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
 	@rm -rf $(VENV) .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -29,6 +29,15 @@ def test_all_packages_and_the_citation_have_one_version() -> None:
     assert {"cff-version", "title", "message", "authors"} <= citation.keys()
 
 
+def pins(name: str) -> set[str]:
+    lines = re.findall(r"^([^\s#]+==[^\s;]+)", (ROOT / name).read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[._]", "-", pin.partition("==")[0]).lower() + "==" + pin.partition("==")[2] for pin in lines}
+
+
+def test_the_digests_are_those_of_the_locked_packages() -> None:
+    assert pins("requirements.hashed.lock") == pins("requirements.lock"), "stale: make hashes"
+
+
 def targets() -> set[str]:
     return set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
 
