@@ -29,9 +29,9 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
 )
-from fivebar_description.joint_sample import MessageError, joint_sample
+from fivebar_description.joint_sample import joint_sample
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
+from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -128,13 +128,11 @@ class VisionListener(GraphNode):
     def _on_joints(self, message: JointMessage) -> None:
         if not self._run.holds:
             return
-        sample = self._run.sample(stamp_of(message))
-        try:
-            position, velocity = read_fields(message, JOINTS, ("position", "velocity"))
-        except MessageError as error:
-            self.drop(JOINT_STATES, str(error))
+        read = self._run.read(JOINT_STATES, message, JOINTS, ("position", "velocity"))
+        if read is None:
             return
-        if sample is None or sample == self._last_joints:
+        sample, (position, velocity) = read
+        if sample == self._last_joints:
             return
         if sample == 0 and self._last_joints > 0:
             self._restart()

@@ -6,7 +6,7 @@ the time, plant or bridge, publishes the epoch, the stamp of sample 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from std_msgs.msg import String
@@ -16,10 +16,13 @@ from fivebar_description.interface import (
     RUN_EPOCH,
     RUN_PLAN,
     START_STAMP_NS,
+    Topic,
     moment_of_stamp,
     sample_of_stamp,
     sample_stamp_ns,
 )
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.run_plan import RunPlan, difference, epoch_text, read_epoch, read_plan
@@ -91,6 +94,22 @@ class RunAgreement:
         if not self.begun and stamp_ns - self.epoch_ns > LONGEST_RUN_NS:
             return None
         return sample_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
+
+    def read(
+        self, topic: Topic, message: JointMessage, names: tuple[str, ...], fields: Sequence[str]
+    ) -> tuple[int, tuple[tuple[float, ...], ...]] | None:
+        """Return sample and fields of a message, as `read_fields` does; a malformed or unplaceable one is dropped."""
+        stamp = stamp_of(message)
+        try:
+            values = read_fields(message, names, fields)
+        except MessageError as error:
+            self._node.drop(topic, str(error))
+            return None
+        sample = self.sample(stamp)
+        if sample is None:
+            self._node.drop(topic, f"stamp {stamp} ns is not on the grid of {self._rate_hz} Hz")
+            return None
+        return sample, values
 
     def moment(self, stamp_ns: int) -> float:
         """Return the moment that a stamp (ns) names, in samples since the epoch."""

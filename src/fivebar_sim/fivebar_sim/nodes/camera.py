@@ -20,9 +20,9 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
 )
-from fivebar_description.joint_sample import MessageError, joint_sample
+from fivebar_description.joint_sample import joint_sample
 from fivebar_description.parameters import load_robot
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import JointMessage, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -81,15 +81,10 @@ class CameraNode(GraphNode):
     def _on_joints(self, message: JointMessage) -> None:
         if not self._run.holds:
             return
-        sample = self._run.sample(stamp_of(message))
-        try:
-            position, velocity = read_fields(message, JOINTS, ("position", "velocity"))
-        except MessageError as error:
-            self.drop(GROUND_TRUTH, str(error))
+        read = self._run.read(GROUND_TRUTH, message, JOINTS, ("position", "velocity"))
+        if read is None:
             return
-        if sample is None:
-            self.drop(GROUND_TRUTH, f"stamp {stamp_of(message)} ns is not on the grid of {self._rate_hz} Hz")
-            return
+        sample, (position, velocity) = read
         if sample == 0 and self._last > 0:
             self._restart()
         if sample > self._last:

@@ -23,9 +23,9 @@ from fivebar_description.interface import (
     RUN_READY,
     TORQUE_COMMAND,
 )
-from fivebar_description.joint_sample import MessageError, joint_sample
+from fivebar_description.joint_sample import joint_sample
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
+from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
@@ -114,15 +114,10 @@ class EmulatedRobot(GraphNode):
         if not self._run.holds:
             return
         now = time.monotonic()
-        sample = self._run.sample(stamp_of(message))
-        try:
-            ((q11, q21),) = read_fields(message, ACTIVE_JOINTS, ("position",))
-        except MessageError as error:
-            self.drop(MOTOR_STATES, str(error))
+        read = self._run.read(MOTOR_STATES, message, ACTIVE_JOINTS, ("position",))
+        if read is None:
             return
-        if sample is None:
-            self.drop(MOTOR_STATES, f"stamp {stamp_of(message)} ns is not on the grid of {self._rate_hz} Hz")
-            return
+        sample, ((q11, q21),) = read
         if sample == 0 and self._sample > 0:
             # the bridge was activated again
             self._begin_run()
