@@ -63,9 +63,9 @@ class Run(NamedTuple):
 
         Examples:
             >>> import fivebar
-            >>> columns = fivebar.simulate("middle").columns()
+            >>> columns = fivebar.simulate(fivebar.plan("dextar", goal=(0.0, 0.02))).columns()
             >>> len(columns), columns["t"].size
-            (25, 1001)
+            (25, 271)
         """
         columns: dict[str, FloatArray] = {}
         for field, names in COLUMNS.items():

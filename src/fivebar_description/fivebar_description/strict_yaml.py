@@ -113,6 +113,9 @@ def _problem(detail: Any) -> str:
     if detail["type"] == "missing":
         return f"{key}: is missing"
     expectation = detail["msg"].removeprefix("Value error, ")
+    if not expectation.isprintable():
+        # it quotes a value with a line break
+        expectation = _one_line(expectation)
     expectation = expectation[:1].lower() + expectation[1:]
     return f"{key}: {detail['input']!r}: {expectation}" if key else expectation
 
