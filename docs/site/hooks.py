@@ -45,7 +45,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         content = notebook_page(json.loads(notebook.read_text(encoding="utf-8")))
         files.append(File.generated(config, f"tutorials/{notebook.stem}.md", content=content))
     files.append(File.generated(config, "reference/commands.md", content=commands_page()))
-    files.append(File.generated(config, "reference/graph.md", content=graph_page()))
     return files
 
 
@@ -108,21 +107,6 @@ def notebook_page(notebook: dict[str, Any]) -> str:
         text = "".join(cell["source"])
         parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
     return "\n\n".join(parts) + "\n"
-
-
-def readme_section(title: str) -> str:
-    """Return a section of the README, whose links lead from its folder, without the heading."""
-    found = re.search(
-        rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", (ROOT / "README.md").read_text("utf-8"), re.S | re.M
-    )
-    if found is None:
-        raise PluginError(f"README.md: has no section {title}")
-    return re.sub(r"\]\(docs/", "](../", found[1])
-
-
-def graph_page() -> str:
-    """Return what the README says of topics and faults."""
-    return f"# Topics and faults\n{readme_section('The graph')}"
 
 
 def commands_page() -> str:

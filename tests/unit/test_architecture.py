@@ -185,13 +185,15 @@ FROM_PIP = {
 
 @pytest.mark.parametrize("package", sorted(MAY_IMPORT))
 def test_what_is_imported_is_declared(package: str) -> None:
-    """In package.xml as a package or a rosdep key, or in the line for pip in README.md."""
+    """In package.xml as a package or a rosdep key, or in the line for pip in docs/get_started.md."""
     root = ElementTree.parse(SRC / package / "package.xml").getroot()
     declared = {element.text for kind in ("depend", "exec_depend") for element in root.findall(kind)}
     used = {name.split(".")[0] for path in (SRC / package / package).rglob("*.py") for name in imported(path)}
     foreign = used - set(sys.stdlib_module_names) - {package}
     assert {ROSDEP.get(name, name) for name in foreign - set(FROM_PIP)} <= declared
-    (line,) = re.findall(r"^pip install .*", (SRC.parent / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    (line,) = re.findall(
+        r"^pip install .*", (SRC.parent / "docs/get_started.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
     assert {FROM_PIP[name] for name in foreign & set(FROM_PIP)} <= set(re.findall(r"[a-z]+(?:-[a-z]+)*", line))
 
 

@@ -72,7 +72,7 @@ def test_every_command_is_one_with_its_options(page: Path) -> None:
 def test_every_page_has_its_place_on_the_site() -> None:
     configuration = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     placed = set(re.findall(r"^ +- .*?: (\S+\.md)$", configuration, re.MULTILINE))
-    made = {"reference/commands.md", "reference/graph.md", *(f"tutorials/{path.stem}.md" for path in NOTEBOOKS)}
+    made = {"reference/commands.md", *(f"tutorials/{path.stem}.md" for path in NOTEBOOKS)}
     assert placed - made == {page.relative_to(DOCS).as_posix() for page in PAGES[1:]}
 
 

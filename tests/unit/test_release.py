@@ -57,8 +57,10 @@ def test_a_workflow_runs_what_there_is(path: Path) -> None:
             assert all((ROOT / file).is_file() for file in re.findall(r"-f (\S+)", step.get("run", "")))
 
 
-def test_every_list_of_what_comes_from_pip_is_that_of_the_readme() -> None:
-    texts = [path.read_text("utf-8").replace("\\\n   ", "") for path in (ROOT / "README.md", *WORKFLOWS, *IMAGES)]
+def test_every_list_of_what_comes_from_pip_is_that_of_the_page() -> None:
+    texts = [
+        path.read_text("utf-8").replace("\\\n   ", "") for path in (ROOT / "docs/get_started.md", *WORKFLOWS, *IMAGES)
+    ]
     lists = [found for text in texts for found in PIP_LINE.findall(text)]
     assert len(lists) == 3
     assert len(set(lists)) == 1

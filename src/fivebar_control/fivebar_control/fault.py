@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Fault(NamedTuple):
-    """A named cause for zero torque, and what was seen. README.md and docs/robot.md list the names."""
+    """A named cause for zero torque, and what was seen. docs/reference/graph.md and docs/robot.md list the names."""
 
     name: str
     detail: str

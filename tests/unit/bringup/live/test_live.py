@@ -23,7 +23,7 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import sample_stamp_ns
 from fivebar_description.parameters import load_robot
 
-README = Path(__file__).parents[4] / "README.md"
+FAULTS_PAGE = Path(__file__).parents[4] / "docs/reference/graph.md"
 
 
 class Received(list[Command]):
@@ -154,7 +154,9 @@ def test_a_goal_has_finite_coordinates_and_no_other_field(text: str) -> None:
 
 
 def test_every_fault_of_the_graph_is_explained() -> None:
-    rows = re.findall(r"^\| (`\w+`(?:, `\w+`)*) \| [^|]+\| [^|]+\|$", README.read_text(encoding="utf-8"), re.MULTILINE)
+    rows = re.findall(
+        r"^\| (`\w+`(?:, `\w+`)*) \| [^|]+\| [^|]+\|$", FAULTS_PAGE.read_text(encoding="utf-8"), re.MULTILINE
+    )
     names = {name for names in rows for name in re.findall(r"`(\w+)`", names)}
     faults = names & set(ADVICE)
     assert len(faults) >= 18
