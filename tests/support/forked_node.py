@@ -16,6 +16,8 @@ from pathlib import Path
 
 import pytest
 
+from fivebar_description.ros.run import MIDDLEWARE_LEFT
+
 PR_SET_PDEATHSIG = 1
 
 DEADLINE = 120.0
@@ -74,8 +76,12 @@ class ForkedNode:
 
     @property
     def complaints(self) -> list[str]:
-        """The lines on standard error that do not tell of the node's regular course."""
-        return [line for line in self.stderr.splitlines() if not line.startswith("[INFO]")]
+        """The lines on standard error that do not tell of the node's regular course.
+
+        That a process ended without its middleware is none: see `fivebar_description.ros.run.TEARDOWN_TIME`.
+        """
+        lines = self.stderr.splitlines()
+        return [line for line in lines if not line.startswith("[INFO]") and not line.endswith(MIDDLEWARE_LEFT)]
 
     def send(self, number: signal.Signals) -> None:
         if self.status is None:

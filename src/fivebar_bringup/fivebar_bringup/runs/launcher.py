@@ -15,7 +15,6 @@ from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, st
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_description.ros.run import TEARDOWN_STUCK
 
 POLL_PERIOD = 0.1
 STOP_TIMEOUT = 15.0
@@ -165,6 +164,6 @@ def _stop(processes: Iterable[NodeProcess], timeout: float) -> list[str]:
             if not process.wait(time.monotonic() + ABORT_TIMEOUT):
                 process.send(signal.SIGKILL)
             faults.append(f"node_stuck: {process.name} did not stop within {timeout:g} s and was killed, see its log")
-        elif process.status not in (0, TEARDOWN_STUCK):
+        elif process.status != 0:
             faults.append(f"node_failed: {process.name} ended with status {process.status}: {process.last_line()}")
     return faults

@@ -16,6 +16,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
+from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import ProcessTopics
 from fivebar_description.share import share_file
@@ -30,12 +31,17 @@ except ImportError:
 WAKE_PERIOD = 0.1
 """Longest time (s) the executor sleeps before a signal is noticed."""
 
-TEARDOWN_TIME = 8.0
-"""Longest time (s) for shutting the middleware down, after all messages have been delivered. Nodes have been seen, very
-seldom, that never ended; such a node now prints where it hangs, and ends."""
+TEARDOWN_TIME = 3.0
+"""Longest time (s) for shutting the middleware down, after all messages have been delivered.
 
-TEARDOWN_STUCK = -signal.SIGALRM
-"""Exit status, as the parent process sees it, of a node that has done its work and whose middleware did not end."""
+Fast DDS 2.14, as it is in the wheels, has a deadlock where a node is destroyed while the end of another one is being
+noticed, about once in 400 times where a dozen nodes end together: `DomainParticipant::set_listener` waits for the
+callback to return, without a limit. The time for which it waits overflows, so that it does not wait but tries again,
+and again, with the mutex that the callback needs.
+"""
+
+MIDDLEWARE_LEFT = "the middleware did not shut down: all messages had been delivered, and the process ends without it"
+"""What a process prints then, after the name of the program."""
 
 SWITCH_INTERVAL = 2e-4
 """Switch interval (s) of Python's global interpreter lock; the default of 5 ms is more than two periods at 500 Hz."""
@@ -72,8 +78,8 @@ def run_node(make: Callable[[], GraphNode]) -> None:
 def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     """Run nodes in this process until one finishes or a signal stops them, then exit the process.
 
-    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input, and that of
-    SIGALRM where the middleware cannot be shut down. On SIGABRT the process prints where each of its threads is.
+    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input; the same,
+    with a line, where the middleware does not shut down. On SIGABRT the process prints where each of its threads is.
     """
     use_local_network_only()
     faulthandler.enable()
@@ -126,8 +132,7 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
             if rclpy.ok():
                 node.stop()
                 node.deliver()
-        faulthandler.register(signal.SIGALRM, chain=True)
-        signal.setitimer(signal.ITIMER_REAL, TEARDOWN_TIME)
+        end_process_after(TEARDOWN_TIME, _status(nodes) or 0, MIDDLEWARE_LEFT)
         executor.shutdown()
         for node in nodes:
             node.destroy_node()
