@@ -133,6 +133,8 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
                 node.stop()
                 node.deliver()
         end_process_after(TEARDOWN_TIME, _status(nodes) or 0, MIDDLEWARE_LEFT)
+        # what may spin from here on must not do so at a real-time priority, which that timer's threads have inherited
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         executor.shutdown()
         for node in nodes:
             node.destroy_node()
