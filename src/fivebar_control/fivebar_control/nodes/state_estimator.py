@@ -157,7 +157,7 @@ class StateEstimatorNode(SamplingNode):
         self._mode, self._count = (mode1, mode2), count_angle(drives.encoder_counts or 0)
         self._resting = self._no_rest()
         self._state = self.advertise(ESTIMATE_STATE) if self._sees else None
-        self._tell(ALL_WELL)
+        self._publish_state(ALL_WELL)
         if self._sees:
             self.create_service(Trigger, "~/reset", self._on_reset)
             self._sensors.add(CAMERA_FRAME)
@@ -176,7 +176,7 @@ class StateEstimatorNode(SamplingNode):
         """Start again from the homing posture; a latched fault is cleared."""
         self._estimator = StateEstimator(*self._arguments)
         self._resting = self._no_rest()
-        self._tell(ALL_WELL)
+        self._publish_state(ALL_WELL)
         self._waiting = None
         self._late.clear()
         self._replied = -1
@@ -312,10 +312,10 @@ class StateEstimatorNode(SamplingNode):
 
     def _announce(self, fault: str) -> None:
         self._faults.publish(String(data=fault))
-        self._tell(fault)
+        self._publish_state(fault)
         self.get_logger().error(fault)
 
-    def _tell(self, state: str) -> None:
+    def _publish_state(self, state: str) -> None:
         if self._state is not None:
             self._state.publish(String(data=state))
 
@@ -334,7 +334,7 @@ class StateEstimatorNode(SamplingNode):
             response.message = (
                 f"begins again at ({posture.x:.4f}, {posture.y:.4f}) m in assembly mode {posture.assembly:+d}"
             )
-            self._tell(ALL_WELL)
+            self._publish_state(ALL_WELL)
         self.get_logger().info(response.message)
         return response
 

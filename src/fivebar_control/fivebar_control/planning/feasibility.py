@@ -112,7 +112,7 @@ FORBIDDEN = "time to the forbidden posture"
 """How the names of the figures of forbidden postures begin."""
 
 FAR_FROM_FORBIDDEN = 1.0
-"""Times (s) to a forbidden posture are not told beyond this one."""
+"""Times (s) to a forbidden posture are not reported beyond this one."""
 
 NEAR_PASS = 2.0 * NEAR_LOCUS
 """Below this kappa every sample around a local minimum is evaluated."""

@@ -26,7 +26,7 @@ from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import load_robot, read_robot
+from fivebar_description.parameters import read_robot
 from fivebar_description.strict_yaml import InputError
 
 
@@ -142,11 +142,12 @@ def _end_with(lifeline: Connection) -> None:
 def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     """Plan a request for the law without switching, the only one that follows requests."""
     file = read_robot(conditions.robot)
+    robot = file.five_bar()
     follower = default_tuning(CONTROLLERS["unified"], file)
     limits = limits_of(follower, conditions.torque_limit, conditions.motor_speed)
     try:
         transfer = plan_transfer(
-            load_robot(conditions.robot),
+            robot,
             order.working_mode,
             order.start,
             order.goal,
@@ -165,7 +166,7 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     except (PlanRefused, InputError) as refusal:
         return Planned((), (), str(refusal))
     wanted = min(conditions.held, LONGEST)
-    bears = longest_hold(load_robot(conditions.robot), transfer.plan, follower, conditions.torque_limit)
+    bears = longest_hold(robot, transfer.plan, follower, conditions.torque_limit)
     if bears.time < wanted:
         return Planned(
             (),

@@ -239,8 +239,7 @@ def _mpc_loop(along: Along, period: float, law: MpcSettings) -> ErrorDynamics:
         right[:, -1] = np.einsum("na,nam->nm", pull, inputs).reshape(-1)
         solved = np.linalg.solve(hessian, right)
         inner = np.asarray(shift @ solved[:, :-1], np.float64), np.asarray(shift @ solved[:, -1], np.float64)
-        standing_in = UnifiedSettings()
-        observer = _observer(along, k, period, law.observer_rate, standing_in.weight)
+        observer = _observer(along, k, period, law.observer_rate, law.fallback_weight)
         gain, fixed = np.asarray(solved[:2, :-1], np.float64), np.asarray(solved[:2, -1], np.float64)
         return gain, fixed, *_with_law(along, k, period, gain, fixed, inner, observer)
 

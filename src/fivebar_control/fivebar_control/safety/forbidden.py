@@ -15,8 +15,6 @@ FORESEEN = 0.02
 CLEAR = 0.03
 """Time (s) by which a planned motion keeps clear of them; the difference is for the errors of following it."""
 
-TURN = 2.0 * math.pi
-
 
 class Forbidden(NamedTuple):
     """As many forbidden postures as there may be; those that are not there are `NOWHERE`."""
@@ -56,7 +54,7 @@ def stay_at_angle(low: float, high: float, angle: float, rate: float) -> Stay:
     if half >= math.pi * (1.0 - 1e-9):
         return Stay(-math.inf, math.inf)
     away = angle - 0.5 * (low + high)
-    away -= TURN * math.floor(away / TURN + 0.5)
+    away -= math.tau * math.floor(away / math.tau + 0.5)
     return stay_between(-half, half, away, rate)
 
 

@@ -35,11 +35,6 @@ class Hold:
         """Whether the reference follows the measured place."""
         return self._stopped
 
-    @property
-    def kept(self) -> Platform | None:
-        """The resting reference at the place that was measured last; None where the plan holds."""
-        return None if self._place is None else Platform(*self._place, 0.0, 0.0, 0.0, 0.0)
-
     def left_at(self) -> tuple[float, float] | None:
         """Return where (m) a reset has left the robot, once; None where no fault held it."""
         if self._stopped or self._place is None:
@@ -51,4 +46,4 @@ class Hold:
         """Return the resting reference for a platform that was measured at (x, y) m; None where the plan holds."""
         if self._stopped:
             self._place = (x, y)
-        return self.kept
+        return None if self._place is None else Platform(*self._place, 0.0, 0.0, 0.0, 0.0)

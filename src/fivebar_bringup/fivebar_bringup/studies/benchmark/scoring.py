@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from scipy.special import betaincinv
 
 from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing
@@ -122,24 +123,19 @@ def scores(results: Sequence[Result], crossings: Sequence[BenchmarkCrossing]) ->
 def _score(rig: str, controller: str, results: Sequence[Result], crossings: Sequence[BenchmarkCrossing]) -> Score:
     good = sum(success(result, crossings[result.crossing]) for result in results)
     # an error that is not known is the largest
-    errors = sorted(math.inf if math.isnan(result.error_peak) else result.error_peak for result in results)
-    torques = sorted(result.torque for result in results)
+    errors = [math.inf if math.isnan(result.error_peak) else result.error_peak for result in results]
+    torques = [result.torque for result in results]
     return Score(
         rig,
         controller,
         good,
         len(crossings),
         clopper_pearson(good, len(crossings)),
-        _quantile(errors, 0.5),
-        _quantile(errors, 0.95),
-        _quantile(torques, 0.5),
+        float(np.percentile(errors, 50, method="inverted_cdf")),
+        float(np.percentile(errors, 95, method="inverted_cdf")),
+        float(np.percentile(torques, 50, method="inverted_cdf")),
         sum(bool(result.fault) for result in results),
     )
-
-
-def _quantile(ordered: Sequence[float], share: float) -> float:
-    """Return the least value that a share of all does not exceed."""
-    return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
 
 
 def read_results(text: str, source: str) -> list[Result]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.results import new_directory
 from fivebar_bringup.studies.calibrate.reading import read_passive, read_record, read_seen, read_touched
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
@@ -54,17 +55,18 @@ def calibrate_bag(
     if scenario is not None and scenario.tolerances != EXACT:
         declared = scenario.tolerances
     tolerances = PUT_TOGETHER if declared == EXACT else declared
-    record = read_record(source, with_imu=not encoders_only)
+    recording = read_bag(source.bag)
+    record = read_record(recording, with_imu=not encoders_only)
     points = () if touched is None else read_touched(touched, record)
     imu = ImuSettings() if scenario is None else scenario.imu
     try:
         if encoders_only:
             found = calibrate_by_turning_points(start.five_bar(), tolerances, record)
         else:
-            seen = read_seen(source) if camera else NOT_SEEN
+            seen = read_seen(recording) if camera else NOT_SEEN
             found = calibrate(start.five_bar(), tolerances, record, imu, points, seen)
         leg = 0 if scenario is None or encoders_only else scenario.passive.leg
-        passive = read_passive(source, leg) if leg else None
+        passive = read_passive(recording, leg) if leg else None
         zero = None if passive is None else find_passive_zero(record, found, passive)
     except NotCalibratable as error:
         raise InputError(f"{source.bag}: {error}") from error

@@ -8,9 +8,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
-from fivebar_bringup.studies.identify.reading import Source, joint_columns
+from fivebar_bringup.studies.identify.reading import joint_columns
 from fivebar_control.calibration.passive import PassiveReadings
 from fivebar_control.calibration.record import NOT_SEEN, CalibrationRecord, SeenPositions, TouchedPoint
 from fivebar_description.interface import (
@@ -22,6 +21,7 @@ from fivebar_description.interface import (
     PASSIVE_STATES,
     VISION_NAMES,
     VISION_PLATFORM,
+    Topic,
 )
 from fivebar_description.parameters import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
@@ -54,16 +54,15 @@ class TouchedFile(StrictModel):
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=1)]
 
 
-def read_record(source: Source, with_imu: bool = True) -> CalibrationRecord:
+def read_record(recording: Recording, with_imu: bool = True) -> CalibrationRecord:
     """Return the readings of motors and IMU.
 
     Without an IMU its readings are left empty.
 
     Raises:
-        BagError: the bag cannot be read, lacks a topic, or its readings are no numbers.
+        BagError: the bag lacks a topic, or its readings are no numbers.
     """
-    recording = read_bag(source.bag)
-    topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
+    topic = _motors(recording)
     motors = joint_columns(recording, topic, ACTIVE_JOINTS, "position")
     stamps, first = np.unique(recording.stamps(topic), return_index=True)
     if len(stamps) < LEAST_READINGS:
@@ -83,36 +82,37 @@ def read_record(source: Source, with_imu: bool = True) -> CalibrationRecord:
     )
 
 
-def read_passive(source: Source, leg: int) -> PassiveReadings | None:
-    """Return the readings of the encoder on a leg's passive joint, None where the bag has none.
-
-    Raises:
-        BagError: the bag cannot be read.
-    """
-    recording = read_bag(source.bag)
+def read_passive(recording: Recording, leg: int) -> PassiveReadings | None:
+    """Return the readings of the encoder on a leg's passive joint, None where the bag has none."""
     if not recording.count(PASSIVE_STATES):
         return None
-    topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
     angles = recording.field(PASSIVE_STATES, "position")[:, 0]
     known = np.isfinite(angles)
-    times = (recording.stamps(PASSIVE_STATES) - int(np.min(recording.stamps(topic)))) / NANOSECONDS
-    return PassiveReadings(leg, times[known], angles[known])
+    return PassiveReadings(leg, _since_start(recording, recording.stamps(PASSIVE_STATES))[known], angles[known])
 
 
-def read_seen(source: Source) -> SeenPositions:
+def read_seen(recording: Recording) -> SeenPositions:
     """Return the platform by a camera, nothing where the bag has none.
 
     Raises:
-        BagError: the bag cannot be read.
+        BagError: its readings have other names.
     """
-    recording = read_bag(source.bag)
     if not recording.count(VISION_PLATFORM):
         return NOT_SEEN
-    topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
     columns = joint_columns(recording, VISION_PLATFORM, VISION_NAMES[:4], "position")
     stamps, first = np.unique(recording.stamps(VISION_PLATFORM), return_index=True)
-    times = (stamps - int(np.min(recording.stamps(topic)))) / NANOSECONDS
-    return SeenPositions(times, columns[first, :2], np.max(columns[first, 2:], axis=1))
+    return SeenPositions(_since_start(recording, stamps), columns[first, :2], np.max(columns[first, 2:], axis=1))
+
+
+def _motors(recording: Recording) -> Topic:
+    """Return the topic that has the motors as they were measured."""
+    return MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
+
+
+def _since_start(recording: Recording, stamps: IntArray) -> FloatArray:
+    """Return the times (s) of stamps (ns) since the first sample of the motors."""
+    times: FloatArray = (stamps - int(np.min(recording.stamps(_motors(recording))))) / NANOSECONDS
+    return times
 
 
 def _imu(recording: Recording) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -152,10 +152,10 @@ def summary(found: Sequence[Quickest], crossings: Sequence[BenchmarkCrossing]) -
 def main() -> None:
     """Run the first so many crossings of the benchmark, with their results in a file."""
     count, out = int(sys.argv[1]), Path(sys.argv[2])
-    robot, crossings, found = load_robot(ROBOT), benchmark()[: int(count)], list[Quickest]()
+    robot, crossings, found = load_robot(ROBOT), benchmark()[:count], list[Quickest]()
     if out.exists():
         with out.open(encoding="utf-8", newline="") as file:
-            for number, law, duration, error, torque, changes in list(csv.reader(file)):
+            for number, law, duration, error, torque, changes in csv.reader(file):
                 found.append(Quickest(int(number), law, float(duration), float(error), float(torque), int(changes)))
     done = {one[:2] for one in found}
     with out.open("a", encoding="utf-8", newline="") as file:
