@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, cast
 
 from pydantic import Field, model_validator
 
+from fivebar_bringup.scenario_format import SCENARIO_RULES
 from fivebar_bringup.sizes import with_sizes
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
@@ -39,6 +40,7 @@ from fivebar_control.trajectory.planner import (
     plan_motion,
 )
 from fivebar_description.camera import NO_CAMERA, CameraSettings
+from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.forbidden import NamedBounds, bounds_in, named_bounds, numbers_of
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
@@ -56,7 +58,7 @@ from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
+from fivebar_description.strict_yaml import InputError, StrictModel, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.engines import check_engine
@@ -102,6 +104,7 @@ LEAST_STOP_CYCLES = 3
 class Scenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
+    format: Format = NEWEST
     name: Annotated[str, Setting("Name of the run, and of its directory.", check=_file_name)]
     controller: Annotated[str, CONTROLLER] = "multi_cartesian"
     robot: Robot = "dextar"
@@ -456,7 +459,7 @@ def read_scenario(name_or_path: str) -> Scenario:
         InputError: there is no such scenario, it is malformed, or the camera does not see where the robot stands.
     """
     path = _path_of(name_or_path)
-    scenario = read_yaml(path, Scenario)
+    scenario = read_versioned(path, Scenario, SCENARIO_RULES)
     if scenario.start != SEEN:
         return scenario
     # OpenCV and the plant take time to load, which other scenarios need not

@@ -8,13 +8,14 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field, model_validator
 
+from fivebar_description.file_format import NEWEST, Format, read_versioned, yaml_1_1
 from fivebar_description.forbidden import MOST, ForbiddenPosture
 from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.settings import Section
 from fivebar_description.share import share_file, yaml_path
-from fivebar_description.strict_yaml import StrictModel, read_yaml
+from fivebar_description.strict_yaml import StrictModel
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.tuning import NO_TUNING, Tuning
 
@@ -23,6 +24,9 @@ NotNegative = Annotated[float, Field(ge=0)]
 
 
 Place = Annotated[tuple[float, float], Field(strict=False)]
+
+ROBOT_RULES = ((yaml_1_1,),)
+"""What robot files of an older format said otherwise."""
 
 HOME = (0.0, 0.15)
 """Where a robot rests by default (m), elbows outwards."""
@@ -151,6 +155,7 @@ NO_EFFECTOR = EndEffector(mass_kg=0.0)
 class RobotFile(StrictModel):
     """One parameter file, with the grouped parameters or with the links that they are made of."""
 
+    format: Format = NEWEST
     name: Annotated[str, Field(min_length=1)]
     lengths_m: Lengths
     inertias_kg_m2: Inertias | None = None
@@ -318,13 +323,13 @@ def read_robot(robot: str = "dextar") -> RobotFile:
         InputError: the file is missing or does not describe a five-bar.
     """
     path = robot_path(robot)
-    return read_yaml(path, RobotFile) if path == Path(robot) else _read_shipped(path)
+    return read_versioned(path, RobotFile, ROBOT_RULES) if path == Path(robot) else _read_shipped(path)
 
 
 @functools.cache
 def _read_shipped(path: Path) -> RobotFile:
     """Read a file of this package, which does not change: once, since a run asks for its robot again and again."""
-    return read_yaml(path, RobotFile)
+    return read_versioned(path, RobotFile, ROBOT_RULES)
 
 
 def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:

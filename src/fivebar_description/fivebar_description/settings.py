@@ -16,7 +16,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import GetCoreSchemaHandler, Strict, TypeAdapter, ValidationError
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, TypeAdapter, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from fivebar_description.strict_yaml import InputError, problems_in
@@ -71,6 +71,16 @@ class Setting:
         return core_schema.no_info_after_validator_function(
             lambda value: math.inf if value is None else value, nullable
         )
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the JSON Schema of a field with this setting: with its description, unit and choices too."""
+        described = handler(schema)
+        # a list of choices beside null belongs to the words alone
+        words = next((one for one in described.get("anyOf", ()) if one.get("type") == "string"), described)
+        if self.choices:
+            words["enum"] = list(self.choices)
+        described["description"] = f"{self.description} Unit: {self.unit}." if self.unit else self.description
+        return described
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value beyond its type and range, None if nothing."""

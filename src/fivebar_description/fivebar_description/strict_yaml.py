@@ -41,16 +41,33 @@ def load_yaml(path: Path) -> object:
     Raises:
         InputError: the file is missing or not YAML.
     """
-    # here, because most importers of this module read no file
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    return parse_yaml(read_text(path), str(path))
 
+
+def read_text(path: Path) -> str:
+    """Return the text of a file, its line ends as they are.
+
+    Raises:
+        InputError: the file is missing or not UTF-8 text.
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_bytes().decode("utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is not UTF-8 text") from error
+
+
+def parse_yaml(text: str, source: str) -> object:
+    """Return text in YAML 1.2 as plain values; `source` starts every error.
+
+    Raises:
+        InputError: it is not YAML.
+    """
+    # here, because most importers of this module read no file
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
     try:
         # the pure parser: the other one, in C, reads YAML 1.1
         return YAML(typ="safe", pure=True).load(text)
@@ -59,12 +76,12 @@ def load_yaml(path: Path) -> object:
         place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         # without advice to programmers, and of a key given twice without its values, which can be sections
         problem = _one_line(error.problem or error.context).partition(" with value")[0]
-        raise InputError(f"{path}: is not valid YAML: {place}{problem}") from error
+        raise InputError(f"{source}: is not valid YAML: {place}{problem}") from error
     except (YAMLError, ValueError) as error:
         # a ValueError comes of a date without such a day, or of a wrong tag such as `!!int x`
-        raise InputError(f"{path}: is not valid YAML: {_one_line(error)}") from error
+        raise InputError(f"{source}: is not valid YAML: {_one_line(error)}") from error
     except RecursionError as error:
-        raise InputError(f"{path}: is nested too deeply") from error
+        raise InputError(f"{source}: is nested too deeply") from error
 
 
 def yaml_text(content: Mapping[str, Any]) -> str:

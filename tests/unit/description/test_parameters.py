@@ -112,9 +112,9 @@ BAD_FILES = {
     "empty": (lambda: "", ["expected keys with values, found NoneType"]),
     "duplicate key": (
         lambda: replaced("  l_12: 0.09 ", "  l_11: 0.08\n  l_12: 0.09 "),
-        ['duplicate key "l_11"', "line 6"],
+        ['duplicate key "l_11"', "line 7"],
     ),
-    "duplicate section": (lambda: GOOD + "mass_kg:\n  m: 1.0\n", ['duplicate key "mass_kg"', "line 20"]),
+    "duplicate section": (lambda: GOOD + "mass_kg:\n  m: 1.0\n", ['duplicate key "mass_kg"', "line 21"]),
     "key that is a list": (lambda: GOOD + "? [a, b]\n: 1.0\n", ["keys should be strings"]),
     "unknown key": (lambda: replaced("  m: 0.537", "  m: 0.537\n  mm: 1.0"), ["mass_kg.mm: unknown key"]),
     "unknown section": (lambda: GOOD + "colour: red\n", ["colour: unknown key"]),
