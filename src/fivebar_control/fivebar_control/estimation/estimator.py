@@ -123,6 +123,7 @@ class StateEstimator:
         self._longest_gap = max(LONGEST_GAP, round(LONGEST_GAP_TIME * rate_hz))
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
+        self._newest_command = 0.0, 0.0
         self._answer: JointEstimate | None = None
         self._memory: EstimatorMemory | None = None
         self.fault: Fault | None = None
@@ -156,6 +157,7 @@ class StateEstimator:
 
     def commanded(self, sample: int, tau1: float, tau2: float) -> None:
         """Record the torque (Nm) that was commanded in answer to a sample; repeated commands are ignored."""
+        self._newest_command = tau1, tau2
         if self._model.delay_samples > 0:
             self._commands.setdefault(sample, (tau1, tau2))
 
@@ -241,7 +243,9 @@ class StateEstimator:
         self.squared = updated.squared
         if sample - last > self._longest_gap:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
-        reason = self._frozen.check((q11, q21), updated.predicted, sample - last > 1)
+        # exactly zero is what the guard commands once a fault is latched
+        coasts = self._newest_command == (0.0, 0.0)
+        reason = self._frozen.check((q11, q21), updated.predicted, sample - last > 1, coasts)
         if reason is not None:
             self._latch("encoder_frozen", f"at sample {sample} {reason}")
         return updated.memory

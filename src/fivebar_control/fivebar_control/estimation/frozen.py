@@ -3,6 +3,10 @@
 A constant reading is no fault by itself: at rest, and where a motor reverses, the angle is within the same count for
 many samples, and the filter predicts it there, too. Where the predictions keep differing from a constant reading, and
 by more than the robot's tolerances explain, the encoder is frozen.
+
+Without torque both motors come to rest, light links on friction within a sample or two, and samples of drives that are
+stopped need not be evenly spaced, so that the predictions are off: then a reading must also stay while the other motor
+turns.
 """
 
 from __future__ import annotations
@@ -44,16 +48,17 @@ class FrozenWatch:
         self._stays = [1, 1]
         self._beyond = [0.0, 0.0]
 
-    def check(self, readings: tuple[float, float], expected: Estimate, gap: bool) -> str | None:
+    def check(self, readings: tuple[float, float], expected: Estimate, gap: bool, coasts: bool = False) -> str | None:
         """Return the fault in words, None for none.
 
         Args:
             readings: of both motors (rad); call it once per sample.
             expected: the prediction for them.
             gap: whether readings before these were lost, over which the prediction is a guess.
+            coasts: whether no torque is commanded any more.
         """
         last, self._last = self._last, readings
-        if last is None or gap:
+        if last is None or gap or (coasts and readings == last):
             self._stays, self._beyond = [1, 1], [0.0, 0.0]
             return None
         for motor in range(2):

@@ -9,7 +9,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.estimation.ekf import EkfSettings, Estimate, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
-from fivebar_control.estimation.frozen import ANGLE, COUNTS, LONGEST, FrozenWatch
+from fivebar_control.estimation.frozen import ANGLE, COUNTS, FEWEST, LONGEST, FrozenWatch
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
 
@@ -58,6 +58,37 @@ def test_a_frozen_reading_is_noticed(crossing: tuple[Scenario, OfflineRun], firs
     assert estimator.fault.name == "encoder_frozen"
     assert f"q{motor + 1}1 has read the same" in estimator.fault.detail
     assert 1 <= sample.number - first <= 9
+
+
+@pytest.mark.parametrize("coasting", [False, True])
+def test_the_commanded_torque_decides(crossing: tuple[Scenario, OfflineRun], coasting: bool) -> None:
+    """Two readings that stay from a sample on are of a robot at rest if the guard has taken the torque before."""
+    scenario, run = crossing
+    estimator = StateEstimator(
+        scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf
+    )
+    stands = 35
+    for sample in run.samples[: stands + FEWEST + 2]:
+        assert sample.estimated is not None
+        still = sample.number >= stands
+        motors, torques = run.samples[min(sample.number, stands)].estimated.motors
+        estimator.take(sample.number, *motors, *((0.0, 0.0) if still and coasting else torques))
+        estimator.commanded(sample.number, *((0.0, 0.0) if still and coasting else sample.command))
+    found = None if estimator.fault is None else estimator.fault.name
+    assert (found == "encoder_frozen") is not coasting
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_motors_that_stand_still_without_torque_are_no_frozen_encoders(dextar: FiveBar, turning: bool) -> None:
+    """Drives that were stopped let friction hold the links at once, where the prediction still moves on."""
+    watch, place = FrozenWatch(filter_model(dextar, 1, -1, 100, EkfSettings()), 0.0), (0.01, 0.13)
+    q = inverse_geometry(dextar, 1, -1, *place)
+    moves_on = Estimate(place[0], place[1] + 0.002, 0.0, 0.0, 0.0, 0.0)
+    readings = [(q.q11, q.q21 + 0.001 * number * turning) for number in range(LONGEST)]
+    answers = [watch.check(one, moves_on, False, coasts=True) for one in readings]
+    assert any(answer is not None and answer.startswith("q11") for answer in answers) is turning
+    # under torque one would have moved them
+    assert any(watch.check(readings[-1], moves_on, False) for _ in range(LONGEST))
 
 
 @pytest.mark.parametrize("motor", [0, 1])
