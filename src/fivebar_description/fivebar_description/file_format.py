@@ -82,7 +82,7 @@ def read_versioned(path: Path, model: type[M], rules: Sequence[Sequence[Rule]]) 
     if number < NEWEST:
         migrated = migrate(text, source, number, rules)
         changes = "; ".join(migrated.changes) or "no other change"
-        _tell(
+        _warn_once(
             f"{source}: format {number} is read as format {NEWEST} ({changes}); fivebar migrate {source} writes it so"
         )
         content = parse_yaml(migrated.text, source)
@@ -211,6 +211,6 @@ def _fits_as_oldest(text: str, source: str, model: type[M], rules: Sequence[Sequ
 
 
 @functools.cache
-def _tell(words: str) -> None:
+def _warn_once(words: str) -> None:
     """Say something once: a run reads its robot again and again."""
     logging.getLogger("fivebar").warning(words)
