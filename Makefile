@@ -39,6 +39,9 @@ crossing: setup ## run the middle trajectory through the singularity; results un
 reproduce: setup ## make the figures and claims of the thesis again, a few minutes; results under runs/
 	@$(BIN)/fivebar reproduce
 
+# the files with tests that follow the clock; to import all the others takes ten seconds
+CLOCK = $(shell grep -rl --include='test_*.py' 'mark\.clock' tests/ros tests/system)
+
 .PHONY: test
 test: setup ## run the tests
 	@# three at a time on two processors, because tests also wait; what follows the clock by itself, one after the other,
@@ -47,7 +50,7 @@ test: setup ## run the tests
 	status=0
 	export NUMBA_OPT=1 NUMBA_CACHE_DIR=$(CURDIR)/.numba
 	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
-	$(BIN)/python -m pytest tests/ros tests/system -q -m "clock and not extra" --durations=10 || status=$$?
+	$(BIN)/python -m pytest $(CLOCK) -q -m "clock and not extra" --durations=10 || status=$$?
 	exit $$status
 
 .PHONY: test-extra
@@ -58,7 +61,7 @@ test-extra: setup ## run what test leaves out: long tests of the studies, and pa
 	status=0
 	export PYTHONPATH=$(CURDIR)/.browser:$(CURDIR)/.docs
 	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "extra and not clock" --durations=10 || status=$$?
-	$(BIN)/python -m pytest tests/ros tests/system -q -m "clock and extra" --durations=10 || status=$$?
+	$(BIN)/python -m pytest $(CLOCK) -q -m "clock and extra" --durations=10 || status=$$?
 	exit $$status
 
 .PHONY: docs
@@ -152,7 +155,14 @@ $(VENV)/lock.stamp: requirements.lock
 	echo "setup: installing the locked packages, a minute or two"
 	# what is never imported need not be compiled, and that is most of it; the lock is complete, which a check is faster
 	# to find than a resolver
-	$(BIN)/pip install --quiet --no-compile --no-deps -r requirements.lock
+	# two at a time, because unpacking keeps a processor busy
+	parts=$$(mktemp -d)
+	trap 'rm -rf "$$parts"' EXIT
+	split --number=r/2 requirements.lock "$$parts/"
+	for part in "$$parts"/*; do
+	    $(BIN)/pip install --quiet --no-compile --no-deps -r "$$part" & installers+=($$!)
+	done
+	for installer in "$${installers[@]}"; do wait "$$installer"; done
 	$(BIN)/pip check >/dev/null || refuse "requirements.lock is not complete: $$($(BIN)/pip check)"
 	touch $@
 

@@ -4,33 +4,17 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_control.safety.stages import (
-    FORBIDDEN_POSTURE,
-    NEAR_TYPE_1,
-    NO_FAULT,
-    OUT_OF_WORKSPACE,
-    OVER_SPEED,
-    TORQUE_EXCESSIVE,
-    TORQUE_UNDEFINED,
-    TRACKING_LOST,
-)
+from fivebar_control.safety.stages import NO_FAULT, STAGE_NAMES
 
 ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED, ESTIMATE_INCONSISTENT = 6, 7, 8, 9
-FAULT_NAMES = {
+FAULT_NAMES = STAGE_NAMES | {
     NO_FAULT: "",
-    TORQUE_UNDEFINED: "torque_undefined",
-    OVER_SPEED: "over_speed",
-    OUT_OF_WORKSPACE: "out_of_workspace",
-    NEAR_TYPE_1: "near_type_1",
-    TRACKING_LOST: "tracking_lost",
     ESTIMATE_LOST: "estimate_lost",
     ESTIMATE_AMBIGUOUS: "estimate_ambiguous",
     PLANT_DIVERGED: "plant_diverged",
     ESTIMATE_INCONSISTENT: "estimate_inconsistent",
-    TORQUE_EXCESSIVE: "torque_excessive",
-    FORBIDDEN_POSTURE: "forbidden_posture",
 }
-"""By these numbers and those of `fivebar_control.safety.stages`; the names are those of the node graph."""
+"""By these numbers and those of the stages; the names are those of the node graph."""
 
 
 LEFT = 5e-3

@@ -17,6 +17,7 @@ from fivebar_control.safety.stages import (
     FORBIDDEN_POSTURE,
     NEAR_TYPE_1,
     OUT_OF_WORKSPACE,
+    STAGE_NAMES,
     TORQUE_EXCESSIVE,
     TORQUE_UNDEFINED,
     TRACKING_LOST,
@@ -29,16 +30,12 @@ from fivebar_description.parameters import FiveBar
 LEAST_SAMPLES = 10
 """Least time constant of the brake in samples: a stronger damping would not be one with a few samples of delay."""
 
-BRAKED_FAULTS = (
-    "torque_undefined",
-    "torque_excessive",
-    "out_of_workspace",
-    "forbidden_posture",
-    "near_type_1",
-    "tracking_lost",
-)
-"""Faults of the stages that leave state and drives sound. After `over_speed` it is not known whether the motor or its
-reading is so fast."""
+SOUND = (TORQUE_UNDEFINED, TORQUE_EXCESSIVE, OUT_OF_WORKSPACE, FORBIDDEN_POSTURE, NEAR_TYPE_1, TRACKING_LOST)
+"""Faults of the stages that leave state and drives sound, by number. After `over_speed` it is not known whether the
+motor or its reading is so fast."""
+
+BRAKED_FAULTS = tuple(STAGE_NAMES[number] for number in SOUND)
+"""Their names."""
 
 
 class Brake(NamedTuple):
@@ -82,15 +79,7 @@ def brake_of(settings: SafetySettings, robot: FiveBar, rate_hz: int) -> Brake:
 
 def braking_after(brake: Brake, fault: int) -> int:
     """Return for how many samples the robot may be braked after a fault of the stages, by its number."""
-    sound = fault in (
-        TORQUE_UNDEFINED,
-        TORQUE_EXCESSIVE,
-        OUT_OF_WORKSPACE,
-        FORBIDDEN_POSTURE,
-        NEAR_TYPE_1,
-        TRACKING_LOST,
-    )
-    return brake.samples if sound else 0
+    return brake.samples if fault in SOUND else 0
 
 
 def stopping(brake: Brake, robot: FiveBar, state: State, left: int) -> Stopping:

@@ -46,6 +46,17 @@ TORQUE_UNDEFINED, OVER_SPEED, OUT_OF_WORKSPACE, NEAR_TYPE_1, TRACKING_LOST = 1, 
 TORQUE_EXCESSIVE, FORBIDDEN_POSTURE = 10, 11
 """Faults that the stages detect, as numbers, in the order of the stages."""
 
+STAGE_NAMES = {
+    TORQUE_UNDEFINED: "torque_undefined",
+    OVER_SPEED: "over_speed",
+    OUT_OF_WORKSPACE: "out_of_workspace",
+    NEAR_TYPE_1: "near_type_1",
+    TRACKING_LOST: "tracking_lost",
+    TORQUE_EXCESSIVE: "torque_excessive",
+    FORBIDDEN_POSTURE: "forbidden_posture",
+}
+"""Of these faults."""
+
 EVERYWHERE = Area(-math.inf, math.inf, -math.inf, math.inf)
 
 
@@ -352,39 +363,40 @@ def fault_of(
     sigma: float,
 ) -> Fault:
     """Return the fault that :func:`first_fault` detected, in words; arguments as there, sigma the blending weight."""
+    name = STAGE_NAMES[number]
     if number == TORQUE_UNDEFINED:
         detail = f"candidate torque ({requested.tau1}, {requested.tau2}) Nm, sigma = {sigma:.3f}"
-        return Fault("torque_undefined", detail)
+        return Fault(name, detail)
     if number == OVER_SPEED:
         speed1, speed2 = state.leg1.dq1, state.leg2.dq1
         limit = limits.joint_speed
-        return Fault("over_speed", f"motors at {speed1:.2f} and {speed2:.2f} rad/s, limit {limit:g} rad/s")
+        return Fault(name, f"motors at {speed1:.2f} and {speed2:.2f} rad/s, limit {limit:g} rad/s")
     if number == OUT_OF_WORKSPACE:
         if limits.workspace != EVERYWHERE and not is_inside(state, limits.workspace):
             reason = f"workspace {list(limits.workspace)} m"
         else:
             beyond = -type1_distance(robot, state)
             reason = f"{beyond * 1e3:.1f} mm out of reach: the joints contradict each other"
-        return Fault("out_of_workspace", f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
+        return Fault(name, f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
     if number == FORBIDDEN_POSTURE:
         which = next_forbidden(limits.forbidden, state)
         left = time_to_posture(limits.forbidden[which - 1], state)
         reached = f"is {left * 1e3:.0f} ms before" if left > 0.0 else "is in"
         return Fault(
-            "forbidden_posture",
+            name,
             f"platform at ({state.x:.4f}, {state.y:.4f}) m, motors at {state.leg1.q1:.3f} and {state.leg2.q1:.3f} rad:"
             f" the robot {reached} forbidden posture {which}",
         )
     if number == NEAR_TYPE_1:
         clear1, clear2 = type1_clearance(state.leg1, mode1), type1_clearance(state.leg2, mode2)
         margin = limits.type1_margin
-        return Fault("near_type_1", f"sin q_i2 is {clear1:.4f} and {clear2:.4f} from Type 1, margin {margin:g}")
+        return Fault(name, f"sin q_i2 is {clear1:.4f} and {clear2:.4f} from Type 1, margin {margin:g}")
     if number == TORQUE_EXCESSIVE:
         limit = limits.torque_request
         detail = f"({requested.tau1:.4g}, {requested.tau2:.4g}) Nm requested, more than {limit:.4g} Nm for"
-        return Fault("torque_excessive", f"{detail} {limits.request_samples} samples")
+        return Fault(name, f"{detail} {limits.request_samples} samples")
     error, limit = distance_from(state, x, y), limits.tracking_error
-    return Fault("tracking_lost", f"{error * 1e3:.1f} mm from the reference, limit {limit * 1e3:.1f} mm")
+    return Fault(name, f"{error * 1e3:.1f} mm from the reference, limit {limit * 1e3:.1f} mm")
 
 
 def fastest_motor(state: State) -> float:

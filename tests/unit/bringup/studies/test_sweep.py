@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, TRACKING_LOST, Outcome
+from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, Outcome
 from fivebar_bringup.studies.sweep import directory as sweep_directory
 from fivebar_bringup.studies.sweep import sweep as sweeping
 from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
@@ -29,6 +29,7 @@ from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.planning.feasibility import Figure
 from fivebar_control.planning.postures import WORKING_MODES
+from fivebar_control.safety.stages import TRACKING_LOST
 from fivebar_description.parameters import load_robot
 from fivebar_description.strict_yaml import InputError
 
