@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -44,10 +45,15 @@ def names(paths: list[Path]) -> list[str]:
     return [str(path.relative_to(SRC)) for path in paths]
 
 
+@functools.cache
+def syntax_tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imported(path: Path) -> Iterator[str]:
     """Full names of everything that a module imports, wherever in its text the import stands."""
     inside = path.relative_to(SRC).parts[1:-1]
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(syntax_tree(path)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -204,7 +210,7 @@ def test_a_class_name_stands_for_one_class() -> None:
     """
     where: dict[str, list[str]] = {}
     for path in (one for one in modules() if "fivebar" not in one.relative_to(SRC).parts):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(syntax_tree(path)):
             if isinstance(node, ast.ClassDef):
                 where.setdefault(node.name, []).append(str(path.relative_to(SRC)))
     assert not {name: paths for name, paths in where.items() if len(paths) > 1}
@@ -233,6 +239,6 @@ def undocumented(tree: ast.Module) -> Iterator[str]:
 
 @pytest.mark.parametrize("path", modules(), ids=names(modules()))
 def test_everything_public_says_what_it_is(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = syntax_tree(path)
     if tree.body:
         assert not list(undocumented(tree))

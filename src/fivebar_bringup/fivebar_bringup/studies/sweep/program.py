@@ -29,6 +29,7 @@ DECIDING = {
     fivebar_bringup: (
         "simulation/*.py",
         "scenario.py",
+        "scenario_format.py",
         "sizes.py",
         "studies/compare/rigs.py",
         "studies/sweep/drawing.py",
