@@ -81,7 +81,12 @@ mutants: setup ## break the core in small ways and list what no unit test notice
 
 .PHONY: fuzz
 fuzz: setup ## feed every parser random input: make fuzz EXAMPLES=20000; a short run is part of test
-	@FUZZ_EXAMPLES=$(or $(EXAMPLES),20000) $(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2
+	@# an input that fails is kept in .fuzz/, and is the first to be tried the next time
+	export FUZZ_EXAMPLES=$(or $(EXAMPLES),20000)
+	$(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2 || {
+	    echo "fuzz: inputs that failed are in .fuzz/, as text" >&2
+	    exit 1
+	}
 
 .PHONY: bench
 bench: setup ## measure speed on this machine
@@ -129,7 +134,7 @@ hashes: setup ## write requirements.hashed.lock, the digests of what requirement
 
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
 	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py
