@@ -84,7 +84,12 @@ mutants: setup ## break the core in small ways and list what no unit test notice
 
 .PHONY: fuzz
 fuzz: setup ## feed every parser random input: make fuzz EXAMPLES=20000; a short run is part of test
-	@FUZZ_EXAMPLES=$(or $(EXAMPLES),20000) $(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2
+	@# an input that fails is kept in .fuzz/, and is the first to be tried the next time
+	export FUZZ_EXAMPLES=$(or $(EXAMPLES),20000)
+	$(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2 || {
+	    echo "fuzz: inputs that failed are in .fuzz/, as text" >&2
+	    exit 1
+	}
 
 .PHONY: bench
 bench: setup ## measure speed on this machine
@@ -109,6 +114,22 @@ dist: setup ## build wheels of the four packages and of `fivebar`, which needs t
 	    $(addprefix "$$work"/,$(PACKAGES) packaging)
 	ls $(DIST)
 
+.PHONY: archive
+archive: setup ## pack a reproduction for Zenodo: make archive REPRODUCTION=runs/reproduce-...; without, it is made first
+	@directory="$(REPRODUCTION)"
+	if [ -z "$$directory" ]; then
+	    directory=runs/reproduce-$$(date +%Y%m%d-%H%M%S)
+	    $(BIN)/fivebar reproduce --out "$$directory"
+	fi
+	version=$$(sed -n 's/^version: //p' CITATION.cff)
+	mkdir -p $(DIST)
+	$(BIN)/python packaging/archive.py "$$directory" "$(DIST)/fivebar-reproduction-$$version.zip"
+
+.PHONY: audit
+audit: setup ## look up the locked packages in the database of known weaknesses; 3 if it cannot be reached
+	@[ -d .audit ] || $(BIN)/pip install --quiet --target .audit pip-audit==2.10.1
+	PYTHONPATH=.audit $(BIN)/python packaging/audit.py
+
 .PHONY: version
 version: ## set the version of all packages: make version NEW=1.2.3
 	@[[ "$(NEW)" =~ ^[0-9]+\.[0-9]+\.[0-9]+$$ ]] || { echo "version: expected NEW=1.2.3" >&2; exit 1; }
@@ -132,7 +153,7 @@ hashes: setup ## write requirements.hashed.lock, the digests of what requirement
 
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) .audit .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
 	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py

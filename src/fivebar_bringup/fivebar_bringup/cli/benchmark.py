@@ -16,7 +16,7 @@ from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.runs.results import finite
 from fivebar_bringup.studies.sweep.rigs import RIGS
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.strict_yaml import read_text
 
 
 @app.command()
@@ -58,10 +58,7 @@ def benchmark(
         every = crossings_of()
         wanted = every[: len(every) if crossings is None else crossings]
         if score is not None:
-            try:
-                results = read_results(score.read_text(encoding="utf-8"), str(score))
-            except OSError as error:
-                raise InputError(f"{score}: cannot be read: {error.strerror}") from error
+            results = read_results(read_text(score), str(score))
         else:
             names = tuple(CONTROLLERS) if controllers is None else chosen("--controllers", controllers, CONTROLLERS)
             with progress_bar("benchmark", as_json) as progress:

@@ -45,6 +45,6 @@ def read_timing(path: Path) -> RunTiming:
         return RunTiming()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid JSON: {error}") from error
     return validate(content, RunTiming, str(path))

@@ -15,7 +15,7 @@ from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, rea
 from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep.running import planned
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.strict_yaml import InputError, read_text
 
 NOT_STARTED = "not_started"
 """In place of a fault: the estimator could not tell the assembly mode at the start."""
@@ -89,7 +89,7 @@ def run_benchmark(
         InputError: the file holds something else, or cannot be used.
     """
     try:
-        text = out.read_text(encoding="utf-8") if out.exists() else HEAD
+        text = read_text(out) if out.exists() else HEAD
         # the last line of a run that was interrupted
         text = text[: text.rfind("\n") + 1]
         results = read_results(text, str(out))

@@ -144,11 +144,14 @@ def read_results(text: str, source: str) -> list[Result]:
     Raises:
         InputError: a line is not one of results, or one is given twice.
     """
-    lines = csv.reader(io.StringIO(text))
-    if next(lines, None) != list(Result._fields):
+    try:
+        lines = list(csv.reader(io.StringIO(text)))
+    except csv.Error as error:
+        raise InputError(f"{source}: is not a file of results: {error}") from error
+    if not lines or lines[0] != list(Result._fields):
         raise InputError(f"{source}: line 1: expected {HEAD.strip()}")
     found: dict[tuple[int, str, str], Result] = {}
-    for number, line in enumerate(lines, start=2):
+    for number, line in enumerate(lines[1:], start=2):
         try:
             result = Result(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True)))
         except ValueError as error:

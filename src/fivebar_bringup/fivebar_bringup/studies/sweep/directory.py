@@ -16,7 +16,7 @@ from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.program import program_digest
 from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import CONTROLLERS
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.strict_yaml import InputError, read_text
 
 DEFAULT_SEED, DEFAULT_CASES = 1, 2000
 
@@ -61,7 +61,7 @@ class SweepDirectory(StudyDirectory):
             )
         except OSError as error:
             raise InputError(f"{self.content}: cannot be read: {error.strerror}") from error
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
             raise InputError(f"{self.content}: is not the file of a sweep") from error
 
     @contextmanager
@@ -84,10 +84,9 @@ class SweepDirectory(StudyDirectory):
         Raises:
             InputError: the file holds something else.
         """
-        try:
-            text = self.rows.read_text(encoding="utf-8")
-        except FileNotFoundError:
+        if not self.rows.exists():
             return {}
+        text = read_text(self.rows)
         text = text[: text.rfind("\n") + 1]
         if text and not text.startswith(HEAD):
             raise InputError(f"{self.rows}: begins with another line than that of this version's results")

@@ -123,7 +123,11 @@ def from_lines(text: str) -> list[SweepRow]:
         ValueError: a line is not a row.
     """
     rows = []
-    for line in csv.reader(io.StringIO(text)):
+    try:
+        lines = list(csv.reader(io.StringIO(text)))
+    except csv.Error as error:
+        raise ValueError(str(error)) from error
+    for line in lines:
         if len(line) != len(_READERS):
             raise ValueError(f"{','.join(line)!r}: expected {len(_READERS)} entries")
         rows.append(SweepRow(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True))))
