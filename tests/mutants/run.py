@@ -92,6 +92,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("modules", nargs="*", metavar="MODULE", help="such as laws/unified, or a folder: laws")
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time (default: 2)")
+    parser.add_argument(
+        "--every", type=int, default=1, metavar="N", help="a sample: only every N-th mutant of a module"
+    )
     options = parser.parse_args()
     with open(Path(__file__).with_name("selection.toml"), "rb") as file:
         selection = tomllib.load(file)
@@ -108,7 +111,7 @@ def main() -> int:
             if code != 0:
                 print(f"{module.name}: its tests fail without any change: pytest {' '.join(module.arguments)}")
                 return 2
-            mutants += list(mutants_of(workspace, module, 10.0 + CPU_LIMIT * seconds))
+            mutants += list(mutants_of(workspace, module, 10.0 + CPU_LIMIT * seconds))[:: options.every]
         print(f"{len(mutants)} mutants of {len(modules)} modules")
         context = multiprocessing.get_context("fork")
         judged: list[tuple[Mutant, bool]] = []

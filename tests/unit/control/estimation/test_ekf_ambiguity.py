@@ -20,6 +20,7 @@ from fivebar_control.estimation.mirror import (
     ambiguity_reason,
     check_ambiguity,
     deviations,
+    mirror_distance,
     mirrored,
 )
 from fivebar_control.estimation.platform_motion import leg_motion
@@ -91,6 +92,32 @@ def test_at_rest_on_the_locus_both_modes_are_one_and_far_from_it_nothing_is_ambi
     assert reasons(dextar, [Belief(away, SURE)] * 500) == [None] * 500
 
 
+def test_one_distance_is_that_of_the_check(dextar: FiveBar) -> None:
+    """Of a belief by itself, and of one in a row of samples: the same, and infinite where nothing is tested."""
+    model = filter_model(dextar, *MODES, 500, EkfSettings())
+    for y, tested in ((0.0846, True), (0.0875, True), (0.1, False)):
+        belief = Belief(Estimate(0.002, y, 0.03, -0.1, 0.0, 0.0), SURE)
+        distance = mirror_distance(model, belief)
+        assert distance == check_ambiguity(model, AmbiguityLimits(5.0, 0.2), 0, belief).deviations
+        assert math.isfinite(distance) == tested
+
+
+def test_where_both_elbows_coincide_there_is_no_line_to_mirror_in(dextar: FiveBar) -> None:
+    """Every direction of the platform has the same motor angles: the assembly mode is not known."""
+    robot = dextar._replace(
+        leg1=dextar.leg1._replace(base_x=-0.25, proximal=0.5), leg2=dextar.leg2._replace(base_x=0.25, proximal=0.5)
+    )
+    leg = leg_motion(dextar.leg1, 1, 0.0, 0.1, 0.0, 0.0)
+    one, two = leg._replace(r_x=0.5, r_y=0.75), leg._replace(r_x=-0.5, r_y=0.75)
+    belief = Belief(Estimate(0.0, 0.5, 0.0, 0.0, 0.0, 0.0), SURE)
+    assert mirrored(robot, one, two, belief) is None
+    assert mirrored(robot, one, two._replace(r_x=-0.25), belief) is not None
+
+
+def test_a_state_that_is_known_exactly_is_infinitely_far_from_its_mirror_image() -> None:
+    assert deviations(Mirror(0.6, 0.8, 1e-3, 1e-3), np.zeros((SIZE, SIZE))) == math.inf
+
+
 def test_the_default_limits_are_those_of_these_tests() -> None:
     settings = EkfSettings()
     assert (settings.mirror_deviations, settings.dwell_limit) == (5.0, 0.2)
@@ -100,6 +127,7 @@ def test_whoever_stays_near_the_locus_is_ambiguous_however_sure(dextar: FiveBar)
     near = Belief(Estimate(0.0, 0.086, 0.0, 0.0, 0.0, 0.0), SURE)
     found = reasons(dextar, [near] * 102, mirror_deviations=0.0)
     assert found[:100] == [None] * 100
+    assert found[100] is not None
     assert found[101] is not None
     assert "1/cond(A) below 0.05 for 0.204 s, limit 0.2 s" in found[101]
 

@@ -11,10 +11,12 @@ from fivebar_control.estimation.encoder import (
     EXACT_ANGLE,
     MOST_REPETITIONS,
     Angle,
+    angle_variance,
     count_angle,
     first_angle,
     next_angle,
     repetitions,
+    with_variance,
 )
 from fivebar_sim.sensors import Encoder
 
@@ -90,3 +92,35 @@ def test_exact_encoders_are_believed() -> None:
 
 def test_counts_divide_a_revolution() -> None:
     assert count_angle(COUNTS) == COUNT
+    assert count_angle(1) == 2.0 * math.pi
+
+
+@pytest.mark.parametrize("readings", [2, 4, 16, 32, 64])
+def test_the_mean_information_of_a_count_is_that_of_its_readings(readings: int) -> None:
+    """One that is new and its repetitions: information is the inverse of a variance, and adds up. Either direction."""
+    count, rate_hz = 2.0**-12, 512
+    speed = count * rate_hz / readings
+    variances, repeated = [next_angle(count, rate_hz, 0.0, 1, count, speed).variance], 1
+    for _ in range(readings - 1):
+        repeated = repetitions(count, repeated, count)
+        variances.append(next_angle(count, rate_hz, count, repeated, count, speed).variance)
+    expected = readings / sum(1.0 / variance for variance in variances)
+    for direction in (1.0, -1.0):
+        assert angle_variance(count, rate_hz, direction * speed) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_mean_information_at_its_ends() -> None:
+    """A motor that stands repeats its reading for ever, a fast one never does, and exact encoders need no speed."""
+    one = COUNT * COUNT / 12.0
+    assert angle_variance(COUNT, RATE_HZ, 0.0) == MOST_REPETITIONS * one
+    for counts_per_sample in (1.0, 1.5, -7.0):
+        assert angle_variance(COUNT, RATE_HZ, counts_per_sample * COUNT * RATE_HZ) == pytest.approx(one, rel=1e-12)
+    assert angle_variance(0.0, RATE_HZ, 1.0) == EXACT_ANGLE**2
+
+
+def test_an_angle_is_never_surer_than_that_of_an_exact_encoder() -> None:
+    assert first_angle(1e-9, 0.5) == (0.5 + 0.5e-9, EXACT_ANGLE**2)
+
+
+def test_play_adds_to_the_variance_of_an_angle() -> None:
+    assert with_variance(Angle(1.0, 2.0), 3.0) == (1.0, 5.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from estimate_replay import OFF_MODEL, encoder_scenario
 
@@ -9,9 +11,10 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.estimation.ekf import EkfSettings, Estimate, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
-from fivebar_control.estimation.frozen import ANGLE, COUNTS, FEWEST, LONGEST, FrozenWatch
+from fivebar_control.estimation.frozen import ANGLE, COUNTS, DEVIATIONS, FEWEST, LONGEST, FrozenWatch
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
+from fivebar_description.tolerances import Tolerances
 
 
 def at_100_hz() -> Scenario:
@@ -22,6 +25,55 @@ def at_100_hz() -> Scenario:
 def crossing() -> tuple[Scenario, OfflineRun]:
     scenario = at_100_hz()
     return scenario, simulate(scenario)
+
+
+FarOff = tuple[FrozenWatch, tuple[float, float], Estimate]
+
+
+@pytest.fixture
+def far_off(dextar: FiveBar) -> FarOff:
+    """A watch of fine encoders, readings of which that of motor 1 is half a radian off, and the prediction."""
+    q = inverse_geometry(dextar, 1, -1, 0.01, 0.13)
+    watch = FrozenWatch(filter_model(dextar, 1, -1, 100, EkfSettings()), 1e-7)
+    return watch, (q.q11 + 0.5, q.q21), Estimate(0.01, 0.13, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_three_equal_readings_are_the_fewest_for_a_fault_and_two_for_a_suspicion(far_off: FarOff) -> None:
+    watch, readings, expected = far_off
+    answers = []
+    for number in range(1, LONGEST + 2):
+        answers.append(watch.check(readings, expected, False))
+        assert (watch.suspected() is not None) == (2 <= number <= LONGEST)
+    assert [answer is not None for answer in answers] == [FEWEST <= number <= LONGEST for number in range(1, 12)]
+    # each of the repetitions is off by as much
+    assert (answers[2] or "").startswith("q11 has read the same 3 times, while the motion is 0.5000 rad away from it")
+    assert (answers[9] or "").startswith("q11 has read the same 10 times, while the motion is 0.5000 rad away from it")
+
+
+@pytest.mark.parametrize("gap", [True, False])
+def test_a_gap_or_another_reading_begins_again(far_off: FarOff, gap: bool) -> None:
+    watch, readings, expected = far_off
+    other = readings if gap else (readings[0] + 1e-6, readings[1])
+    for _ in range(2):
+        assert watch.check(readings, expected, False) is None
+    assert watch.check(other, expected, gap) is None
+    assert watch.suspected() is None
+    assert watch.check(other, expected, False) is None
+    assert "q11 has read the same 3 times" in (watch.check(other, expected, False) or "")
+
+
+def test_what_the_tolerances_explain_is_no_difference(dextar: FiveBar) -> None:
+    """Three standard deviations of the encoder's zero alone, which shifts a reading by as much."""
+    zero = 0.01 / math.sqrt(3.0)
+    tolerances = Tolerances(length=0.0, base=0.0, zero=0.01, gyro_scale=0.0)
+    q = inverse_geometry(dextar, 1, -1, 0.01, 0.13)
+    for beyond in (-2e-3, 2e-3):
+        watch = FrozenWatch(filter_model(dextar, 1, -1, 100, EkfSettings(), tolerances), 0.0)
+        readings = (q.q11, q.q21 - (DEVIATIONS * zero + beyond))
+        answers = [watch.check(readings, Estimate(0.01, 0.13, 0.0, 0.0, 0.0, 0.0), False) for _ in range(3)]
+        assert (answers[2] is not None) == (beyond > 0.0)
+        if answers[2] is not None:
+            assert "q21 has read the same 3 times, while the motion is 0.0020 rad away from it" in answers[2]
 
 
 def test_no_crossing_has_a_frozen_encoder(crossing: tuple[Scenario, OfflineRun]) -> None:
@@ -95,7 +147,7 @@ def test_motors_that_stand_still_without_torque_are_no_frozen_encoders(dextar: F
 @pytest.mark.parametrize(("part", "noticed"), [(0.99, False), (1.01, True)])
 def test_a_robot_at_rest_may_be_a_little_off_for_ever(dextar: FiveBar, motor: int, part: float, noticed: bool) -> None:
     """What ten readings in a row add up to decides, nine of them repetitions; after them nothing is added."""
-    count = 2.0 * 3.141592653589793 / 20_000
+    count = 2.0 * math.pi / 20_000
     watch, place = FrozenWatch(filter_model(dextar, 1, -1, 100, EkfSettings()), count), (0.01, 0.13)
     q = inverse_geometry(dextar, 1, -1, *place)
     readings = [q.q11, q.q21]

@@ -11,10 +11,23 @@ from numpy.typing import NDArray
 
 from fivebar_control.estimation import covariance as cov
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, considered_errors, filter_model
-from fivebar_control.estimation.measurements import elbow_row, encoder_row, homed_belief, turned
+from fivebar_control.estimation.encoder import Angle
+from fivebar_control.estimation.measurements import (
+    LINEARISATION,
+    corrected,
+    elbow_row,
+    elbow_speed,
+    elbow_turned,
+    encoder_row,
+    homed_belief,
+    motor_speeds,
+    seen_at,
+    turn_rate,
+    turned,
+)
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
-from fivebar_control.model.kinematics import det_a
+from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances
@@ -204,3 +217,138 @@ def test_a_tolerance_is_the_half_width_of_a_uniform_distribution() -> None:
     found = considered_errors(Tolerances(length=3e-4, base=6e-4, zero=9e-3, gyro_scale=0.03))
     expected = (9e-3, 9e-3, *[3e-4] * 4, 6e-4, 6e-4, 0.03)
     assert found == pytest.approx([one / math.sqrt(3.0) for one in expected], rel=1e-12)
+
+
+MOVING = Estimate(0.02, 0.13, 0.3, -0.2, 0.1, -0.1, 0.02, 1e-3, 0.05, 0.4, -0.7)
+MODES = (1, -1)
+SIZES = np.array([1e-3, 1e-3, 1e-2, 1e-2, 0.1, 0.1, 0.02, *[0.0] * 9, 1e-3, 1e-2, 0.5, 0.5])
+"""Standard deviations of all states, without considered errors."""
+
+
+def unsure() -> Vector:
+    """Return a covariance in which every state depends on every other."""
+    root = np.random.default_rng(5).normal(size=(cov.SIZE, cov.SIZE)) * SIZES[:, None]
+    return np.asarray(root @ root.T)
+
+
+def expect_update(before: Belief, after: Belief, rows: Vector, innovations: Vector, noise: Vector) -> float:
+    """Check an update against that of all readings at once; return the innovations' mean square in deviations."""
+    p = before.covariance
+    spread = rows @ p @ rows.T + np.diag(noise)
+    change = p @ rows.T @ np.linalg.solve(spread, innovations)
+    found = np.array(after.estimate) - np.array(before.estimate)
+    np.testing.assert_allclose(found / SIZES[ESTIMATED], (change / np.where(SIZES, SIZES, 1.0))[ESTIMATED], atol=1e-9)
+    left = p - p @ rows.T @ np.linalg.solve(spread, rows @ p)
+    scale = np.where(np.outer(SIZES, SIZES), np.outer(SIZES, SIZES), 1.0)
+    np.testing.assert_allclose(after.covariance / scale, left / scale, atol=1e-8)
+    return float(innovations @ np.linalg.solve(spread, innovations)) / len(noise)
+
+
+def test_both_motors_correct_as_one_measurement(dextar: FiveBar) -> None:
+    model, before = filter_model(dextar, *MODES, RATE_HZ, EkfSettings()), Belief(MOVING, unsure())
+    q = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y)
+    off, noise = np.array([2e-3, -3e-3]), np.array([1e-6, 4e-6])
+    legs = (dextar.leg1, MODES[0]), (dextar.leg2, MODES[1])
+    rows = np.array([
+        encoder_row(number, leg_motion(leg, mode, MOVING.x, MOVING.y, 0.0, 0.0))
+        for number, (leg, mode) in enumerate(legs, start=1)
+    ])  # fmt: skip
+    # a turn further, which a motor's encoder may have begun with
+    one, two = Angle(q.q11 + off[0] + 2.0 * math.pi, noise[0]), Angle(q.q21 + off[1], noise[1])
+    after = corrected(model, before, one, two)
+    mean = expect_update(before, after.belief, rows, off, noise)
+    assert after.misfit == pytest.approx(2.0 * mean, rel=1e-6)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_passive_joint_corrects_by_its_row(dextar: FiveBar, number: int) -> None:
+    model, before = filter_model(dextar, *MODES, RATE_HZ, EkfSettings()), Belief(MOVING, unsure())
+    q = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y)
+    angle, leg = ((q.q12, dextar.leg1), (q.q22, dextar.leg2))[number - 1]
+    row = elbow_row(number, leg, leg_motion(leg, MODES[number - 1], *MOVING[:4]))
+    after = elbow_turned(model, before, number, Angle(angle + MOVING.passive - 4e-3, 1e-6))
+    mean = expect_update(before, after.belief, row[None, :], np.array([-4e-3]), np.array([1e-6]))
+    assert after.misfit == pytest.approx(mean, rel=1e-9)
+
+
+@pytest.mark.parametrize("lag", [0.0015, -0.001])
+def test_a_camera_corrects_both_coordinates_at_its_exposure(lag: float) -> None:
+    before, off = Belief(MOVING, unsure()), np.array([7e-4, -9e-4])
+    x, y = MOVING.x + lag * MOVING.vx + off[0], MOVING.y + lag * MOVING.vy + off[1]
+    rows = np.zeros((2, cov.SIZE))
+    rows[0, cov.X] = rows[1, cov.Y] = 1.0
+    rows[0, cov.VX] = rows[1, cov.VY] = lag
+    after = seen_at(before, x, y, lag, 1e-8, 6.0)
+    mean = expect_update(before, after.belief, rows, off, np.full(2, 1e-8))
+    assert after.misfit == pytest.approx(mean, rel=1e-9)
+    # the gate is a number of standard deviations; beyond it only the misfit is told
+    gate = math.sqrt(2.0 * mean)
+    assert seen_at(before, x, y, lag, 1e-8, 1.001 * gate).belief.estimate == after.belief.estimate
+    refused = seen_at(before, x, y, lag, 1e-8, 0.999 * gate)
+    assert refused.belief is before
+    assert refused.misfit == after.misfit
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_part_of_the_considered_errors_adds_to_the_noise(dextar: FiveBar, number: int) -> None:
+    """Of the two motors, of which the other is not believed at all, and of the passive joint."""
+    tolerances = Tolerances(length=2e-4, base=1e-4, zero=1e-3)
+    model = filter_model(dextar, *MODES, RATE_HZ, EkfSettings(), tolerances)
+    deviations, p = np.array(considered_errors(tolerances)), np.zeros((cov.SIZE, cov.SIZE))
+    p[CONSTANT, CONSTANT] = np.diag(deviations**2)
+    before = Belief(MOVING, p)
+    q, noise = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y), 1e-6
+    parameters, mode = ((dextar.leg1, MODES[0]), (dextar.leg2, MODES[1]))[number - 1]
+    leg = leg_motion(parameters, mode, *MOVING[:4])
+    angles = [Angle(q.q11, 1e9), Angle(q.q21, 1e9)]
+    angles[number - 1] = Angle(angles[number - 1].value + 0.01, noise)
+    elbow = Angle((q.q12, q.q22)[number - 1] + MOVING.passive + 0.01, noise)
+    for misfit, row in (
+        (corrected(model, before, *angles).misfit, encoder_row(number, leg)),
+        (elbow_turned(model, before, number, elbow).misfit, elbow_row(number, parameters, leg)),
+    ):
+        effects = float(np.sum((row[CONSTANT] * deviations) ** 2))
+        assert 0.01**2 / misfit == pytest.approx(effects * (1.0 + LINEARISATION**2) + noise, rel=1e-6)
+
+
+def test_speeds_of_an_estimate_are_those_of_the_robot(dextar: FiveBar) -> None:
+    model, state = (
+        filter_model(dextar, *MODES, RATE_HZ, EkfSettings()),
+        state_from_platform(dextar, *MODES, *MOVING[:4]),
+    )
+    assert motor_speeds(model, MOVING) == pytest.approx((state.leg1.dq1, state.leg2.dq1), rel=1e-12)
+    assert turn_rate(model, MOVING) == pytest.approx(state.leg2.dtheta, rel=1e-12)
+    for number, leg in ((1, state.leg1), (2, state.leg2)):
+        assert elbow_speed(model, MOVING, number) == pytest.approx(leg.dtheta - leg.dq1, rel=1e-12)
+
+
+def test_what_is_not_known_at_the_start_is_as_the_settings_say(dextar: FiveBar) -> None:
+    settings = EkfSettings(
+        acceleration_noise=0.3,
+        disturbance_initial=0.2,
+        gyro_bias=0.03,
+        gyro_clock=1e-3,
+        force_deviation=1.5,
+    )
+    tolerances = Tolerances(passive_zero=0.02)
+    belief = homed_belief(filter_model(dextar, *MODES, RATE_HZ, settings, tolerances), 0.02, 0.13, 1e-8)
+    assert belief.estimate == (0.02, 0.13, *(0.0,) * 9)
+    variances = np.diag(belief.covariance)
+    expected = {
+        cov.VX: 0.3**2 / RATE_HZ,
+        cov.VY: 0.3**2 / RATE_HZ,
+        cov.D1: 0.2**2,
+        cov.D2: 0.2**2,
+        cov.BIAS: 0.03**2,
+        cov.CLOCK: 1e-6,
+        cov.PASSIVE: 0.02**2 / 3.0,
+        cov.FX: 1.5**2,
+        cov.FY: 1.5**2,
+    }
+    assert {at: variances[at] for at in expected} == pytest.approx(expected, rel=1e-12)
+    # the angles' noise alone, by the inverse of the rows
+    exact = filter_model(dextar, *MODES, RATE_HZ, settings)
+    legs = (leg_motion(dextar.leg1, 1, 0.02, 0.13, 0.0, 0.0), leg_motion(dextar.leg2, -1, 0.02, 0.13, 0.0, 0.0))
+    inverse = np.linalg.inv([[leg.n_x, leg.n_y] for leg in legs])
+    found = homed_belief(exact, 0.02, 0.13, 1e-8).covariance[:2, :2]
+    np.testing.assert_allclose(found, 1e-8 * inverse @ inverse.T, rtol=1e-9)

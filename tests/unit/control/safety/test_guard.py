@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -11,11 +12,13 @@ from fivebar_control.laws.torque import UNDEFINED, ZERO, Torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.guard import ESTIMATE_FAULTS, FINAL_FAULTS, Guard
-from fivebar_control.safety.stages import Area, SafetySettings
+from fivebar_control.safety.stages import Area, SafetySettings, fastest_motor
 from fivebar_description.parameters import load_robot
 
 AWAY, ON_LOCUS = Torque(1.0, 2.0), Torque(-1.0, 4.0)
 PLACE = (0.0, 0.12)
+FAR = (PLACE[0] + 0.051, PLACE[1])
+"""Beyond the limit of the tracking error."""
 ROBOT = load_robot()
 
 
@@ -89,13 +92,12 @@ def test_the_rate_starts_from_zero_in_a_new_run_too() -> None:
 
 
 def test_each_stage_stops_the_robot() -> None:
-    far = (PLACE[0] + 0.051, PLACE[1])
     speed = moving(vy=0.5)
     cases = {
         "over_speed": (make(joint_speed_limit=abs(speed.leg1.dq1) - 0.01), speed, PLACE),
         "out_of_workspace": (make(workspace=Area(-0.1, 0.1, 0.0, 0.119)), moving(), PLACE),
         "near_type_1": (make(type1_margin=1.0), moving(), PLACE),
-        "tracking_lost": (make(), moving(), far),
+        "tracking_lost": (make(), moving(), FAR),
     }
     for name, (guard, state, desired) in cases.items():
         assert guard.command(3, state, desired, 0.0, AWAY, AWAY) == (AWAY, ZERO)
@@ -151,6 +153,61 @@ def test_the_count_of_excessive_requests_begins_with_a_run() -> None:
     guard.begin_run()
     assert applied(guard, 0, Torque(4.0, 0.0)) == (1.0, 0.0)
     assert guard.fault is None
+
+
+def test_a_single_excessive_request_stops_a_robot_that_may_have_none() -> None:
+    for begun in (False, True):
+        guard = make(torque_limit=1.0, request_samples=1)
+        if begun:
+            guard.begin_run()
+        assert guard.command(0, moving(), PLACE, 0.0, Torque(4.0, 0.0), AWAY).applied == ZERO
+        assert guard.fault is not None
+        assert guard.fault.name == "torque_excessive"
+
+
+def braking(samples: int) -> Guard:
+    """Return a guard that has latched a fault of its own and may brake for so many samples, one of which is over."""
+    guard = make(brake_duration=samples / 500)
+    assert guard.command(3, moving(vx=0.5), FAR, 0.0, AWAY, AWAY).applied != ZERO
+    return guard
+
+
+def test_it_brakes_for_as_many_samples_as_it_may() -> None:
+    guard = braking(3)
+    for _ in range(2):
+        assert guard.brakes
+        assert guard.stop(moving(vx=0.5)) != ZERO
+    assert not guard.brakes
+    assert guard.stop(moving(vx=0.5)) == ZERO
+
+
+@pytest.mark.parametrize("end", [Guard.stop_braking, Guard.begin_run, Guard.reset])
+def test_it_does_not_brake_before_a_fault_nor_after_an_end(end: Callable[[Guard], object]) -> None:
+    assert not make().brakes
+    assert make().stop(moving(vx=0.5)) == ZERO
+    guard = braking(9)
+    guard.command(4, moving(), PLACE, 0.0, AWAY, AWAY)
+    end(guard)
+    assert not guard.brakes
+    assert guard.stop(moving(vx=0.5)) == ZERO
+
+
+def test_another_fault_from_elsewhere_ends_the_braking_and_the_same_one_does_not() -> None:
+    guard = braking(9)
+    assert guard.fault is not None
+    guard.trip(guard.fault)
+    assert guard.brakes
+    guard.trip(Fault("drive_fault", "q11"))
+    assert not guard.brakes
+    assert guard.stop(moving(vx=0.5)) == ZERO
+
+
+def test_motors_at_the_rest_speed_are_at_rest() -> None:
+    state = moving(vx=0.01)
+    guard = make(rest_speed=fastest_motor(state))
+    guard.trip(Fault("emergency_stop", "pressed"))
+    guard.command(1, state, PLACE, 0.0, AWAY, AWAY)
+    assert guard.reset() is None
 
 
 def test_a_fault_stays_until_reset_and_the_first_one_is_kept() -> None:

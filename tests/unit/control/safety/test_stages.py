@@ -14,9 +14,12 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.stages import (
+    FORBIDDEN_POSTURE,
     NO_FAULT,
+    TORQUE_EXCESSIVE,
     Area,
     SafetySettings,
+    excess_samples,
     fastest_motor,
     fault_of,
     first_fault,
@@ -25,6 +28,7 @@ from fivebar_control.safety.stages import (
     rate_limited,
 )
 from fivebar_description.parameters import load_robot
+from fivebar_description.settings import setting_named
 
 ROBOT = load_robot()
 MODES = (1, -1)
@@ -138,6 +142,7 @@ def test_the_workspace_is_a_rectangle() -> None:
         fault = out_of_workspace(at(*place), area)
         assert fault is not None
         assert fault.name == "out_of_workspace"
+        assert "m, workspace [-0.05, 0.05, 0.02, 0.13] m" in fault.detail
         assert out_of_workspace(at(*place), None) is None
 
 
@@ -145,9 +150,10 @@ def test_joints_that_contradict_each_other_put_the_platform_out_of_reach() -> No
     """Both legs stretched to the left: the mean of their tips is 59 mm beyond the reach of the right leg."""
     state = state_from_joints(ROBOT, math.pi, 0.0, math.pi, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert state.x == pytest.approx(-0.18)
-    fault = out_of_workspace(state, None)
-    assert fault is not None
-    assert "59.0 mm out of reach" in fault.detail
+    for workspace in (None, Area(-0.2, 0.2, -0.2, 0.2)):
+        fault = out_of_workspace(state, workspace)
+        assert fault is not None
+        assert "m, 59.0 mm out of reach" in fault.detail
 
 
 @pytest.mark.parametrize(("beyond", "misread"), [(-2e-3, False), (-5e-4, False), (5e-4, False), (1.5e-3, True)])
@@ -158,7 +164,7 @@ def test_encoders_may_put_the_platform_a_millimetre_out_of_reach(beyond: float, 
     fault = out_of_workspace(state, None)
     assert (fault is not None) == misread
     if fault is not None:
-        assert f"{beyond * 1e3:.1f} mm out of reach" in fault.detail
+        assert f"m, {beyond * 1e3:.1f} mm out of reach" in fault.detail
 
 
 def test_the_type_1_margin_is_that_of_the_working_mode() -> None:
@@ -182,9 +188,66 @@ def test_a_stretched_leg_is_near_type_1() -> None:
 
 
 def test_tracking_is_lost_beyond_the_limit() -> None:
-    state = at(0.03, 0.14)
-    assert tracking_lost(state, 0.0, 0.10, 0.05 + 1e-12) is None
-    fault = tracking_lost(state, 0.0, 0.10, 0.0499)
+    state = at(0.04, 0.14)
+    assert tracking_lost(state, 0.01, 0.10, 0.05 + 1e-12) is None
+    fault = tracking_lost(state, 0.01, 0.10, 0.0499)
     assert fault is not None
     assert str(fault) == "tracking_lost: 50.0 mm from the reference, limit 49.9 mm"
     assert tracking_lost(state, math.nan, 0.10, 1.0) is not None
+    # 0.6 m to each side, so that a millimetre in a thousand shows
+    assert str(tracking_lost(at(0.0, 0.12), 0.6, 0.12, 0.5)) == (
+        "tracking_lost: 600.0 mm from the reference, limit 500.0 mm"
+    )
+
+
+def test_what_reaches_a_limit_has_not_passed_it() -> None:
+    for x in (-0.03, 0.03):
+        state = at(x, 0.15)
+        clear = min(abs(state.leg1.sin_q2), abs(state.leg2.sin_q2))
+        assert near_type_1(state, *MODES, clear) is None
+        assert near_type_1(state, *MODES, math.nextafter(clear, 1.0)) is not None
+        assert tracking_lost(state, 0.01, 0.10, math.hypot(x - 0.01, state.y - 0.10)) is None
+
+
+def test_limits_per_sample_and_of_requests_follow_from_the_settings() -> None:
+    limits = limits_of(SafetySettings(torque_rate_limit=1000.0, torque_limit=1.5, request_ratio=4.0), 500)
+    assert (limits.torque_step, limits.torque_request) == (2.0, 6.0)
+
+
+@pytest.mark.parametrize(
+    ("torque", "excessive"),
+    [((6.5, 0.0), True), ((0.0, -6.5), True), ((6.5, 6.5), True), ((6.0, -6.0), False), ((0.0, 0.0), False)],
+)
+def test_requests_in_a_row_are_counted(torque: tuple[float, float], excessive: bool) -> None:
+    limits = limits_of(SafetySettings(torque_limit=1.5, request_ratio=4.0, request_samples=8), 500)
+    count = excess_samples(limits, Torque(*torque), 7)
+    assert count == (8 if excessive else 0)
+    number = first_fault(limits, ROBOT, *MODES, at(0.0, 0.12), 0.0, 0.12, Torque(*torque), count)
+    assert number == (TORQUE_EXCESSIVE if excessive else NO_FAULT)
+
+
+@pytest.mark.parametrize(
+    ("y", "vy", "words"),
+    [(0.12, -0.01, "is 2000 ms before forbidden posture 2"), (0.1, -0.01, "is in forbidden posture 2")],
+)
+def test_a_forbidden_posture_is_named_by_its_number(y: float, vy: float, words: str) -> None:
+    elsewhere, here = (-0.1, 0.1, -0.3, -0.2), (-0.1, 0.1, -0.1, 0.1)
+    limits = limits_of(
+        SafetySettings(forbidden=tuple(n for one in (elsewhere, here) for n in (*one, -4.0, 4.0, -4.0, 4.0))), 500
+    )
+    fault = fault_of(FORBIDDEN_POSTURE, limits, ROBOT, *MODES, at(0.0, y, vy=vy), 0.0, y, ZERO, 0.0)
+    assert fault.detail.endswith(words)
+
+
+@pytest.mark.parametrize(
+    ("area", "sound"),
+    [
+        ((0.0, 0.1, 0.0, 0.1), True),
+        ((0.1, 0.1, 0.0, 0.1), False),
+        ((0.0, 0.1, 0.1, 0.1), False),
+        ((0.1, 0.0, 0.0, 0.1), False),
+        ((0.0, 0.1, 0.1, 0.0), False),
+    ],
+)
+def test_a_workspace_has_an_inside(area: tuple[float, ...], sound: bool) -> None:
+    assert (setting_named(SafetySettings, "workspace").problem(Area(*area)) is None) == sound

@@ -47,6 +47,17 @@ def test_states_are_stale_once_the_run_has_begun_and_until_its_last_sample() -> 
     assert watch.stale(999.0) is None
 
 
+def test_a_deadline_has_expired_when_it_is_reached() -> None:
+    """Times and deadlines that a float holds exactly."""
+    watch = Watchdog(0.25, 0.5, None)
+    assert watch.newest == 0
+    watch.completed(0, 1.0)
+    watch.received(1, 1.0)
+    assert watch.overdue(1.25) == 1
+    assert watch.stale(1.5) is not None
+    assert watch.obstacle(1.25) is not None
+
+
 def test_a_run_without_end_is_watched_for_ever() -> None:
     watch = Watchdog(0.02, 0.03, None)
     watch.received(10**9, 1.0)
@@ -73,9 +84,8 @@ def test_who_joins_in_the_middle_of_a_run_stops_it() -> None:
     watch = Watchdog(0.02, 0.03, None)
     assert str(watch.joined_late(17)) == "joined_late: the first sample heard was 17, not the beginning of a run"
     assert watch.joined_late(18) is None
-    begun = Watchdog(0.02, 0.03, None)
-    assert begun.joined_late(0) is None
-    assert begun.joined_late(1) is None
+    for first, late in ((0, False), (1, False), (2, True)):
+        assert (Watchdog(0.02, 0.03, None).joined_late(first) is not None) == late, first
     assert Watchdog(0.02, math.inf, None).joined_late(17) is None, "where time waits nothing has moved"
 
 
