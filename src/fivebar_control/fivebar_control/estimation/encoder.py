@@ -66,8 +66,12 @@ def next_angle(count: float, rate_hz: int, last: float, repeated: int, reading: 
 
 
 def _uniform(count: float, reading: float, samples: int) -> Angle:
-    variance = max(count * count / 12.0, EXACT_ANGLE * EXACT_ANGLE)
-    return Angle(reading + 0.5 * count, variance * samples)
+    return Angle(reading + 0.5 * count, _repeated_variance(count, samples))
+
+
+def _repeated_variance(count: float, samples: int) -> float:
+    """Return the variance (rad^2) of a reading that has been the same for so many samples."""
+    return max(count * count / 12.0, EXACT_ANGLE * EXACT_ANGLE) * samples
 
 
 def with_variance(angle: Angle, variance: float) -> Angle:
@@ -84,14 +88,14 @@ def angle_variance(count: float, rate_hz: int, speed: float) -> float:
         return EXACT_ANGLE * EXACT_ANGLE
     readings = rate_hz * count / abs(speed) if speed != 0.0 else math.inf
     if readings <= 1.0:
-        return _uniform(count, 0.0, 1).variance
+        return _repeated_variance(count, 1)
     if math.isinf(readings):
-        return _uniform(count, 0.0, MOST_REPETITIONS).variance
+        return _repeated_variance(count, MOST_REPETITIONS)
     width = max(LEAST_TRAVEL, 1.0 / readings) * count
     information = 12.0 / (width * width)
     information += sum(
-        1.0 / _uniform(count, 0.0, repeated).variance
+        1.0 / _repeated_variance(count, repeated)
         for repeated in range(2, int(min(readings, float(MOST_REPETITIONS))) + 1)
     )
-    information += max(readings - MOST_REPETITIONS, 0.0) / _uniform(count, 0.0, MOST_REPETITIONS).variance
+    information += max(readings - MOST_REPETITIONS, 0.0) / _repeated_variance(count, MOST_REPETITIONS)
     return readings / information

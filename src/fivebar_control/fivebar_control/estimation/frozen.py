@@ -45,8 +45,10 @@ class FrozenWatch:
         self._considered = np.array(model.considered)
         self._count = count
         self._last: tuple[float, float] | None = None
-        self._stays = [1, 1]
-        self._beyond = [0.0, 0.0]
+        self._restart()
+
+    def _restart(self) -> None:
+        self._stays, self._beyond = [1, 1], [0.0, 0.0]
 
     def check(self, readings: tuple[float, float], expected: Estimate, gap: bool, coasts: bool = False) -> str | None:
         """Return the fault in words, None for none.
@@ -59,7 +61,7 @@ class FrozenWatch:
         """
         last, self._last = self._last, readings
         if last is None or gap or (coasts and readings == last):
-            self._stays, self._beyond = [1, 1], [0.0, 0.0]
+            self._restart()
             return None
         for motor in range(2):
             if readings[motor] != last[motor]:

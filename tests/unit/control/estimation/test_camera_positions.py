@@ -12,7 +12,7 @@ from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import FiveBar, load_robot
 
 RATE_HZ, PLACE = 500, (0.01, 0.14)
 ROBOT = load_robot("dextar")
@@ -77,3 +77,13 @@ def test_a_start_that_the_camera_contradicts_is_refused() -> None:
     for place, words in ((there, "in assembly mode"), ((0.05, 0.05), "allowed are 5 mm"), ((np.nan, 0.0), "not see")):
         with pytest.raises(HomingContradicted, match=words):
             estimator(seen_start=True).take(0, angles.q11, angles.q21, 0.0, 0.0, seen=[PositionFix(0.0, *place, 1e-5)])
+
+
+def test_a_refusal_says_by_how_much(dextar: FiveBar) -> None:
+    angles = inverse_geometry(dextar, 1, -1, *PLACE)
+    # 0.8 m away from one assembly mode, so that a millimetre in a thousand shows, and on the far side of the other
+    with pytest.raises(HomingContradicted, match=r"at \(0\.0100, 0\.9400\) m, 800\.0 mm from where"):
+        seen_assembly(dextar, angles.q11, angles.q21, PLACE[0], PLACE[1] + 0.8)
+    near = inverse_geometry(dextar, 1, -1, 0.0, 0.0848)
+    with pytest.raises(HomingContradicted, match="both assembly modes are within 10 mm of what the camera sees"):
+        seen_assembly(dextar, near.q11, near.q21, 0.0, 0.0848)

@@ -12,12 +12,14 @@ from scipy.stats import chi2
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.covariance import CLOCK, CONSIDERED, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
+    STIFFNESS_LIMIT,
     Belief,
     EkfSettings,
     Estimate,
     FilterModel,
     advanced,
     filter_model,
+    guessed,
     predicted,
     transition,
 )
@@ -118,6 +120,56 @@ def test_transition_stays_bounded_where_friction_is_steepest(dextar: FiveBar) ->
         velocities = np.array(transition(model, still, 0.0, 0.0))[2:, 2:4]
         assert np.abs(np.linalg.eigvals(velocities)).max() < 1.0
         assert math.hypot(*advanced(model, still._replace(vx=1e-3), 0.0, 0.0)[2:4]) < 2e-3
+
+
+def test_steps_of_the_integration_are_as_many_as_the_steepest_friction_needs(dextar: FiveBar) -> None:
+    """Of either leg; twice as many for twice the friction, and one where there is none."""
+    for leg1, leg2 in ((1.0, 0.0), (0.0, 1.0), (2.0, 1.0), (0.0, 0.0)):
+        robot = dextar._replace(
+            leg1=dextar.leg1._replace(coulomb=leg1, width=0.01, inertia=0.02),
+            leg2=dextar.leg2._replace(coulomb=leg2, width=0.01, inertia=0.02),
+        )
+        model = model_of(robot)
+        rate = 5000.0 * max(leg1, leg2)
+        assert model.steps == max(1, math.ceil(0.5 * PERIOD * rate / STIFFNESS_LIMIT))
+        assert model.step * model.steps == pytest.approx(0.5 * PERIOD, rel=1e-12)
+        assert model.period == PERIOD
+
+
+def test_constants_of_the_filter_are_the_settings(dextar: FiveBar) -> None:
+    settings = EkfSettings(gyro_clock=0.003, gyro_clock_rate=0.01, force_deviation=2.0, force_time=0.05)
+    model = filter_model(dextar, *MODES, RATE_HZ, settings, Tolerances(passive_zero=0.03))
+    assert model.passive_zero == pytest.approx(0.03 / math.sqrt(3.0), rel=1e-12)
+    assert model.noise.clock == pytest.approx(0.01**2 * PERIOD, rel=1e-12)
+    assert model.noise.force_kept == pytest.approx(math.exp(-PERIOD / 0.05), rel=1e-12)
+    # an offset of the clock that is known exactly does not walk either
+    assert model_of(dextar, settings._replace(gyro_clock=0.0)).noise.clock == 0.0
+
+
+def test_a_force_fades_and_all_other_constants_stay(dextar: FiveBar) -> None:
+    start = Estimate(0.01, 0.12, 0.2, -0.3, 0.1, -0.1, 0.02, 1e-3, 0.05, 2.0, -1.0)
+    later = advanced(model_of(dextar, EkfSettings(force_time=0.05)), start, 0.3, -0.2)
+    assert later[4:9] == start[4:9]
+    kept = math.exp(-PERIOD / 0.05)
+    assert (later.fx, later.fy) == pytest.approx((2.0 * kept, -kept), rel=1e-12)
+
+
+def test_torques_that_are_guessed_move_as_known_ones_and_make_unsure(dextar: FiveBar) -> None:
+    model = model_of(dextar)
+    # fast enough that neither motor is where friction is steep
+    start = Estimate(0.01, 0.12, 0.4, -0.6, 0.0, 0.0)
+    belief = homed_belief(model, start.x, start.y, 1e-8)._replace(estimate=start)
+    known = predicted(model, belief, 0.5, -0.4)
+    same, unsure = (guessed(model, belief, 0.5, -0.4, *doubts) for doubts in ((0.0, 0.0), (0.3, 0.7)))
+    assert same.estimate == unsure.estimate == known.estimate == advanced(model, belief.estimate, 0.5, -0.4)
+    np.testing.assert_array_equal(same.covariance, known.covariance)
+    effects = [
+        np.array(advanced(model, belief.estimate, 0.5 + 0.3 * one, -0.4 + 0.7 * two)[:4]) - np.array(known.estimate[:4])
+        for one, two in ((1e-3, 0.0), (0.0, 1e-3))
+    ]
+    expected = 1e6 * sum(np.outer(effect, effect) for effect in effects)
+    more = (unsure.covariance - known.covariance)[:4, :4]
+    np.testing.assert_allclose(more, expected, rtol=0.02)
 
 
 class Robot:

@@ -95,6 +95,8 @@ def test_at_rest_on_the_locus_both_modes_are_one_and_far_from_it_nothing_is_ambi
 def test_one_distance_is_that_of_the_check(dextar: FiveBar) -> None:
     """Of a belief by itself, and of one in a row of samples: the same, and infinite where nothing is tested."""
     model = filter_model(dextar, *MODES, 500, EkfSettings())
+    away = Belief(Estimate(0.0, 0.1, 0.0, 0.0, 0.0, 0.0), SURE)
+    assert check_ambiguity(model, AmbiguityLimits(5.0, 0.2), 7, away) == (0, math.inf, False)
     for y, tested in ((0.0846, True), (0.0875, True), (0.1, False)):
         belief = Belief(Estimate(0.002, y, 0.03, -0.1, 0.0, 0.0), SURE)
         distance = mirror_distance(model, belief)

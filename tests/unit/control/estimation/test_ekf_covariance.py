@@ -19,6 +19,7 @@ from fivebar_control.estimation.covariance import (
     measured,
     process_noise,
     propagated,
+    with_torque_noise,
 )
 
 Matrix = np.ndarray[Any, np.dtype[np.float64]]
@@ -104,6 +105,14 @@ def test_propagation_is_f_p_ft_plus_q_and_stays_symmetric() -> None:
         assert np.array_equal(found, found.T)
         # the considered errors are constants: what they are among themselves stays, to the last bit
         assert np.array_equal(found[CONSTANT, CONSTANT], p[CONSTANT, CONSTANT])
+
+
+def test_uncertain_torques_add_their_effect_on_place_and_velocity() -> None:
+    random = np.random.default_rng(5)
+    p, rows = random_covariance(random), random.normal(size=(4, len(MOVING)))
+    expected = p.copy()
+    expected[:4, :4] += 0.3 * np.outer(rows[:, 4], rows[:, 4]) + 0.7 * np.outer(rows[:, 5], rows[:, 5])
+    np.testing.assert_allclose(with_torque_noise(p, rows, 0.3, 0.7), expected, rtol=1e-12)
 
 
 def test_without_considered_errors_measurement_is_the_kalman_update() -> None:

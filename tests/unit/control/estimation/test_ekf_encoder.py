@@ -115,7 +115,8 @@ def test_the_mean_information_at_its_ends() -> None:
     assert angle_variance(COUNT, RATE_HZ, 0.0) == MOST_REPETITIONS * one
     for counts_per_sample in (1.0, 1.5, -7.0):
         assert angle_variance(COUNT, RATE_HZ, counts_per_sample * COUNT * RATE_HZ) == pytest.approx(one, rel=1e-12)
-    assert angle_variance(0.0, RATE_HZ, 1.0) == EXACT_ANGLE**2
+    for speed in (0.0, 1.0):
+        assert angle_variance(0.0, RATE_HZ, speed) == EXACT_ANGLE**2
 
 
 def test_an_angle_is_never_surer_than_that_of_an_exact_encoder() -> None:

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
 from fivebar_control.laws.law import Instant
-from fivebar_control.laws.lqr import LAW, LqrSettings, linearised, lqr_gains
+from fivebar_control.laws.lqr import LAW, Gain, LqrSettings, linearised, lqr_gains, riccati_step
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.loop.plan_sample import planned_references
+from fivebar_control.model.dynamics import direct_dynamics
+from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.planning.predicted_run import PredictedRun, predict_run
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
+
+Vector = NDArray[np.float64]
 
 RATE_HZ = 500
 
@@ -32,6 +37,85 @@ def test_the_gain_at_rest_solves_the_algebraic_riccati_equation(dextar: FiveBar)
     wanted = np.linalg.solve(h.T @ value @ h + settings.weight * np.eye(2), h.T @ value @ f)
     np.testing.assert_allclose([gain.row1, gain.row2], wanted, rtol=1e-6)
     assert (gain.u1, gain.u2) == (0.0, 0.0)
+
+
+MOVING = Platform(0.01, 0.13, 0.2, -0.3, 1.0, -2.0)
+"""An instant away from the locus."""
+
+
+def after(robot: FiveBar, start: Vector, torques: tuple[float, float], period: float, steps: int = 50) -> Vector:
+    """Return position and velocity after a period without friction, in many small steps of the midpoint rule."""
+    h = period / steps
+
+    def rate(moving: Vector) -> Vector:
+        response = direct_dynamics(robot, state_from_platform(robot, 1, -1, *moving.tolist()), *torques, 0.0, 0.0)
+        return np.array([moving[2], moving[3], response.ax, response.ay])
+
+    for _ in range(steps):
+        start = start + h * rate(start + 0.5 * h * rate(start))
+    return start
+
+
+def test_the_linearisation_is_the_derivative_of_a_sample(dextar: FiveBar) -> None:
+    linear = linearised(dextar, 1, -1, MOVING, 1.0 / RATE_HZ)
+    assert linear is not None
+    place, torques = np.array(MOVING[:4]), linear.torques
+    response = direct_dynamics(dextar, state_from_platform(dextar, 1, -1, *MOVING[:4]), *torques, 0.0, 0.0)
+    assert (response.ax, response.ay) == pytest.approx((MOVING.ax, MOVING.ay), rel=1e-6)
+
+    def moved(shift: Vector, more: Vector) -> Vector:
+        return after(dextar, place + shift, (torques[0] + more[0], torques[1] + more[1]), 1.0 / RATE_HZ)
+
+    for column, step in enumerate(1e-5 * np.eye(4)):
+        expected = (moved(step, np.zeros(2)) - moved(-step, np.zeros(2))) / 2e-5
+        np.testing.assert_allclose(linear.transition[:, column], expected, rtol=2e-2, atol=2e-4)
+    for column, step in enumerate(1e-4 * np.eye(2)):
+        expected = (moved(np.zeros(4), step) - moved(np.zeros(4), -step)) / 2e-4
+        np.testing.assert_allclose(linear.inputs[:, column], expected, rtol=1e-2, atol=1e-7)
+
+
+def test_out_of_reach_there_is_no_linearisation_and_what_comes_before_has_no_gain(dextar: FiveBar) -> None:
+    rest = Platform(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
+    assert linearised(dextar, 1, -1, rest._replace(y=0.5), 1.0 / RATE_HZ) is None
+    references = [rest._replace(y=0.14), rest._replace(y=0.5), rest._replace(y=0.149), rest]
+    settings = as_numbers(LqrSettings())
+    assert set(lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)) == set(references[2:])
+
+
+def test_a_step_backwards_is_the_least_cost_of_a_sample(dextar: FiveBar) -> None:
+    """Of the error now, the torque, and the cost that the error after the sample will have."""
+    random = np.random.default_rng(6)
+    linear = linearised(dextar, 1, -1, MOVING, 1.0 / RATE_HZ)
+    assert linear is not None
+    root = random.normal(size=(4, 4))
+    value, weights, weight = root @ root.T, np.diag([1.0, 1.0, 0.1, 0.1]), 1e-4
+
+    def cost(error: Vector, torque: Vector) -> float:
+        later = linear.transition @ error + linear.inputs @ torque
+        return float(error @ weights @ error + weight * torque @ torque + later @ value @ later)
+
+    before, feedback = riccati_step(linear, value, weights, weight)
+    np.testing.assert_array_equal(before, before.T)
+    for error in random.normal(size=(5, 4)):
+        best = -feedback @ error
+        assert float(error @ before @ error) == pytest.approx(cost(error, best), rel=1e-9)
+        for off in 0.1 * random.normal(size=(5, 2)):
+            assert cost(error, best + off) > cost(error, best)
+
+
+@pytest.mark.parametrize("limit", [None, 0.5])
+def test_the_torque_is_the_planned_one_less_the_gains_times_the_error(dextar: FiveBar, limit: float | None) -> None:
+    reference = reference_from_platform(dextar, 1, -1, MOVING)
+    gain = Gain(0.3, -0.4, (1.0, 2.0, 3.0, 4.0), (-5.0, 6.0, -7.0, 8.0))
+    for size in (0.01, -0.3):
+        error = size * np.array([1.0, -0.5, 2.0, 0.25])
+        off = MOVING._replace(**dict(zip(("x", "y", "vx", "vy"), (np.array(MOVING[:4]) + error).tolist(), strict=True)))
+        state = reference_from_platform(dextar, 1, -1, off).state
+        instant = Instant(state, reference, Line(0.0, 0.14, 0.0, -1.0), 1, -1, 0.0, 1.0 / RATE_HZ, None)
+        torque, _ = LAW.step(dextar, instant, {MOVING: gain}, as_numbers(LqrSettings(torque_limit=limit)))
+        most = np.inf if limit is None else limit
+        wanted = np.array([gain.u1 + reference.f1, gain.u2 + reference.f2]) - np.array([gain.row1, gain.row2]) @ error
+        assert torque == pytest.approx(np.clip(wanted, -most, most).tolist(), rel=1e-9)
 
 
 def crossed(robot: FiveBar, time_law: str) -> PredictedRun:

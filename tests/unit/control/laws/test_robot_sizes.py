@@ -1,0 +1,43 @@
+"""Settings of the laws that follow from a robot: the torque of its crossings and its bandwidth scale the defaults."""
+
+from __future__ import annotations
+
+import pytest
+
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes
+from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_description.known_drives import KnownDrives
+from fivebar_description.parameters import RobotFile, read_robot
+from fivebar_description.tuning import Tuning
+
+USUAL = UnifiedSettings()
+
+
+def robot(crossing_torque: float | None = None, bandwidth: float | None = None) -> RobotFile:
+    drives, tuning = KnownDrives(crossing_torque=crossing_torque), Tuning(bandwidth=bandwidth)
+    return read_robot("dextar").model_copy(update={"drives": drives, "tuning": tuning})
+
+
+def test_a_robot_that_says_nothing_has_the_defaults() -> None:
+    assert law_sizes(robot()) == {"unified": {}, "mpc": {}, "lqr": {}}
+    assert default_tuning(CONTROLLERS["unified"], robot()).nominal.settings == USUAL
+
+
+def test_a_tenth_of_the_torque_is_saved_for_the_same_error_of_acceleration() -> None:
+    """The weight times the torque squared stays, and a disturbance counts as much in parts of the torque."""
+    sizes = law_sizes(robot(crossing_torque=0.1 * DEXTAR_CROSSING))
+    weight, limit = 100.0 * USUAL.weight, 0.1 * USUAL.disturbance_limit
+    assert sizes["unified"] == pytest.approx({"weight": weight, "disturbance_limit": limit}, rel=1e-12)
+    assert sizes["mpc"] == pytest.approx({"fallback_weight": weight, "disturbance_limit": limit}, rel=1e-12)
+    assert sizes["lqr"] == pytest.approx({"fallback_weight": weight}, rel=1e-12)
+
+
+def test_the_gains_are_those_of_a_double_pole_at_the_bandwidth_and_the_observer_goes_with_them() -> None:
+    sizes = law_sizes(robot(bandwidth=120.0))
+    rate = USUAL.observer_rate * 14_400.0 / USUAL.kp
+    assert sizes["unified"] == pytest.approx({"kp": 14_400.0, "kd": 240.0, "observer_rate": rate}, rel=1e-12)
+    assert sizes["mpc"] == sizes["lqr"] == {"fallback_kp": 14_400.0, "fallback_kd": 240.0}
+    for name in ("unified", "mpc", "lqr"):
+        tuned = default_tuning(CONTROLLERS[name], robot(0.035, 120.0)).nominal.settings
+        assert law_sizes(robot(0.035, 120.0))[name].items() <= tuned._asdict().items()  # type: ignore[attr-defined]
