@@ -33,6 +33,7 @@ setup(
             "law_controller = fivebar_control.nodes.law_controller:main",
             "vhc_controller = fivebar_control.nodes.vhc_controller:main",
             "blender = fivebar_control.nodes.blender:main",
+            "program_runner = fivebar_control.nodes.program_runner:main",
             "state_estimator = fivebar_control.nodes.state_estimator:main",
             "imu_listener = fivebar_control.nodes.imu_listener:main",
             "vision_listener = fivebar_control.nodes.vision_listener:main",

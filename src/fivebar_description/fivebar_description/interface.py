@@ -174,6 +174,25 @@ GOAL = Topic("goal", "sensor_msgs/msg/JointState")
 GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 """Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them."""
 
+PAYLOAD = Topic("payload", "std_msgs/msg/Float64", STATE_QOS)
+"""Mass (kg) that the platform carries besides its own, from whoever makes the robot pick it up: all nodes that model
+the robot add it to the platform's."""
+PROGRAM = Topic("program", "std_msgs/msg/String")
+PROGRAM_STATUS = Topic("program/status", "std_msgs/msg/String", STATE_QOS)
+"""The text of a program to carry out, and how far it has come. No node of the control cycle waits for them."""
+
+WORK_TOPICS = (PAYLOAD, PROGRAM, PROGRAM_STATUS)
+"""What a bag holds of a robot that takes programs."""
+
+OUTPUTS = "outputs/"
+"""Begin of the names of the topics of output pins."""
+
+
+def output_topic(pin: str) -> Topic:
+    """Return the topic of an output pin."""
+    return Topic(f"{OUTPUTS}{pin}", "std_msgs/msg/Bool", STATE_QOS)
+
+
 DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(depth=10))
 """Rates, counts and health of every node; one topic for all robots of a domain, as its tools expect."""
 
@@ -202,10 +221,12 @@ ESTIMATION_TOPICS = (MOTOR_STATES, ESTIMATE_COVARIANCE, ESTIMATE_DISTURBANCE)
 
 def topic_named(name: str) -> Topic | None:
     """Return a topic of the graph by its name, also that of a law from elsewhere; None where there is none."""
-    topics = (*TOPICS, *PICTURES, *CAMERA_TOPICS, *RECORDED_BESIDES)
+    topics = (*TOPICS, *PICTURES, *CAMERA_TOPICS, *RECORDED_BESIDES, *WORK_TOPICS)
     known = next((topic for topic in topics if topic.name == name), None)
     if known is None and name.endswith("/torque"):
         return torque_topic(name.removesuffix("/torque"))
+    if known is None and name.startswith(OUTPUTS):
+        return output_topic(name.removeprefix(OUTPUTS))
     return known
 
 

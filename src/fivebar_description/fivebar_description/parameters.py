@@ -58,6 +58,15 @@ class FiveBar(NamedTuple):
     mass: float
 
 
+MOST_PAYLOAD = 1000.0
+"""Mass (kg) beyond which a payload is a mistake."""
+
+
+def laden(robot: FiveBar, payload: float) -> FiveBar:
+    """Return a robot whose platform carries a payload (kg), which counts as mass of the platform."""
+    return robot._replace(mass=robot.mass + payload)
+
+
 class Grouped(NamedTuple):
     """zz_11R, zz_21R, zz_12R, zz_22R (kg m^2) and m (kg)."""
 

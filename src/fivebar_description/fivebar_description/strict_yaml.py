@@ -84,6 +84,28 @@ def parse_yaml(text: str, source: str) -> object:
         raise InputError(f"{source}: is nested too deeply") from error
 
 
+def yaml_nodes(text: str, source: str) -> Any:
+    """Return the nodes of a text with their places; None where it is not YAML, as `parse_yaml` then tells.
+
+    Raises:
+        InputError: a node refers to another one, so that its content may be exponentially larger than the text.
+    """
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+    from ruamel.yaml.events import AliasEvent
+
+    try:
+        for event in YAML(typ="safe", pure=True).parse(text):
+            if isinstance(event, AliasEvent):
+                line = event.start_mark.line + 1
+                raise InputError(f"{source}: line {line}: *{event.anchor}: expected what it stands for, written out")
+        return YAML(typ="safe", pure=True).compose(text)
+    except InputError:
+        raise
+    except (YAMLError, ValueError, RecursionError):
+        return None
+
+
 def yaml_text(content: Mapping[str, Any]) -> str:
     """Return plain values as YAML that means the same to readers of YAML 1.1 and 1.2, keys in their order."""
     return yaml.dump(content, Dumper=_Dumper, sort_keys=False)

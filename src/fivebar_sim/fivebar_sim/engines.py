@@ -58,6 +58,9 @@ class SimulatedMechanism(Protocol):
     def hold(self, x: float, y: float) -> None:
         """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""
 
+    def carry(self, robot: FiveBar) -> None:
+        """Go on with another mass of the platform, that of a modelled robot."""
+
     def imu_motion(self) -> ImuMotion:
         """Return the motion of the link that carries the IMU."""
 

@@ -47,6 +47,7 @@ class MujocoMotion:
         Raises:
             InputError: the posture is malformed, its legs cannot meet, or effects contradict each other.
         """
+        self._settings, self._rate_hz = settings, rate_hz
         self.mechanism: Mechanism = mechanism_of(robot, settings, rate_hz)
         steps = math.ceil(self.mechanism.period / min(MAX_STEP, longest_step(self.mechanism)) - 1e-9)
         self.step = self.mechanism.period / steps
@@ -56,10 +57,7 @@ class MujocoMotion:
         self._links = [self._address(name) for name in LINKS]
         self._motors = [self._address(name) for name in (("m1", "m2") if self.mechanism.elastic else ("q11", "q21"))]
         self._distal = [self._model.body(name).id for name in ("distal_1", "distal_2")]
-        self._arms = [
-            leg.distal - float(self._model.body_ipos[body][0])
-            for leg, body in zip((self.mechanism.leg1, self.mechanism.leg2), self._distal, strict=True)
-        ]
+        self._arms = self._arms_of_distal_links()
         self._sites = [self._model.site(name).id for name in ("tip_1", "tip_2")]
         self._dry = [_dry(leg.motor_friction) for leg in (self.mechanism.leg1, self.mechanism.leg2)]
         self._currents = [0.0, 0.0]
@@ -134,6 +132,24 @@ class MujocoMotion:
         """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""
         self.mechanism = self.mechanism._replace(push=held(x, y))
         self._data.xfrc_applied[:] = 0.0
+
+    def carry(self, robot: FiveBar) -> None:
+        """Go on with another mass of the platform, that of a modelled robot."""
+        self.mechanism = mechanism_of(robot, self._settings, self._rate_hz)._replace(push=self.mechanism.push)
+        self._model = mujoco.MjModel.from_xml_string(mjcf_text(robot, self._settings, self.step))
+        self._arms = self._arms_of_distal_links()
+        before, self._data = self._data, mujoco.MjData(self._model)
+        self._data.qpos[:], self._data.qvel[:] = before.qpos, before.qvel
+        self._data.time = before.time
+        self._apply(self._currents, self._number * self.mechanism.period, 0.0)
+        mujoco.mj_forward(self._model, self._data)
+
+    def _arms_of_distal_links(self) -> list[float]:
+        """Return the distance of each distal link's tip from its centre of mass (m)."""
+        return [
+            leg.distal - float(self._model.body_ipos[body][0])
+            for leg, body in zip((self.mechanism.leg1, self.mechanism.leg2), self._distal, strict=True)
+        ]
 
     def imu_motion(self) -> ImuMotion:
         """Return the motion of the link that carries the IMU."""

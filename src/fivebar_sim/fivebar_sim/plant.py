@@ -93,6 +93,7 @@ class Plant:
             InputError: the posture or the velocities are malformed, the loop is open, or the engine lacks an effect.
         """
         settings = settings if settings is not None else PlantSettings()
+        self._settings = settings
         self._robot = actual_robot(robot, settings)
         self._loop = ClosedLoop(self._robot)
         self._motion: SimulatedMechanism | None = None
@@ -128,6 +129,13 @@ class Plant:
                 f"initial_joints: {list(joints)}: the legs end {gap * 1e3:.3f} mm apart, expected a closed loop"
             )
         return q, v
+
+    def carry(self, robot: FiveBar) -> None:
+        """Go on with another mass of the platform, that of a modelled robot."""
+        self._robot = actual_robot(robot, self._settings)
+        self._loop = ClosedLoop(self._robot)
+        if self._motion is not None:
+            self._motion.carry(robot)
 
     def measure(self) -> Measurement:
         """Return the joint readings of the current sample; call it once per sample."""

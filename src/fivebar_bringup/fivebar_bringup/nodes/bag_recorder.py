@@ -19,6 +19,7 @@ from fivebar_description.interface import (
     RECORDED_BESIDES,
     STATE_QOS,
     TOPICS,
+    WORK_TOPICS,
     Topic,
     topic_named,
 )
@@ -75,7 +76,7 @@ class BagRecorder(GraphNode):
             topic,
             self._receiver(topic),
             QUEUE_DEPTH,
-            awaited=topic not in RECORDED_BESIDES,
+            awaited=topic not in (*RECORDED_BESIDES, *WORK_TOPICS),
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(message_lost=count_lost),
         )

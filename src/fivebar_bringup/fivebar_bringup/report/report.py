@@ -8,6 +8,7 @@ from typing import NamedTuple
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
 from fivebar_bringup.report.page import html_page, overlay_page
+from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import Summary, summarize
 from fivebar_bringup.report.timing import read_timing
@@ -104,7 +105,8 @@ def _read(run: RunDirectory) -> _Recorded:
     scenario = run.read_scenario()
     timing = read_timing(run.timing)
     recording = read_bag(run.bag)
-    series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, timing)
-    analysis = RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
+    plan = plan_with_requests(recording, scenario)
+    series = read_series(recording, scenario, plan)
+    summary = summarize(recording, series, scenario, timing, plan)
+    analysis = RunAnalysis(scenario, plan, scenario.five_bar(), series, summary)
     return _Recorded(analysis, fault_marks(recording, series))

@@ -105,8 +105,8 @@ class RunSeries:
         return self.sigma > 0.0
 
 
-def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
-    """Join a recording of a scenario's run by stamp.
+def read_series(recording: Recording, scenario: Scenario, planned: Plan | None = None) -> RunSeries:
+    """Join a recording of a scenario's run by stamp; `planned` is what it was to do, by default the scenario's motion.
 
     On real drives there is no ground truth: then the joints are those that the estimator, or else the drives, have
     published, each for the time of the reference in the same sample, and nothing is known of their error.
@@ -115,7 +115,7 @@ def read_series(recording: Recording, scenario: Scenario) -> RunSeries:
         BagError: there are no joint states on the scenario's grid of stamps, or a topic does not have its content.
         InputError: the scenario's motion is refused.
     """
-    robot, plan = scenario.five_bar(), scenario.plan()
+    robot, plan = scenario.five_bar(), scenario.plan() if planned is None else planned
     truth = scenario.has_ground_truth and recording.count(GROUND_TRUTH) > 0
     exact = GROUND_TRUTH if truth else JOINT_STATES
     join = _Join(recording, scenario.rate_hz, exact)

@@ -14,6 +14,7 @@ from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.recording import FloatArray, Recording
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS
 
@@ -124,14 +125,16 @@ class Summary:
         return {key: list(value) if isinstance(value, tuple) else value for key, value in content.items()}
 
 
-def summarize(recording: Recording, series: RunSeries, scenario: Scenario, timing: RunTiming) -> Summary:
-    """Return the summary of a run.
+def summarize(
+    recording: Recording, series: RunSeries, scenario: Scenario, timing: RunTiming, planned: Plan | None = None
+) -> Summary:
+    """Return the summary of a run; `planned` is what it was to do, by default the scenario's motion.
 
     Raises:
         BagError: the recorded faults cannot be read.
         InputError: the scenario's motion is refused.
     """
-    plan = scenario.plan()
+    plan = scenario.plan() if planned is None else planned
     planned_samples = plan.path.samples(scenario.rate_hz) + 1
     planned_changes = len(plan.crossings)
     details = [*(recording.texts(FAULTS) if recording.count(FAULTS) else []), *timing.faults]

@@ -34,6 +34,7 @@ from fivebar_control.ros.node_settings import (
     GoalSettings,
     ImuListenerSettings,
     MotionSettings,
+    ProgramSettings,
     SupervisorSettings,
     TrajectorySettings,
     VisionListenerSettings,
@@ -60,7 +61,10 @@ from fivebar_description.interface import (
     JOINT_STATES,
     MOTOR_STATES,
     PASSIVE_STATES,
+    PAYLOAD,
     PICTURES,
+    PROGRAM,
+    PROGRAM_STATUS,
     READINGS_RELEASED,
     RECORDED_BESIDES,
     REFERENCE,
@@ -79,7 +83,9 @@ from fivebar_description.interface import (
     VISION_ERROR,
     VISION_PLATFORM,
     VISION_TOPICS,
+    WORK_TOPICS,
     Topic,
+    output_topic,
 )
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX
 from fivebar_description.settings import to_parameters
@@ -147,6 +153,14 @@ LOCKSTEP_DEADLINE_MS = 2000.0
 """Timeout for a candidate torque in lockstep (ms)."""
 
 
+class Work(NamedTuple):
+    """What a robot does after its plan: the path of a program, if any, from an instruction on, with its pins."""
+
+    program: str = ""
+    begin: int = 0
+    pins: tuple[str, ...] = ()
+
+
 def crossing_graph(
     scenario: Scenario,
     mode: Mode,
@@ -155,13 +169,14 @@ def crossing_graph(
     drives: str | None = None,
     scene: bool = False,
     autostart: bool = False,
+    work: Work | None = None,
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
 
     With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
     configuration, which waits to be configured and activated, or with `autostart` begins as soon as all nodes are ready
     and tells when the motion has ended. With `scene`, a node publishes pictures of the run, which
-    are recorded too.
+    are recorded too. With `work`, a node carries out programs.
 
     Raises:
         InputError: the scenario's motion is refused.
@@ -179,9 +194,9 @@ def crossing_graph(
                 **to_parameters(
                     TrajectorySettings(CONTINUE if mode is Mode.LOCKSTEP else HOLD, scenario.tuned().samples_ahead)
                 ),
-                **_goal_parameters(scenario, mode),
+                **goal_parameters(scenario, mode),
             },
-            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, RUN_PLAN, RUN_EPOCH),
+            (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, PAYLOAD, RUN_PLAN, RUN_EPOCH),
             (REFERENCE, *_reference_ahead(scenario), GOAL_STATUS, RUN_PLAN),
             in_chain=True,
         ),
@@ -199,6 +214,7 @@ def crossing_graph(
         _blender(scenario, mode, endless=bridged),
         *([] if bridged else [_imu_listener(scenario)]),
     ]
+    nodes += [] if work is None else [_program_runner(scenario, work)]
     nodes += _vision(scenario, mode, None if drives is not None else PLANT if rehearsal is None else EMULATED_ROBOT)
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
@@ -219,6 +235,8 @@ def crossing_graph(
         nodes += _emulated_hardware(scenario, rehearsal, awaited)
     recorded = tuple(topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent)
     recorded = (*recorded, *RECORDED_BESIDES, *(PICTURES if scene else ()))
+    if work is not None:
+        recorded = (*recorded, *WORK_TOPICS, *(output_topic(pin) for pin in work.pins))
     if scenario.camera.on and scenario.camera.pictures and scenario.camera.record:
         recorded = (*recorded, *CAMERA_TOPICS)
     recorder = NodeSpec(
@@ -236,6 +254,18 @@ def crossing_graph(
     )
     # the recorder does not wait for the pictures, which a late subscriber gets too
     return (*nodes, *([_scene(motion)] if scene else ()), recorder)
+
+
+def _program_runner(scenario: Scenario, work: Work) -> NodeSpec:
+    return NodeSpec(
+        "fivebar_control",
+        "program_runner",
+        to_parameters(
+            ProgramSettings(scenario.rate_hz, work.program, work.begin, scenario.plan().path.samples(scenario.rate_hz))
+        ),
+        (GOAL_STATUS, SAFETY_STATE, PROGRAM, JOINT_STATES, RUN_PLAN, RUN_EPOCH),
+        (GOAL, PAYLOAD, PROGRAM_STATUS, *(output_topic(pin) for pin in work.pins)),
+    )
 
 
 def _scene(motion: dict[str, Any]) -> NodeSpec:
@@ -380,7 +410,7 @@ def _disturbance(scenario: Scenario) -> str:
 
 def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
     disturbance = (ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()
-    return (JOINT_STATES, REFERENCE, *_reference_ahead(scenario), *disturbance, RUN_PLAN, RUN_EPOCH)
+    return (JOINT_STATES, REFERENCE, *_reference_ahead(scenario), *disturbance, PAYLOAD, RUN_PLAN, RUN_EPOCH)
 
 
 def _reference_ahead(scenario: Scenario) -> tuple[Topic, ...]:
@@ -402,7 +432,8 @@ def _motion_parameters(scenario: Scenario) -> dict[str, Any]:
     return {**to_parameters(motion), **to_parameters(scenario.zone, ZONE_PREFIX)}
 
 
-def _goal_parameters(scenario: Scenario, mode: Mode) -> dict[str, Any]:
+def goal_parameters(scenario: Scenario, mode: Mode) -> dict[str, Any]:
+    """Return by what requests are judged in a run, as parameters of the node that takes them."""
     limit = scenario.torque_limit
     goals = GoalSettings(
         takes_goals=scenario.scheme().takes_goals,
@@ -474,6 +505,7 @@ def _estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
             *_passive_states(scenario),
             *((VISION_PLATFORM,) if scenario.sees else ()),
             *((READINGS_RELEASED,) if awaits_readings else ()),
+            PAYLOAD,
             RUN_PLAN,
             RUN_EPOCH,
         ),
@@ -507,7 +539,17 @@ def _blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
             ),
             **to_parameters(scenario.safety_settings(), without=NOT_OF_THE_GUARD),
         },
-        (JOINT_STATES, REFERENCE, *candidates, FAULTS, DRIVES_STATE, *_estimate_state(scenario), RUN_PLAN, RUN_EPOCH),
+        (
+            JOINT_STATES,
+            REFERENCE,
+            *candidates,
+            FAULTS,
+            DRIVES_STATE,
+            *_estimate_state(scenario),
+            PAYLOAD,
+            RUN_PLAN,
+            RUN_EPOCH,
+        ),
         (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
         in_chain=True,
     )
@@ -544,7 +586,7 @@ def _plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             **to_parameters(scenario.passive, PASSIVE_PREFIX),
             **to_parameters(scenario.camera, CAMERA_PREFIX),
         },
-        (TORQUE_COMMAND, *_awaited_sights(scenario, mode), RUN_READY, RUN_PLAN),
+        (TORQUE_COMMAND, *_awaited_sights(scenario, mode), PAYLOAD, RUN_READY, RUN_PLAN),
         (
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
             *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),

@@ -67,12 +67,14 @@ def run_graph(
     mode: Mode = Mode.LOCKSTEP,
     kills: Sequence[Kill] = (),
     namespace: str = "",
+    followed: Callable[[Mapping[str, Any]], bool] = lambda program: False,
 ) -> GraphOutcome:
     """Run the graph until its plant has ended, or until KeyboardInterrupt, and stop every node.
 
     `started` is called once with the id of each process. In real time the end of a process is published as a fault
     immediately; in lockstep time does not advance until the waiting nodes time out. `kills` are processes to kill
-    during the run, in order of time. All nodes are in the namespace.
+    during the run, in order of time. All nodes are in the namespace. `followed` is told the status of the program that
+    is carried out, and says whether the run is over with it.
     """
     began = time.monotonic()
     faults: list[str] = []
@@ -90,7 +92,7 @@ def run_graph(
                 if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
             }
             with watch_processes(watched, monitor.publish_fault):
-                _watch(processes, monitor, faults, progress, list(kills))
+                _watch(processes, monitor, faults, progress, list(kills), followed)
                 status = monitor.status
     except NodesNotStarted as error:
         faults.append(str(error))
@@ -103,7 +105,12 @@ def run_graph(
 
 
 def _watch(
-    processes: dict[str, NodeProcess], monitor: RunMonitor, faults: list[str], progress: Progress, kills: list[Kill]
+    processes: dict[str, NodeProcess],
+    monitor: RunMonitor,
+    faults: list[str],
+    progress: Progress,
+    kills: list[Kill],
+    followed: Callable[[Mapping[str, Any]], bool],
 ) -> None:
     """Follow the run until plant or motion has ended, or until a node has died and a fault has been published."""
     died: set[str] = set()
@@ -115,6 +122,8 @@ def _watch(
         sample = monitor.status.get("sample", 0)
         if monitor.status:
             progress(sample, monitor.status["samples"])
+        if followed(monitor.program):
+            return
         while kills and sample >= kills[0].sample:
             processes[kills.pop(0).process].send(signal.SIGKILL)
         for name, process in processes.items():

@@ -142,6 +142,11 @@ class StateEstimator:
         self._memory = self._answer = self.fault = None
         self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
 
+    def carry(self, robot: FiveBar) -> None:
+        """Go on with another mass of the platform."""
+        self._robot = robot
+        self._model = self._model._replace(filter=self._model.filter._replace(robot=robot))
+
     def warm_up(self) -> None:
         """Work out a sample that does not count, so that machine code is loaded, or made, before the first one does."""
         q11, q21 = inverse_geometry(self._robot, self._homing.mode1, self._homing.mode2, *self._homing[:2])[::2]

@@ -43,6 +43,10 @@ class LawRunner:
             as_numbers(law.settings),
         )
 
+    def carry(self, robot: FiveBar) -> None:
+        """Go on with another mass of the platform."""
+        self._robot = robot
+
     def __call__(
         self, sample: int, state: State, reference: Reference, ahead: tuple[Platform, ...] | None = None
     ) -> Torque:

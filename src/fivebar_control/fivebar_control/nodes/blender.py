@@ -38,7 +38,8 @@ from fivebar_description.interface import (
     VHC_TORQUE,
 )
 from fivebar_description.joint_sample import JointSample, joint_sample
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import laden, load_robot
+from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -68,7 +69,7 @@ class Blender(SamplingNode):
         safety = self.declare_settings(SafetySettings, without=NOT_OF_THE_GUARD, torque_limit=DRIVE_TORQUE_LIMIT)
         agreed = {"robot": robot_value(settings.robot), WORKING_MODE_AT_START: settings.working_mode}
         RunAgreement(self, settings.rate_hz, agreed)
-        self._robot = one_robot(load_robot(settings.robot))
+        self._empty = self._robot = one_robot(load_robot(settings.robot))
         mode1, mode2 = settings.working_mode
         self._guard = Guard(self._robot, (mode1, mode2), settings.rate_hz, safety)
         deadlines = [settings.candidate_deadline_ms / 1e3, settings.state_deadline_ms / 1e3]
@@ -100,6 +101,7 @@ class Blender(SamplingNode):
         if settings.estimate_recovers:
             qos = qos_profile(ESTIMATE_STATE.qos)
             self.create_subscription(String, ESTIMATE_STATE.name, self._on_estimate_state, qos)
+        listen_to_payload(self, self._carry)
         self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)
         self._publish_state()
 
@@ -175,6 +177,10 @@ class Blender(SamplingNode):
             # a sample that still waits for its candidates is answered as well
             self._reply_with(self._watchdog.newest, ZERO)
             self._publish_state()
+
+    def _carry(self, payload: float) -> None:
+        self._robot = one_robot(laden(self._empty, payload))
+        self._guard.carry(self._robot)
 
     def _on_drives_state(self, message: String) -> None:
         self._drives_state = message.data

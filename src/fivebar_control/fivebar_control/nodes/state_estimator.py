@@ -47,9 +47,10 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
-from fivebar_description.parameters import known_sensors_of, load_robot, tolerances_of
+from fivebar_description.parameters import known_sensors_of, laden, load_robot, tolerances_of
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
+from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -117,8 +118,9 @@ class StateEstimatorNode(SamplingNode):
         self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
         passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION)
         known = known_sensors_of(settings.robot)
+        self._empty = load_robot(settings.robot)
         self._arguments = (
-            load_robot(settings.robot),
+            self._empty,
             Homing(*settings.homing, mode1, mode2, settings.assembly_mode),
             settings.rate_hz,
             drives,
@@ -165,6 +167,12 @@ class StateEstimatorNode(SamplingNode):
         if settings.awaits_readings:
             inputs.append(Input(READINGS_RELEASED, read_released))
         self.join(settings.rate_hz, inputs)
+        listen_to_payload(self, self._carry)
+
+    def _carry(self, payload: float) -> None:
+        robot = laden(self._empty, payload)
+        self._arguments = (robot, *self._arguments[1:])
+        self._estimator.carry(robot)
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""

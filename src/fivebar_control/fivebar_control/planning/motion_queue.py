@@ -12,9 +12,10 @@ from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import PlanRefused
 
-GOAL_NAMES = ("x", "y", "assembly_mode", "mode1", "mode2", "duration")
+GOAL_NAMES = ("x", "y", "assembly_mode", "mode1", "mode2", "duration", "torque_share", "speed_share")
 """Fields of a request. Only x and y (m) have to be there; the rest may be left out, or be 0 or NaN for "as it comes":
-the sign of det A at the goal, the two signs of the working mode, and the duration (s)."""
+the sign of det A at the goal, the two signs of the working mode, the duration (s), and the shares of the limits of
+torque and speed that the motion may use."""
 
 
 class GoalRefused(PlanRefused):
@@ -22,7 +23,10 @@ class GoalRefused(PlanRefused):
 
 
 class Goal(NamedTuple):
-    """A request: where to (m), in which assembly mode and working mode, and how long (s); 0 is "as it comes"."""
+    """A request: where to (m), in which assembly mode and working mode, how long (s); 0 is "as it comes".
+
+    The shares are those of the limits of torque and speed that the motion may use.
+    """
 
     x: float
     y: float
@@ -30,6 +34,8 @@ class Goal(NamedTuple):
     mode1: int = 0
     mode2: int = 0
     duration: float = 0.0
+    torque_share: float = 1.0
+    speed_share: float = 1.0
 
 
 def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
@@ -50,7 +56,10 @@ def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
     duration = given.get("duration", 0.0)
     if not 0.0 <= duration < math.inf:
         raise GoalRefused(f"duration {duration}: expected seconds, or 0 for as it comes")
-    return Goal(x, y, assembly, mode1, mode2, duration)
+    shares = [given.get(name, 0.0) or 1.0 for name in ("torque_share", "speed_share")]
+    if not all(0.0 < share <= 1.0 for share in shares):
+        raise GoalRefused(f"torque_share {shares[0]}, speed_share {shares[1]}: expected numbers above 0, at most 1")
+    return Goal(x, y, assembly, mode1, mode2, duration, *shares)
 
 
 def _sign(name: str, value: float) -> int:
@@ -60,13 +69,19 @@ def _sign(name: str, value: float) -> int:
 
 
 class PlanningRequest(NamedTuple):
-    """A request to the planner: from one rest (m) to another one in a working mode; 0 is "as it comes"."""
+    """A request to the planner: from one rest (m) to another one in a working mode; 0 is "as it comes".
+
+    The payload (kg) is what the platform carries, the shares are those of the limits that the motion may use.
+    """
 
     start: Point
     working_mode: tuple[int, int]
     goal: Point
     assembly: int
     duration: float
+    torque_share: float = 1.0
+    speed_share: float = 1.0
+    payload: float = 0.0
 
 
 class MotionQueue:
@@ -129,7 +144,15 @@ class MotionQueue:
             )
         place = self.at(sample)
         self._requested = True
-        return PlanningRequest((place.x, place.y), self._working_mode, (goal.x, goal.y), goal.assembly, goal.duration)
+        return PlanningRequest(
+            (place.x, place.y),
+            self._working_mode,
+            (goal.x, goal.y),
+            goal.assembly,
+            goal.duration,
+            goal.torque_share,
+            goal.speed_share,
+        )
 
     def begin(self, sample: int, path: Path) -> None:
         """Follow a path from a sample on.

@@ -13,6 +13,7 @@ import threading
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from functools import lru_cache
 from multiprocessing.connection import Connection
 from typing import NamedTuple
 
@@ -26,7 +27,7 @@ from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import read_robot
+from fivebar_description.parameters import laden, read_robot
 from fivebar_description.strict_yaml import InputError
 
 
@@ -79,11 +80,11 @@ class PlanningProcess:
     def ask(self, order: PlanningRequest) -> None:
         """Hand in a request; returns at once."""
         try:
-            self._planned = self._running().submit(plan_order, self._conditions, order)
+            self._planned = self._running().submit(plan_once, self._conditions, order)
         except BrokenProcessPool:
             # the process has died since its last answer
             self.close()
-            self._planned = self._running().submit(plan_order, self._conditions, order)
+            self._planned = self._running().submit(plan_once, self._conditions, order)
 
     def answer(self) -> Planned | None:
         """Return the answer, None while it is not ready; returns at once."""
@@ -139,12 +140,19 @@ def _end_with(lifeline: Connection) -> None:
     os._exit(0)
 
 
+@lru_cache(maxsize=256)
+def plan_once(conditions: Conditions, order: PlanningRequest) -> Planned:
+    """Plan a request as `plan_order` does; one that has been planned before, as in a loop, is not planned again."""
+    return plan_order(conditions, order)
+
+
 def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     """Plan a request for the law without switching, the only one that follows requests."""
     file = read_robot(conditions.robot)
-    robot = file.five_bar()
+    robot = laden(file.five_bar(), order.payload)
     follower = default_tuning(CONTROLLERS["unified"], file)
-    limits = limits_of(follower, conditions.torque_limit, conditions.motor_speed)
+    torque = order.torque_share * conditions.torque_limit
+    limits = limits_of(follower, torque, order.speed_share * conditions.motor_speed)
     try:
         transfer = plan_transfer(
             robot,

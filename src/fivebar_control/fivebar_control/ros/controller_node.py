@@ -9,7 +9,7 @@ from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.registry import find_law
 from fivebar_control.loop.law_runner import LawRunner
-from fivebar_control.loop.shared_results import shared_desired, shared_state
+from fivebar_control.loop.shared_results import one_robot, shared_desired, shared_state
 from fivebar_control.model.state import Platform
 from fivebar_control.ros.motion_parameters import declare_motion
 from fivebar_description.interface import (
@@ -23,7 +23,9 @@ from fivebar_description.interface import (
     ahead_names,
 )
 from fivebar_description.joint_sample import JointSample, joint_sample
+from fivebar_description.parameters import laden
 from fivebar_description.ros.parameters import Spec, specs_of
+from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.settings import from_parameters
 from fivebar_description.strict_yaml import InputError
@@ -63,6 +65,7 @@ class ControllerNode(SamplingNode):
         """
         super().__init__(name)
         self._motion = declare_motion(self)
+        self._robot = self._motion.robot
         if choices:
             accepted = () if choices == ("",) else choices
             spec = Spec("law", law, "Name of the law; MODULE:NAME for one from another package.", choices=accepted)
@@ -86,17 +89,22 @@ class ControllerNode(SamplingNode):
         if disturbance == ESTIMATED:
             inputs.append(Input(ESTIMATE_DISTURBANCE, fields_of(ACTIVE_JOINTS, "effort")))
         self.join(self._motion.rate_hz, inputs)
+        listen_to_payload(self, self._carry)
 
     def _tuned(self) -> TunedLaw:
         law: Law = self._law_entry
         return TunedLaw(law, from_parameters(law.settings, self._settings))
 
     def _make_law(self) -> LawRunner:
-        return LawRunner(self._tuned(), self._motion.robot, self._motion.plan, self._motion.rate_hz)
+        return LawRunner(self._tuned(), self._robot, self._motion.plan, self._motion.rate_hz)
 
     def _tune(self, changes: dict[str, Any]) -> None:
         self._settings.update(changes)
         self._law = self._make_law()
+
+    def _carry(self, payload: float) -> None:
+        self._robot = one_robot(laden(self._motion.robot, payload))
+        self._law.carry(self._robot)
 
     def restart(self) -> None:
         """Reset the law's memory for a new run."""
@@ -105,7 +113,7 @@ class ControllerNode(SamplingNode):
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the law's torque."""
         (position, velocity), planned, *rest = values
-        robot, plan = self._motion.robot, self._motion.plan
+        robot, plan = self._robot, self._motion.plan
         state = shared_state(sample, robot, position, velocity)
         target = sample + self._motion.lead_samples
         reference = shared_desired(target / self.rate_hz, robot, plan, *planned)

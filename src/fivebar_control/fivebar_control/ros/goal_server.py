@@ -14,8 +14,9 @@ from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
 from fivebar_control.ros.motion_parameters import DeclaredMotion
 from fivebar_description.interface import GOAL, GOAL_STATUS
-from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.node import STEPS_KEPT, GraphNode
 from fivebar_description.ros.parameters import specs_of
+from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
 
 NOTICE = 2
@@ -41,9 +42,11 @@ class GoalServer:
         self._held = False
         self._goal: Goal | None = None
         self._arrival: int | None = None
-        self._status = node.advertise(GOAL_STATUS)
+        self._payload = 0.0
+        self._status = node.advertise(GOAL_STATUS, STEPS_KEPT)
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
+        listen_to_payload(node, self._carry)
 
     def restart(self, queue: MotionQueue) -> None:
         """Discard all requests for a new run."""
@@ -67,6 +70,9 @@ class GoalServer:
         elif sample >= self._arrival:
             self._end("arrived")
 
+    def _carry(self, payload: float) -> None:
+        self._payload = payload
+
     def _on_goal(self, message: JointState) -> None:
         try:
             goal = read_goal(list(message.name), list(message.position))
@@ -77,7 +83,8 @@ class GoalServer:
                 raise GoalRefused("the run has not begun")
             if self._held:
                 raise GoalRefused("a fault holds the robot where it stands: reset it first")
-            self._planning.ask(self._queue.request(self._sample + NOTICE, goal))
+            order = self._queue.request(self._sample + NOTICE, goal)
+            self._planning.ask(order._replace(payload=self._payload))
         except GoalRefused as refusal:
             self._report("refused", list(message.position[:2]), reason=str(refusal))
             return

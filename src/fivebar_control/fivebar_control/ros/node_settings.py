@@ -167,6 +167,22 @@ class GoalSettings(NamedTuple):
     ] = 0.0
 
 
+class ProgramSettings(NamedTuple):
+    """The program runner."""
+
+    rate_hz: RateHz = 500
+    program: Annotated[
+        str, Setting("Path of the program that is carried out after the plan; none where it is empty.")
+    ] = ""
+    begin: Annotated[
+        int,
+        Setting("Number of instructions of that program that the plan of the run carries out.", at_least=0),
+    ] = 0
+    begin_sample: Annotated[
+        int, Setting("Sample from which on the plan of the run is over.", "samples", at_least=0)
+    ] = 0
+
+
 class SupervisorSettings(NamedTuple):
     """The supervisor, in addition to the motion."""
 

@@ -55,6 +55,7 @@ class Guard:
     ) -> None:
         """Make a guard of a robot in a working mode, at a sampling rate (Hz)."""
         self._robot = robot
+        self._rate_hz = rate_hz
         self._mode1, self._mode2 = working_mode
         self._settings = settings if settings is not None else SafetySettings()
         self._limits = limits_of(self._settings, rate_hz)
@@ -67,6 +68,11 @@ class Guard:
         self._obstacle: str | None = "no sample has been complete since"
         self.fault: Fault | None = None
         """The latched fault, None while the robot may move."""
+
+    def carry(self, robot: FiveBar) -> None:
+        """Go on with another mass of the platform."""
+        self._robot = robot
+        self._brake = brake_of(self._settings, robot, self._rate_hz)
 
     @property
     def limited_samples(self) -> int:

@@ -45,10 +45,13 @@ class Segment(NamedTuple):
 class Path:
     """The whole reference motion, as a function of the time since sample 0."""
 
-    def __init__(self, segments: Sequence[Segment | JointSegment]) -> None:
-        """Join segments, each beginning where and when the last one ends."""
+    def __init__(self, segments: Sequence[Segment | JointSegment], rest_until: float = 0.0) -> None:
+        """Join segments, each beginning where the last one ends, and then or later, after a rest.
+
+        After the last one the platform rests until a time (s), if that is later.
+        """
         self.segments = tuple(segments)
-        self.duration = segments[-1].start_time + segments[-1].duration
+        self.duration = max(segments[-1].start_time + segments[-1].duration, rest_until)
         self._lines = tuple(segment.line() for segment in segments)
 
     @classmethod

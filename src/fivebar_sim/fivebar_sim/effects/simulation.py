@@ -46,6 +46,7 @@ class EffectsMotion:
         Raises:
             InputError: the posture is malformed, its legs cannot meet, or effects contradict each other.
         """
+        self._settings, self._rate_hz = settings, rate_hz
         self.mechanism = mechanism_of(robot, settings, rate_hz)
         self._state = started_at(self.mechanism, joints)
         self._number = 0
@@ -78,6 +79,10 @@ class EffectsMotion:
     def hold(self, x: float, y: float) -> None:
         """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""
         self.mechanism = self.mechanism._replace(push=held(x, y))
+
+    def carry(self, robot: FiveBar) -> None:
+        """Go on with another mass of the platform, that of a modelled robot."""
+        self.mechanism = mechanism_of(robot, self._settings, self._rate_hz)._replace(push=self.mechanism.push)
 
     def imu_motion(self) -> ImuMotion:
         """Return the motion of the link that carries the IMU."""

@@ -32,10 +32,11 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import laden, load_robot
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
@@ -88,7 +89,8 @@ class PlantNode(GraphNode):
         # in real time, drives that delay have the torque for the time ahead when the time begins
         self._known_ahead = not self._lockstep and plant.delay_samples > 0
         plant = plant._replace(delay_samples=plant.delay_samples - self._known_ahead)
-        self._plant = Plant(load_robot(settings.robot), settings.initial_joints, self._rate_hz, plant, imu)
+        robot = load_robot(settings.robot)
+        self._plant = Plant(robot, settings.initial_joints, self._rate_hz, plant, imu)
         self._sample = 0
         self._next: Messages | None = None
         self._fault = ""
@@ -111,6 +113,7 @@ class PlantNode(GraphNode):
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.listen(TORQUE_COMMAND, self._on_command)
         self.listen(RUN_READY, self._progress.on_ready)
+        listen_to_payload(self, lambda payload: self._plant.carry(laden(robot, payload)))
         if self._sights is not None:
             self.listen(VISION_PLATFORM, self._on_sight)
         self.every(STATUS_PERIOD, lambda: self._publish_status("running"))

@@ -30,7 +30,7 @@ def test_without_a_request_it_rests_at_the_end_of_the_plan(queue: MotionQueue) -
 
 def test_a_motion_follows_from_the_sample_that_it_is_given(queue: MotionQueue) -> None:
     order = queue.request(60, Goal(0.03, 0.12, assembly=1, duration=1.0))
-    assert order == ((0.0, 0.12), (1, -1), (0.03, 0.12), 1, 1.0)
+    assert order == ((0.0, 0.12), (1, -1), (0.03, 0.12), 1, 1.0, 1.0, 1.0, 0.0)
     queue.begin(75, Path.through((order.start, order.goal), (1.0,)))
     assert queue.at(74) == queue.at(75) == (0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
     assert queue.at(125)[:2] == pytest.approx((0.015, 0.12))

@@ -6,7 +6,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.graph import PLANT, Mode, NodeSpec, crossing_graph
+from fivebar_bringup.runs.graph import PLANT, Mode, NodeSpec, Work, crossing_graph
 from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
@@ -39,18 +39,32 @@ def stand(
     Raises:
         InputError: the controller accepts no goals, or the output directory cannot be used.
     """
-    if not scenario.scheme().takes_goals:
-        raise InputError(
-            f"controller: {scenario.controller}: accepts no goals: expected {' or '.join(GOAL_CONTROLLERS)}"
-        )
+    check_takes_goals(scenario)
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
     resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
-    nodes = [_standing(node, resting) for node in crossing_graph(scenario, mode, run.bag)]
+    nodes = standing_graph(scenario, mode, run, resting, Work())
     specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
     return run, [fault for fault in outcome.faults if seconds is not None or fault != INTERRUPTED]
+
+
+def check_takes_goals(scenario: Scenario) -> None:
+    """Check that a scenario's controller follows requests.
+
+    Raises:
+        InputError: it does not.
+    """
+    if not scenario.scheme().takes_goals:
+        raise InputError(
+            f"controller: {scenario.controller}: accepts no goals: expected {' or '.join(GOAL_CONTROLLERS)}"
+        )
+
+
+def standing_graph(scenario: Scenario, mode: Mode, run: RunDirectory, resting: int, work: Work) -> tuple[NodeSpec, ...]:
+    """Return the nodes of a run whose robot rests for some samples after its plan and does what it is asked to."""
+    return tuple(_standing(node, resting) for node in crossing_graph(scenario, mode, run.bag, work=work))
 
 
 def _standing(node: NodeSpec, samples: int) -> NodeSpec:

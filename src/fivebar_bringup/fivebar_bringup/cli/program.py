@@ -1,0 +1,101 @@
+"""Subcommand for work that a program file describes: program."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fivebar_bringup.cli.app import (
+    COMPLETED,
+    FAILED,
+    JsonOption,
+    NamespaceOption,
+    OutOption,
+    app,
+    ending_on_sigterm,
+    input_errors,
+    progress_bar,
+    verdict_of,
+)
+from fivebar_bringup.cli.running import PageOption
+from fivebar_bringup.cli.viewing import ViewOption, live_page
+from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.namespace import read_namespace
+from fivebar_bringup.studies.goto.program import (
+    PlannedStep,
+    plan_program,
+    program_path,
+    run_program,
+    scenario_of_program,
+    steps_as_json,
+    words_of,
+)
+from fivebar_control.planning.program import load_program
+
+
+@app.command()
+def program(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A program: a YAML file, or a shipped one by its name.")],
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Plan and screen every step, print how long it takes, and move nothing.")
+    ] = False,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Follow the clock instead of lockstep.")] = False,
+    domain: Annotated[
+        int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one]")
+    ] = None,
+    view: ViewOption = False,
+    namespace: NamespaceOption = "",
+    out: OutOption = None,
+    page: PageOption = True,
+    as_json: JsonOption = False,
+) -> None:
+    """Carry out the program in FILE: moves, rests, output pins, payloads and loops; record a bag, write the report.
+
+    All steps are planned and screened before anything moves, and each move again before it begins. Exit status 2: a
+    step is refused, and nothing has moved; 1: a fault or a refusal has stopped it, with the step and its line.
+
+    Example: `fivebar program pick_and_place --dry-run`
+
+    Example: `fivebar program my_work.yaml --realtime --out runs/work`
+    """
+    with input_errors(), ending_on_sigterm():
+        within = read_namespace(namespace)
+        path = program_path(file)
+        loaded = load_program(path)
+        scenario = scenario_of_program(loaded, str(path))
+        mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
+        steps = plan_program(loaded, scenario, str(path), mode)
+        if not as_json:
+            _show(steps)
+        if dry_run:
+            if as_json:
+                print(json.dumps({"steps": steps_as_json(steps)}, indent=2, allow_nan=False))
+            raise typer.Exit(COMPLETED)
+        with live_page(view, domain, within) as chosen, progress_bar(loaded.program.name, as_json) as progress:
+            directory, summary, last = run_program(loaded, scenario, steps, mode, out, chosen, progress, within, page)
+    if as_json:
+        content = {"steps": steps_as_json(steps), "program": last, "summary": summary.as_json()}
+        print(json.dumps(content, indent=2, allow_nan=False))
+    else:
+        reasons = "" if summary.completed else f": {'; '.join(summary.not_completed_because)}"
+        shown = directory.page if directory.page.exists() else directory.path
+        Console(soft_wrap=True).print(f"{verdict_of(summary)}{reasons}: look at {shown}")
+    raise typer.Exit(COMPLETED if summary.completed else FAILED)
+
+
+def _show(steps: tuple[PlannedStep, ...]) -> None:
+    """Print planned steps as a table."""
+    table = Table("step", "line", "round", "does", "s", box=None)
+    for step in steps:
+        rounds = " ".join(f"{at}/{count}" for at, count in step.instruction.rounds)
+        does = words_of(step.instruction)
+        if len(step.durations) > 1:
+            does += f", in {len(step.durations)} stretches"
+        table.add_row(step.instruction.number, str(step.instruction.line), rounds, does, f"{step.duration:.3f}")
+    printer = Console(soft_wrap=True)
+    printer.print(table, highlight=False)
+    printer.print(f"{len(steps)} steps, {sum(step.duration for step in steps):.3f} s", highlight=False)

@@ -1,0 +1,60 @@
+"""The plan of a run that took requests: its own motion, and those that were asked for, when they were made."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from fivebar_bringup.runs.bag.recording import BagError, Recording
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.trajectory.joint_segment import JointSegment
+from fivebar_control.trajectory.path import Path, Segment
+from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_description.interface import GOAL_STATUS, JOINT_STATES
+
+
+def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
+    """Return what a run was to do; with requests that is also to rest as long as it is recorded.
+
+    Raises:
+        BagError: the recorded statuses of requests cannot be read.
+        InputError: the scenario's motion is refused.
+    """
+    plan = scenario.plan()
+    if recording.count(GOAL_STATUS) == 0:
+        return plan
+    try:
+        statuses = [json.loads(text) for text in recording.texts(GOAL_STATUS)]
+        moved = [status for status in statuses if status["state"] == "moving"]
+        segments: list[Segment | JointSegment] = list(plan.path.segments)
+        crossings = list(plan.crossings)
+        for status in moved:
+            motion = _requested(scenario, plan, status)
+            begin = status["first_sample"] / scenario.rate_hz
+            crossings += [
+                crossing._replace(segment=crossing.segment + len(segments), time=crossing.time + begin)
+                for crossing in motion.crossings
+            ]
+            segments += [
+                segment._replace(start_time=segment.start_time + begin)
+                for segment in motion.path.segments
+                if isinstance(segment, Segment)
+            ]
+    except (ValueError, KeyError, TypeError) as error:
+        raise BagError(recording.path, f"/{GOAL_STATUS.name}: is not the status of a request: {error}") from error
+    numbers = recording.samples(JOINT_STATES, scenario.rate_hz)
+    last = int(numbers.max()) / scenario.rate_hz if numbers.size else 0.0
+    return plan._replace(path=Path(segments, last), crossings=tuple(crossings))
+
+
+def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any]) -> Plan:
+    """Return the motion of a status as the planner made it."""
+    return plan_motion(
+        scenario.five_bar(),
+        (plan.mode1, plan.mode2),
+        [(x, y) for x, y in status["waypoints"]],
+        status["durations_s"],
+        scenario.rate_hz,
+        scenario.zone.as_rule(),
+        min_authority=scenario.min_authority,
+    )

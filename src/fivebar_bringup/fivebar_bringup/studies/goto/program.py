@@ -1,0 +1,205 @@
+"""A program: planned step by step before anything moves, and carried out by the node graph."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.bag.recording import BagError
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.graph import Mode, Work, goal_parameters
+from fivebar_bringup.runs.launcher import Progress, run_graph
+from fivebar_bringup.runs.machine_code import compile_for
+from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.results import write_results
+from fivebar_bringup.runs.run import RunFailed, write_outcome
+from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.sizes import DEFAULT_ROBOT
+from fivebar_bringup.studies.goto.request import within_drives
+from fivebar_bringup.studies.goto.stand import LONGEST, check_takes_goals, standing_graph
+from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.planning_process import Planned, plan_once
+from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, Move, SetOutput, Wait
+from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
+from fivebar_control.planning.sight import Point
+from fivebar_control.ros.goal_conditions import conditions_of
+from fivebar_description.parameters import read_robot
+from fivebar_description.ros.scheduling import Scheduling
+from fivebar_description.share import share_file, yaml_path
+from fivebar_description.strict_yaml import InputError, validate
+
+OF_THE_MOTION = ("name", "waypoints", "segment_duration", "working_modes", "time_law", "start", "stands")
+"""Keys of a scenario that a program gives itself."""
+
+PROGRAM_FILE = "program.yaml"
+"""The program as carried out, in the directory of its run."""
+
+
+class PlannedStep(NamedTuple):
+    """An instruction, how long it takes (s), and the way of a move (m) with the durations of its stretches (s)."""
+
+    instruction: Instruction
+    duration: float
+    waypoints: tuple[Point, ...] = ()
+    durations: tuple[float, ...] = ()
+
+
+def program_path(name_or_path: str) -> Path:
+    """Return the file of a program by the name of a shipped one or by path.
+
+    Raises:
+        InputError: no program of that name is shipped.
+    """
+    return yaml_path("program", name_or_path, share_file("fivebar_bringup", "config", "programs"))
+
+
+def scenario_of_program(loaded: LoadedProgram, source: str) -> Scenario:
+    """Return the scenario in which a program is carried out; its motion is the program's first move, not yet timed.
+
+    Raises:
+        InputError: a key is wrong, the controller follows no requests, or the first step is no move.
+    """
+    program = loaded.program
+    for key in OF_THE_MOTION:
+        if key in program.scenario:
+            raise InputError(f"{source}: scenario.{key}: {program.scenario[key]!r}: a program says itself how it moves")
+    first = loaded.instructions[0]
+    if not isinstance(first.action, Move):
+        raise InputError(f"{source}: {first.place}: expected a move as the first thing that is done")
+    robot = str(program.scenario.get("robot", DEFAULT_ROBOT))
+    start = program.start if program.start is not None else read_robot(robot).home_m
+    waypoints = [list(start), [first.action.x, first.action.y]]
+    plant = program.scenario.get("plant", {})
+    content = {
+        "controller": "unified",
+        **program.scenario,
+        "name": program.name,
+        "waypoints": waypoints,
+        # as strong as a requested motion assumes the motors to be
+        "plant": {"torque_limit": within_drives(robot, None, None)[0], **plant} if isinstance(plant, dict) else plant,
+    }
+    scenario = validate(content, Scenario, f"{source}: scenario")
+    try:
+        check_takes_goals(scenario)
+    except InputError as error:
+        raise InputError(f"{source}: scenario.{error}") from error
+    return scenario
+
+
+def plan_program(
+    loaded: LoadedProgram, scenario: Scenario, source: str, mode: Mode = Mode.LOCKSTEP
+) -> tuple[PlannedStep, ...]:
+    """Plan and screen every step without moving.
+
+    Raises:
+        InputError: a move is refused; the message says which step, in which line, and why.
+    """
+    settings = goal_parameters(scenario, mode)
+    conditions = conditions_of({**settings, "robot": scenario.robot, "rate_hz": scenario.rate_hz})
+    x, y = scenario.waypoints[0]
+    at, payload = (x, y), 0.0
+    steps = []
+    for instruction in loaded.instructions:
+        action = instruction.action
+        if isinstance(action, Move):
+            order = PlanningRequest(
+                at,
+                scenario.working_mode,
+                (action.x, action.y),
+                action.assembly,
+                action.duration,
+                action.torque,
+                action.speed,
+                payload,
+            )
+            planned = plan_once(conditions, order)
+            if planned.refused:
+                raise InputError(f"{source}: {instruction.place}: {planned.refused}")
+            steps.append(_moved(instruction, planned))
+            at = planned.waypoints[-1]
+        elif isinstance(action, Carry):
+            payload = action.payload
+            steps.append(PlannedStep(instruction, SETTLING))
+        else:
+            steps.append(PlannedStep(instruction, action.seconds if isinstance(action, Wait) else 0.0))
+    return tuple(steps)
+
+
+def _moved(instruction: Instruction, planned: Planned) -> PlannedStep:
+    return PlannedStep(instruction, sum(planned.durations), planned.waypoints, planned.durations)
+
+
+def words_of(instruction: Instruction) -> str:
+    """Return what an instruction does, in words."""
+    action = instruction.action
+    if isinstance(action, Move):
+        mode = {1: ", assembly mode +", -1: ", assembly mode -", 0: ""}[action.assembly]
+        return f"move to ({action.x:.4f}, {action.y:.4f}) m{mode}"
+    if isinstance(action, Wait):
+        return f"dwell {action.seconds:g} s"
+    if isinstance(action, SetOutput):
+        return f"{'set' if action.on else 'reset'} {action.pin}"
+    return f"payload {action.payload:g} kg"
+
+
+def steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
+    """Return planned steps as plain values; m, s, kg."""
+    return [
+        {
+            "step": step.instruction.number,
+            "line": step.instruction.line,
+            "rounds": [list(one) for one in step.instruction.rounds],
+            "does": words_of(step.instruction),
+            "duration_s": step.duration,
+            "waypoints": [list(point) for point in step.waypoints],
+            "durations_s": list(step.durations),
+        }
+        for step in steps
+    ]
+
+
+def run_program(
+    loaded: LoadedProgram,
+    scenario: Scenario,
+    steps: tuple[PlannedStep, ...],
+    mode: Mode,
+    out: Path | None,
+    domain: int | None,
+    progress: Progress,
+    namespace: str = "",
+    with_page: bool = True,
+) -> tuple[RunDirectory, Summary, Mapping[str, Any]]:
+    """Carry out a planned program with all nodes; return the directory, the summary and the program's last status.
+
+    Raises:
+        InputError: the output directory cannot be used.
+        RunFailed: the run left no bag that can be reported on.
+    """
+    first = steps[0]
+    timed = scenario.model_copy(update={"waypoints": first.waypoints, "segment_duration": first.durations})
+    run = new_run_directory(out, timed)
+    file = run.path / PROGRAM_FILE
+    write_results(run.path, {file.name: loaded.text})
+    compile_for(timed, mode)
+    nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins))
+    specs = processes(nodes, mode, timed.rate_hz, Scheduling(DEFAULT_PRIORITY))
+    last: dict[str, Any] = {}
+
+    def followed(status: Mapping[str, Any]) -> bool:
+        last.update(status)
+        return status.get("state") in ENDED
+
+    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace, followed=followed)
+    if last.get("state") not in (ProgramState.COMPLETED, *([] if outcome.faults else [ProgramState.RUNNING])):
+        outcome = outcome._replace(faults=[*outcome.faults, f"program_stopped: {last.get('reason', 'not completed')}"])
+    write_outcome(run, mode, outcome)
+    try:
+        return run, write_report(run, with_page), last
+    except BagError as error:
+        raise RunFailed("; ".join([*outcome.faults, str(error)])) from error

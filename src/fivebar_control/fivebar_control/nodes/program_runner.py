@@ -1,0 +1,172 @@
+"""Carries out programs: requests their moves on `goal` one after the other, switches pins, tells what is carried."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float64, String
+
+from fivebar_control.planning.program import (
+    Action,
+    Carry,
+    LoadedProgram,
+    Move,
+    SetOutput,
+    goal_fields_of,
+    load_program,
+    read_program,
+)
+from fivebar_control.planning.program_run import ProgramRun, ProgramState
+from fivebar_control.ros.node_settings import ProgramSettings
+from fivebar_description.interface import (
+    ALL_WELL,
+    GOAL,
+    GOAL_STATUS,
+    JOINT_STATES,
+    PAYLOAD,
+    PROGRAM,
+    PROGRAM_STATUS,
+    SAFETY_STATE,
+    output_topic,
+)
+from fivebar_description.ros.messages import stamp_of
+from fivebar_description.ros.node import STEPS_KEPT, GraphNode
+from fivebar_description.ros.process_topics import Sender
+from fivebar_description.ros.qos import best_effort
+from fivebar_description.ros.run import run_node
+from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.strict_yaml import InputError
+
+PERIOD = 0.02
+"""Period (s) on the steady clock at which the runner looks what is due; the time that counts is that of the robot."""
+
+ON_TOPIC = "/program"
+"""What errors of a program call it that came on the topic."""
+
+
+class ProgramRunner(GraphNode):
+    """Carries out one program at a time: the one of its parameter, and those that come on `program`."""
+
+    def __init__(self) -> None:
+        """Make the node.
+
+        Raises:
+            InputError: the program cannot be read.
+        """
+        super().__init__("program_runner")
+        settings = self.declare_settings(ProgramSettings)
+        self._run = RunAgreement(self, settings.rate_hz, {})
+        self._rate_hz = settings.rate_hz
+        self._begin_sample = settings.begin_sample
+        self._newest: bytes | None = None
+        self._program: ProgramRun | None = None
+        self._told = ""
+        self._fault = ALL_WELL
+        self._outputs_by_pin: dict[str, Sender] = {}
+        self._goal = self.advertise(GOAL)
+        self._payload = self.advertise(PAYLOAD, STEPS_KEPT)
+        self._status = self.advertise(PROGRAM_STATUS, STEPS_KEPT)
+        self.listen(GOAL_STATUS, self._on_goal_status)
+        self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
+        self.listen(PROGRAM, self._on_program, awaited=False)
+        self.create_subscription(JointState, JOINT_STATES.name, self._keep, best_effort(1), raw=True)
+        if settings.program:
+            self._begin(load_program(Path(settings.program)), settings.begin)
+        self._tell()
+        self.every(PERIOD, self._look)
+
+    def _begin(self, loaded: LoadedProgram, done: int) -> None:
+        self._program = ProgramRun(loaded.program.name, loaded.instructions, done)
+        # subscribers have until then to find the pins
+        for pin in loaded.pins:
+            if pin not in self._outputs_by_pin:
+                self._outputs_by_pin[pin] = self.advertise(output_topic(pin), STEPS_KEPT)
+
+    def _keep(self, message: bytes) -> None:
+        self._newest = message
+
+    def _sample(self) -> int | None:
+        """Return the sample of the newest joint states, None before the first."""
+        if self._newest is None or not self._run.holds:
+            return None
+        return self._run.sample(stamp_of(deserialize_message(self._newest, JointState)))
+
+    def _look(self) -> None:
+        """Do what is due."""
+        program = self._program
+        if program is None or program.state is not ProgramState.RUNNING:
+            return
+        sample = self._sample()
+        if sample is None or sample < self._begin_sample or not self._heard():
+            return
+        for action in program.due(sample / self._rate_hz):
+            self._do(action)
+            self._tell()
+        self._tell()
+
+    def _heard(self) -> bool:
+        """Return whether whoever answers requests hears them: what is published before that is lost."""
+        answered_by = {
+            (one.node_namespace, one.node_name) for one in self.get_publishers_info_by_topic(GOAL_STATUS.name)
+        }
+        subscriptions = self.get_subscriptions_info_by_topic(GOAL.name)
+        heard_by = {(one.node_namespace, one.node_name) for one in subscriptions}
+        return bool(heard_by & answered_by)
+
+    def _do(self, action: Action) -> None:
+        if isinstance(action, Move):
+            fields = goal_fields_of(action)
+            self._goal.publish(JointState(name=list(fields), position=list(fields.values())))
+        elif isinstance(action, Carry):
+            self._payload.publish(Float64(data=action.payload))
+        elif isinstance(action, SetOutput):
+            self._outputs_by_pin[action.pin].publish(Bool(data=action.on))
+
+    def _on_goal_status(self, message: String) -> None:
+        if self._program is not None:
+            self._program.on_goal(json.loads(message.data))
+            self._tell()
+
+    def _on_safety_state(self, message: String) -> None:
+        self._fault = message.data
+        if self._program is not None and message.data != ALL_WELL:
+            self._program.stop(message.data)
+            self._tell()
+
+    def _on_program(self, message: String) -> None:
+        """Carry out a program; an empty text ends the one that runs, after what is under way."""
+        running = self._program is not None and self._program.state is ProgramState.RUNNING
+        if self._program is not None and running and not message.data.strip():
+            self._program.end_after_this("ended by an empty text on the topic program")
+            return
+        try:
+            if running:
+                raise InputError(f"{ON_TOPIC}: another program runs: expected it to end first, as by an empty text")
+            if self._fault != ALL_WELL:
+                raise InputError(f"{ON_TOPIC}: a fault stops the robot: {self._fault}: reset it first")
+            self._begin(read_program(message.data, ON_TOPIC), 0)
+        except InputError as error:
+            self.drop(PROGRAM, str(error))
+            self._status.publish(String(data=json.dumps({"state": ProgramState.REFUSED, "reason": str(error)})))
+            return
+        self._tell()
+
+    def _tell(self) -> None:
+        """Publish how far the program has come, where that has changed."""
+        status = {"state": ProgramState.IDLE} if self._program is None else self._program.status()
+        text = json.dumps(status)
+        if text != self._told:
+            self._told = text
+            self._status.publish(String(data=text))
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(ProgramRunner)
+
+
+if __name__ == "__main__":
+    main()

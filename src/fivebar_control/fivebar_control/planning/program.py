@@ -1,0 +1,286 @@
+"""Programs: what a robot does one step after the other, read from YAML and laid out flat.
+
+A program holds moves, rests, output pins, payloads and loops. It is checked as a whole before its first step, and then
+laid out as the instructions that are carried out, loops written out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field, model_validator
+
+from fivebar_description.parameters import MOST_PAYLOAD
+from fivebar_description.strict_yaml import InputError, StrictModel, parse_yaml, read_text, validate, yaml_nodes
+
+MOST_INSTRUCTIONS = 10_000
+"""Instructions of a program, loops written out."""
+
+MOST_CHARACTERS = 1_000_000
+"""Length of a program's text."""
+
+DEEPEST = 8
+"""Loops in loops."""
+
+ACTIONS = ("move", "dwell", "set", "reset", "pick", "place", "torque", "speed", "repeat")
+"""A step has exactly one of these keys."""
+
+OPTIONS = {"mode": "move", "via": "move", "duration": "move", "steps": "repeat"}
+"""Further keys of a step, each with the action that it belongs to."""
+
+ASSEMBLY = {"+": 1, "-": -1}
+
+SAME_PAYLOAD = 1e-9
+"""Mass (kg) up to which what is put down may exceed what is carried: sums of decimal fractions."""
+
+Place = Annotated[tuple[float, float], Field(strict=False)]
+Share = Annotated[float, Field(gt=0.0, le=1.0)]
+Pin = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+Mass = Annotated[float, Field(gt=0.0, le=MOST_PAYLOAD)]
+
+
+class Step(StrictModel):
+    """One step as written: one action, and what belongs to it."""
+
+    move: Place | None = None
+    mode: Literal["+", "-"] | None = None
+    via: Annotated[tuple[Place, ...], Field(strict=False)] = ()
+    duration: Annotated[float, Field(gt=0.0, le=3600.0)] | None = None
+    dwell: Annotated[float, Field(ge=0.0, le=86_400.0)] | None = None
+    set_: Annotated[Pin | None, Field(alias="set")] = None
+    reset: Pin | None = None
+    pick: Mass | None = None
+    place: Mass | None = None
+    torque: Share | None = None
+    speed: Share | None = None
+    repeat: Annotated[int, Field(ge=1, le=MOST_INSTRUCTIONS)] | None = None
+    steps: Annotated[tuple[Step, ...], Field(strict=False, min_length=1)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_action(cls, content: Any) -> Any:
+        if not isinstance(content, dict):
+            raise ValueError(f"expected a step such as {{dwell: 0.5}}, found {type(content).__name__}")
+        found = [key for key in ACTIONS if key in content]
+        if len(found) != 1:
+            raise ValueError(f"expected one of {', '.join(ACTIONS)}, found {', '.join(found) or 'none of them'}")
+        if content[found[0]] is None:
+            raise ValueError(f"{found[0]}: expected a value")
+        for option, action in OPTIONS.items():
+            if option in content and action != found[0]:
+                raise ValueError(f"{option}: expected with {action}, not with {found[0]}")
+        if found[0] == "repeat" and content.get("steps") is None:
+            raise ValueError("repeat: expected steps to repeat")
+        if "duration" in content and content.get("via"):
+            raise ValueError("duration: expected without via, since each stretch between rests is timed for itself")
+        return content
+
+
+class Program(StrictModel):
+    """A program file.
+
+    Attributes:
+        name: of the run, and of its directory.
+        scenario: keys of the scenario that it runs in, but those of the motion: robot, controller, estimator, plant...
+        start: where the robot rests at the beginning (m); that of its file by default.
+        steps: what it does.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
+    scenario: dict[str, Any] = Field(default_factory=dict)
+    start: Place | None = None
+    steps: Annotated[tuple[Step, ...], Field(strict=False, min_length=1)]
+
+
+class Move(NamedTuple):
+    """Go to (x, y) m, in an assembly mode and a time (s), 0 for as it comes, with shares of the limits."""
+
+    x: float
+    y: float
+    assembly: int = 0
+    duration: float = 0.0
+    torque: float = 1.0
+    speed: float = 1.0
+
+
+class Wait(NamedTuple):
+    """Rest for some seconds."""
+
+    seconds: float
+
+
+class SetOutput(NamedTuple):
+    """Set or reset an output pin."""
+
+    pin: str
+    on: bool
+
+
+class Carry(NamedTuple):
+    """From now on the platform carries a payload (kg) in all."""
+
+    payload: float
+
+
+Action = Move | Wait | SetOutput | Carry
+
+
+class Instruction(NamedTuple):
+    """One thing to do, and where it stands.
+
+    Attributes:
+        number: of its step, such as 3.2 for the second step of the loop that is step 3.
+        line: in the text.
+        rounds: of the loops around it, each with its count.
+        action: what to do.
+    """
+
+    number: str
+    line: int
+    rounds: tuple[tuple[int, int], ...]
+    action: Action
+
+    @property
+    def place(self) -> str:
+        """Where it stands, for people."""
+        rounds = "".join(f", round {at} of {count}" for at, count in self.rounds)
+        return f"step {self.number} (line {self.line}{rounds})"
+
+
+class LoadedProgram(NamedTuple):
+    """A checked program: as written, laid out, and its text."""
+
+    program: Program
+    instructions: tuple[Instruction, ...]
+    text: str
+
+    @property
+    def pins(self) -> tuple[str, ...]:
+        """The output pins that it uses."""
+        actions = (instruction.action for instruction in self.instructions)
+        return tuple(sorted({action.pin for action in actions if isinstance(action, SetOutput)}))
+
+
+def load_program(path: Path) -> LoadedProgram:
+    """Read a program file.
+
+    Raises:
+        InputError: the file is missing, not YAML, or no program; one line with file, key, value and expectation.
+    """
+    return read_program(read_text(path), str(path))
+
+
+def read_program(text: str, source: str) -> LoadedProgram:
+    """Read the text of a program; `source` starts every error.
+
+    Raises:
+        InputError: it is not YAML, or no program.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise InputError(f"{source}: {len(text)} characters: expected at most {MOST_CHARACTERS}")
+    # before the content, which may be exponentially larger than the text where it refers to itself
+    tree = yaml_nodes(text, source)
+    program = validate(parse_yaml(text, source), Program, source)
+    lines = _lines(tree)
+    count = _count(program.steps, 0, source)
+    if count > MOST_INSTRUCTIONS:
+        raise InputError(f"{source}: steps: {count} with all rounds: expected at most {MOST_INSTRUCTIONS}")
+    return LoadedProgram(program, tuple(_laid_out(program.steps, lines, source)), text)
+
+
+class _Numbered(NamedTuple):
+    """The line of a step, and those of the steps in it."""
+
+    line: int
+    inside: tuple[_Numbered, ...]
+
+
+def _value(node: Any, key: str) -> Any:
+    """Return the node of a key's value in a mapping."""
+    return next((value for name, value in node.value if name.value == key), None)
+
+
+def _lines(node: Any) -> tuple[_Numbered, ...]:
+    """Return the lines of the steps of a mapping that is known to be that of a program or a loop."""
+    steps = _value(node, "steps")
+    return () if steps is None else tuple(_Numbered(step.start_mark.line + 1, _lines(step)) for step in steps.value)
+
+
+def _count(steps: Sequence[Step], depth: int, source: str) -> int:
+    """Return how many instructions some steps make, without making them."""
+    if depth > DEEPEST:
+        raise InputError(f"{source}: steps: loops in loops {depth} deep: expected at most {DEEPEST}")
+    return sum(
+        (step.repeat or 0) * _count(step.steps, depth + 1, source) if step.steps else 1 + len(step.via)
+        for step in steps
+    )
+
+
+class _Running(NamedTuple):
+    """What a step finds, left by those before it."""
+
+    torque: float = 1.0
+    speed: float = 1.0
+    payload: float = 0.0
+
+
+def _laid_out(steps: Sequence[Step], lines: Sequence[_Numbered], source: str) -> Iterator[Instruction]:
+    state = _Running()
+    for number, line, rounds, step in _unrolled(steps, lines, "", ()):
+        if step.torque is not None or step.speed is not None:
+            state = state._replace(torque=step.torque or state.torque, speed=step.speed or state.speed)
+            continue
+        if step.pick is not None or step.place is not None:
+            payload = state.payload + (step.pick or 0.0) - (step.place or 0.0)
+            if not -SAME_PAYLOAD <= payload <= MOST_PAYLOAD:
+                raise InputError(
+                    f"{source}: line {line}: step {number}: {'place' if step.place else 'pick'}:"
+                    f" {step.place or step.pick:g} kg with {state.payload:g} kg on the platform: expected a payload of"
+                    f" 0 to {MOST_PAYLOAD:g} kg afterwards"
+                )
+            # what is left of a sum of decimal fractions is nothing
+            state = state._replace(payload=payload if payload > SAME_PAYLOAD else 0.0)
+        for action in _actions(step, state):
+            yield Instruction(number, line, rounds, action)
+
+
+def _unrolled(
+    steps: Sequence[Step], lines: Sequence[_Numbered], prefix: str, rounds: tuple[tuple[int, int], ...]
+) -> Iterator[tuple[str, int, tuple[tuple[int, int], ...], Step]]:
+    """Yield the steps in the order in which they are carried out, with number, line and rounds."""
+    for place, (step, (line, inside)) in enumerate(zip(steps, lines, strict=True), start=1):
+        number = f"{prefix}{place}"
+        if step.steps is None:
+            yield number, line, rounds, step
+            continue
+        count = step.repeat or 0
+        for turn in range(1, count + 1):
+            yield from _unrolled(step.steps, inside, f"{number}.", (*rounds, (turn, count)))
+
+
+def _actions(step: Step, state: _Running) -> Iterator[Action]:
+    """Yield what a step does; the assembly mode is that of the end of a path, not of its other points."""
+    if step.move is not None:
+        assembly, duration = ASSEMBLY.get(step.mode or "", 0), step.duration or 0.0
+        yield from (Move(x, y, 0, 0.0, state.torque, state.speed) for x, y in step.via)
+        yield Move(*step.move, assembly, duration, state.torque, state.speed)
+    elif step.dwell is not None:
+        yield Wait(step.dwell)
+    elif step.set_ is not None or step.reset is not None:
+        yield SetOutput(step.set_ or step.reset or "", step.set_ is not None)
+    else:
+        yield Carry(state.payload)
+
+
+def goal_fields_of(move: Move) -> Mapping[str, float]:
+    """Return a move as the fields of a request."""
+    return {
+        "x": move.x,
+        "y": move.y,
+        "assembly_mode": float(move.assembly),
+        "duration": move.duration,
+        "torque_share": move.torque,
+        "speed_share": move.speed,
+    }
