@@ -347,7 +347,7 @@ class Scenario(StrictModel):
         )
 
     def homing(self) -> Homing:
-        """Return the posture in which the robot starts, as the estimator is told."""
+        """Return the posture in which the robot starts, as the estimator takes it."""
         (x, y), (mode1, mode2) = self.waypoints[0], self.working_mode
         return homing_at(self.five_bar(), mode1, mode2, x, y)
 

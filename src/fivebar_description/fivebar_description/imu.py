@@ -36,7 +36,7 @@ class ImuSettings(NamedTuple):
     The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards. The robot
     lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. Noise, the gyroscope's
     offset, losses and the offset of its clock concern the simulation only; all else is known from the data sheet and a
-    calibration at rest. Rate and latency also tell the nodes when readings are missing.
+    calibration at rest. From rate and latency the nodes also know when readings are missing.
     """
 
     noise: Annotated[

@@ -30,16 +30,16 @@ TIP_SHARE = 0.25
 """Share of the platform mass m that belongs to the end of each distal link."""
 
 ELBOW_SHARE = 0.25
-"""Largest share of zz_i1R that the mass at the elbow makes up, where a residual inertia does not need more."""
+"""Largest share of zz_i1R that the mass at the elbow accounts for, where a residual inertia does not need more."""
 
 SLENDER = 3.0
 """Mass at the elbow over the least one that a residual inertia needs: that of a slender bar."""
 
 PROXIMAL_SHARE = 0.5
-"""Largest share of the rest of zz_i1R that the proximal link's mass makes up; what remains is the rotor."""
+"""Largest share of the rest of zz_i1R that the proximal link's mass accounts for; what remains is the rotor."""
 
 PLATFORM_SHARE = 0.1
-"""Largest share of the distal link's inertia that the end effector's own inertia makes up."""
+"""Largest share of the distal link's inertia that the end effector's own inertia accounts for."""
 
 
 class Body(NamedTuple):

@@ -263,7 +263,7 @@ def _of_links(near: ProximalLink, far: DistalLink, proximal: float, distal: floa
     """Return zz_i1R, zz_i2R (kg m^2) and the mass at the platform (kg) of a leg's links, of these lengths (m).
 
     A rigid link moves like a mass at each of its ends, which have its mass and its centre of mass, and a massless
-    inertia that makes up for the difference.
+    inertia that compensates the difference.
     """
     tip = far.mass_kg * far.centre_m / distal
     elbow = far.mass_kg - tip

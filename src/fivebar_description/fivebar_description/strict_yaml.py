@@ -85,7 +85,7 @@ def parse_yaml(text: str, source: str) -> object:
 
 
 def yaml_nodes(text: str, source: str) -> Any:
-    """Return the nodes of a text with their places; None where it is not YAML, as `parse_yaml` then tells.
+    """Return the nodes of a text with their places; None where it is not YAML, as `parse_yaml` then reports.
 
     Raises:
         InputError: a node refers to another one, so that its content may be exponentially larger than the text.

@@ -36,7 +36,7 @@ def estimate(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run the record in BAG through the estimator again, with other settings, and tell how consistent it is.
+    """Run the record in BAG through the estimator again, with other settings, and show how consistent it is.
 
     Without any change the result equals the recorded estimate bit for bit where the run was simulated.
 

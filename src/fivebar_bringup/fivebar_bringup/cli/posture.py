@@ -32,7 +32,7 @@ def posture(
 ) -> None:
     """Say where a robot at rest stands by its encoders: both assembly modes, and the way off the Type 2 locus.
 
-    The tolerances of the robot's file, or those of the run, tell how near to the locus it may be.
+    The tolerances of the robot's file, or those of the run, determine how near to the locus it may be.
 
     Example: `fivebar posture 1.2 1.9 --robot my_robot.yaml`
     """

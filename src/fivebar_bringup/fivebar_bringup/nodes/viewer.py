@@ -84,7 +84,7 @@ class Viewer(GraphNode):
         self.every(1.0 / settings.frame_rate, self._send_frame)
 
     def stop(self) -> None:
-        """Tell the pages and end server and planning."""
+        """Notify the pages and end server and planning."""
         self._server.stop()
         if self._preview is not None:
             self._preview.close()

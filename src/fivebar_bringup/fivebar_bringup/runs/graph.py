@@ -175,7 +175,7 @@ def crossing_graph(
 
     With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
     configuration, which waits to be configured and activated, or with `autostart` begins as soon as all nodes are ready
-    and tells when the motion has ended. With `scene`, a node publishes pictures of the run, which
+    and reports when the motion has ended. With `scene`, a node publishes pictures of the run, which
     are recorded too. With `work`, a node carries out programs.
 
     Raises:
@@ -347,7 +347,7 @@ def _absent_of_vision(scenario: Scenario) -> tuple[Topic, ...]:
 def bridge(scenario: Scenario, drives: str, awaited: Sequence[str], last_sample: bool = False) -> NodeSpec:
     """Return the bridge to drives, with a configuration by name or path; it starts once the awaited nodes are ready.
 
-    With `last_sample` it tells the progress of the run, and when the motion has ended.
+    With `last_sample` it publishes the progress of the run, and when the motion has ended.
     """
     safety, cycles = scenario.safety, scenario.stop_cycles()
     return NodeSpec(

@@ -73,7 +73,7 @@ def run_graph(
 
     `started` is called once with the id of each process. In real time the end of a process is published as a fault
     immediately; in lockstep time does not advance until the waiting nodes time out. `kills` are processes to kill
-    during the run, in order of time. All nodes are in the namespace. `followed` is told the status of the program that
+    during the run, in order of time. All nodes are in the namespace. `followed` gets the status of the program that
     is carried out, and says whether the run is over with it.
     """
     began = time.monotonic()
@@ -115,7 +115,7 @@ def _watch(
     """Follow the run until plant or motion has ended, or until a node has died and a fault has been published."""
     died: set[str] = set()
     last_moment = math.inf
-    # on real drives the bridge tells the progress of the run
+    # on real drives the bridge publishes the progress of the run
     pace = next(name for name in (EMULATED_ROBOT, PLANT, *BRIDGES) if name in processes)
     while processes[pace].status is None:
         monitor.take_one(POLL_PERIOD)

@@ -52,7 +52,7 @@ class NodeProcess:
         return self._status
 
     def last_line(self) -> str:
-        """Return the last line that the node printed, but for those that tell of its regular course."""
+        """Return the last line that the node printed, except those of its regular course."""
         lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
         lines = [line for line in lines if not line.startswith(REGULAR)]
         return lines[-1] if lines else ""

@@ -113,7 +113,7 @@ def _write(path: Path, content: dict[str, Any], model: type[StrictModel]) -> Non
 
 
 def _emulated_robot(scenario: Scenario) -> dict[str, Any]:
-    """Return what both kinds of emulation are told of the robot."""
+    """Return what both kinds of emulation know of the robot."""
     plant = scenario.plant
     content: dict[str, Any] = {
         "name": scenario.name,

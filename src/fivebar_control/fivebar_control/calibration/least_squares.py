@@ -37,7 +37,7 @@ from fivebar_description.tolerances import Tolerances
 FloatArray = NDArray[np.float64]
 
 NEAR = 0.3
-"""|det A| below which an angle theta_2 is not told from its mirror image to begin with."""
+"""|det A| below which an angle theta_2 is not distinguished from its mirror image to begin with."""
 
 DRIFT = 0.15
 """Difference (rad) between an integrated angle theta_2 and the nearest one of the geometry that is taken for drift."""

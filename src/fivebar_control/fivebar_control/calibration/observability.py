@@ -1,4 +1,4 @@
-"""What a recording cannot tell: directions of the geometry in which it says less than was known before."""
+"""What a recording does not show: directions of the geometry in which it says less than was known before."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SCALE, SHIFT = "the scale: all lengths and bases in proportion", "both bases tog
 
 
 class Unseen(NamedTuple):
-    """A direction that the recording does not tell.
+    """A direction that the recording does not show.
 
     Attributes:
         words: what it is.

@@ -1,6 +1,6 @@
 """The zero of an encoder on a passive joint, from a calibrated recording.
 
-With the geometry and theta_2 that a calibration has found, every sample tells the passive joint's angle; the zero is
+With the geometry and theta_2 that a calibration has found, every sample gives the passive joint's angle; the zero is
 the mean of what the encoder reads beyond it.
 """
 

@@ -60,7 +60,7 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
     if kappa < MIN_HOMING_KAPPA:
         raise HomingContradicted(
             f"homing_contradicted: at {place} the assembly mode is ambiguous: 1/cond(A) = {kappa:.3f},"
-            f" expected at least {MIN_HOMING_KAPPA}; `fivebar posture` tells the way out"
+            f" expected at least {MIN_HOMING_KAPPA}; `fivebar posture` shows the way out"
         )
     if assembly_mode(state) != homing.assembly:
         raise HomingContradicted(
@@ -94,7 +94,7 @@ def seen_assembly(robot: FiveBar, q11: float, q21: float, x: float, y: float) ->
 def seen_posture(robot: FiveBar, q11: float, q21: float, x: float, y: float) -> Homing:
     """Return the posture of a robot at rest from both motor angles (rad) and the platform as a camera sees it (m).
 
-    The camera tells the modes; where exactly the platform is follows from the motors, as everywhere else.
+    The camera shows the modes; where exactly the platform is follows from the motors, as everywhere else.
 
     Raises:
         HomingContradicted: no assembly mode of these angles has the platform there, or both have.

@@ -30,7 +30,7 @@ class MotorReading(NamedTuple):
 
 
 class Resting:
-    """The last readings of motors and camera, and the posture that they tell once the robot rests."""
+    """The last readings of motors and camera, and the posture that follows from them once the robot rests."""
 
     def __init__(self, robot: FiveBar, working_mode: tuple[int, int], rate_hz: int, resolution: float) -> None:
         """Begin without readings, with encoders of a resolution (rad)."""
@@ -55,7 +55,7 @@ class Resting:
         """Return where the robot rests.
 
         Raises:
-            HomingContradicted: it moves, the camera does not see it, or it rests where its modes cannot be told.
+            HomingContradicted: it moves, the camera does not see it, or it rests where its modes look alike.
         """
         if not self._motors or self._motors[-1].sample - self._motors[0].sample < self._samples:
             raise HomingContradicted(f"the motors have not been read for {REST_TIME:g} s")

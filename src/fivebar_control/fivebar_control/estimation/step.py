@@ -239,7 +239,7 @@ def estimator_model(
         torque_limit=math.inf if drives.torque_limit is None else float(drives.torque_limit),
         limits=AmbiguityLimits(
             numbers.mirror_deviations,
-            # the camera sees on which side of the locus the platform is; where it has been lost, the deviations tell
+            # the camera sees on which side of the locus the platform is; where it has been lost, the deviations decide
             math.inf if settings.camera else numbers.dwell_limit,
         ),
         gyro_clock=float(known.imu_clock),
@@ -423,7 +423,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         if entry == newest:
             expected = belief.estimate
             speed1, speed2 = motor_speeds(filter_model, expected)
-            # a motor that turns back within the period has gone farther than its speed at the end tells
+            # a motor that turns back within the period has gone farther than its speed at the end says
             largest1, largest2 = max(abs(before1), abs(speed1)), max(abs(before2), abs(speed2))
             q11 = next_angle(model.resolution, model.rate_hz, memory.before1, memory.repeated1, memory.last1, largest1)
             q21 = next_angle(model.resolution, model.rate_hz, memory.before2, memory.repeated2, memory.last2, largest2)

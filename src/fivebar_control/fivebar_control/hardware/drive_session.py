@@ -32,7 +32,7 @@ class MeasuredSample(NamedTuple):
 
 
 class ServiceOutcome(NamedTuple):
-    """Whether a request of the operator was met, and what to tell the operator."""
+    """Whether a request of the operator was met, and the answer to the operator."""
 
     success: bool
     message: str

@@ -1,7 +1,7 @@
 """What the motors do besides the links' inertia: torque per commanded torque, friction, and cogging over the angle.
 
-The links are known here, weighed or identified before: what they need of torque tells how much of the commanded torque
-arrives. Torques of friction and cogging are those that the drive has to be told, in units of its command.
+The links are known here, weighed or identified before: the torque that they need shows how much of the commanded torque
+arrives. Torques of friction and cogging are those that have to be commanded, in units of its command.
 """
 
 from __future__ import annotations

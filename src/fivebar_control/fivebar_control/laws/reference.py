@@ -68,7 +68,7 @@ def against_disturbance(reference: Reference, d1: float, d2: float) -> Reference
 def reference_from_motors(robot: FiveBar, state: State, ax: float, ay: float, ddq11: float, ddq21: float) -> Reference:
     """Return the desired instant of a motion that was planned in the motors' angles.
 
-    Regular at Type 1, where the platform's motion does not tell the motors'; NaN on the Type 2 locus.
+    Regular at Type 1, where the platform's motion does not determine the motors'; NaN on the Type 2 locus.
 
     Args:
         robot: nominal robot of the controllers.

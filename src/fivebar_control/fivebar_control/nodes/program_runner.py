@@ -1,4 +1,4 @@
-"""Carries out programs: requests their moves on `goal` one after the other, switches pins, tells what is carried."""
+"""Carries out programs: requests their moves on `goal` one after the other, switches pins, publishes the payload."""
 
 from __future__ import annotations
 

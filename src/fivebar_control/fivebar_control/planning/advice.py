@@ -54,8 +54,8 @@ def advice(
         verdict: which refuses the motion.
         path: of the motion.
         sensing: with which it was judged.
-        judge: tells whether it would be feasible otherwise.
-        possible: tells whether it would be feasible so many times as fast; by default that is not tried.
+        judge: whether it would be feasible otherwise.
+        possible: whether it would be feasible so many times as fast; by default that is not tried.
     """
     kinds = (
         _gyroscope(sensing, judge),

@@ -236,7 +236,7 @@ def screen_run(
 
 
 def is_predictable(plan: Plan) -> bool:
-    """Return whether `predict_run` can tell what becomes of a plan from beginning to end."""
+    """Return whether `predict_run` can predict what becomes of a plan from beginning to end."""
     return not plan.modes
 
 
@@ -244,7 +244,7 @@ def only_torque(verdict: Feasibility, follower: TunedController) -> bool:
     """Return whether nothing but the reference's torque speaks against a motion, under a law regular everywhere.
 
     The inverse dynamics of a reference grows beyond all bounds towards the locus. Such a law chooses the best torque
-    within the limit and saturates there for some samples, which may displace the platform by little: its run tells by
+    within the limit and saturates there for some samples, which may displace the platform by little: its run shows by
     how much.
     """
     missed = [figure.name for figure in verdict.figures if not figure.kept]

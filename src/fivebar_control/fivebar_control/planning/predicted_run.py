@@ -2,7 +2,7 @@
 
 The figures of a reference alone do not show what a controller makes of it: feedback near the locus, a torque limit that
 is met, timing that a virtual constraint leaves free. The model's direct dynamics is regular on the Type 2 locus, so the
-same cycle as in a run tells. What goes wrong already on the perfect robot is refused; that it goes right there is no
+same cycle as in a run shows. What goes wrong already on the perfect robot is refused; that it goes right there is no
 promise for a real one, for which the other figures keep their margins.
 """
 

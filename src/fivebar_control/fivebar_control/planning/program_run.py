@@ -1,6 +1,6 @@
-"""Carries out a program: hands out its instructions one after the other, each when the one before it is over.
+"""Carries out a program: issues its instructions one after the other, each when the one before it is over.
 
-Nothing here imports ROS: who carries it out tells the time and what becomes of the moves.
+Nothing here imports ROS: who carries it out passes the time and the outcome of the moves.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class ProgramRun:
 
     @property
     def present(self) -> Instruction | None:
-        """The instruction that was handed out last, None before the first."""
+        """The instruction that was issued last, None before the first."""
         return self._instructions[self._next - 1] if self._next else None
 
     def due(self, now: float) -> Iterator[Action]:
-        """Hand out what is to be done at a time (s), one action after the other; a move or a rest is waited for."""
+        """Issue what is due at a time (s), one action after the other; a move or a rest is waited for."""
         while self.state is ProgramState.RUNNING and self._under_way is None and now >= self._until:
             if self._ending or self._next == len(self._instructions):
                 self.state = ProgramState.STOPPED if self._ending else ProgramState.COMPLETED

@@ -3,11 +3,11 @@
 The encoders give the elbows. Let D be their distance and L the one at which the distal links lie on one line: their sum
 where they are stretched, the difference of their lengths where they are folded. The platform is off the elbows' line by
 the height of the triangle of D and the distal links, to either side: both assembly modes fit the angles, and where
-D - L is as small as its uncertainty, neither can be told from the locus itself.
+D - L is as small as its uncertainty, neither can be distinguished from the locus itself.
 
 There no torque moves the platform along t_s. But motors that move the elbows away from L (together where the links are
 stretched) leave it no place on the line: it falls to one side. The model does not say to which, friction and gravity
-decide; the gyroscope on the distal link of leg 2 tells it from the sign of its rate.
+decide; the gyroscope on the distal link of leg 2 shows it by the sign of its rate.
 """
 
 from __future__ import annotations

@@ -128,7 +128,7 @@ def plan_transfer(
         problem = rest_problem(robot, working_mode, *point, limits)
         if problem is not None:
             near = name == "start" and place_at(robot, working_mode, *point).kappa < limits.rest
-            raise TransferRefused(f"{name}: {problem}{'; `fivebar posture` tells the way out' if near else ''}")
+            raise TransferRefused(f"{name}: {problem}{'; `fivebar posture` shows the way out' if near else ''}")
     if assembly is not None:
         problem = assembly_problem(robot, working_mode, *goal, assembly, limits)
         if problem is not None:

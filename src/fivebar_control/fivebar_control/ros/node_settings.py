@@ -231,7 +231,7 @@ class BlenderSettings(NamedTuple):
     estimate_recovers: Annotated[
         bool,
         Setting(
-            "Whether the estimator, which tells so on estimate/state, can begin again where a camera sees the robot."
+            "Whether the estimator, which says so on estimate/state, can begin again where a camera sees the robot."
         ),
     ] = False
 

@@ -12,7 +12,7 @@ from fivebar_description.ros.node import GraphNode
 
 
 def listen_to_payload(node: GraphNode, carry: Callable[[float], None]) -> None:
-    """Have `carry` called with each payload (kg) that the platform has from then on; a run needs no one to tell it."""
+    """Have `carry` called with each payload (kg) of the platform from then on; a run needs no publisher of it."""
 
     def on_message(message: Float64) -> None:
         if not 0.0 <= message.data <= MOST_PAYLOAD:

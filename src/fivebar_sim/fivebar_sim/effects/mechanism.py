@@ -67,7 +67,7 @@ class Mechanism(NamedTuple):
 
     Attributes:
         leg1, leg2: see `LegNumbers`.
-        robot: the actual robot; its geometry tells where the platform is.
+        robot: the actual robot; its geometry determines where the platform is.
         step: longest integration step (s), of which a sample is a whole number.
         period: of the samples (s).
         elastic, compliant: whether the transmissions are elastic, and the loop; else they are rigid.

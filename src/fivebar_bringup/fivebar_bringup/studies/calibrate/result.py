@@ -62,7 +62,7 @@ class CalibrationResult(NamedTuple):
         start: the robot file before.
         bag: what it was calibrated from.
         found: the calibration.
-        unseen: what the recording does not tell.
+        unseen: what the recording does not show.
         mounting: of the IMU, None without an accelerometer.
         touched: number of touched points.
         scenario: that of the run, None where the bag lies in none.
@@ -103,7 +103,7 @@ class CalibrationResult(NamedTuple):
     def tolerances(self) -> Tolerances:
         """Return tolerances that, taken as independent, give the elbow gap its interval and what transmissions yield.
 
-        They do so all over the Type 2 locus, in other working modes too, of which a motion tells less than of its own.
+        They do so all over the Type 2 locus, in other working modes too, of which a motion shows less than of its own.
         Lengths and zeros are known less well one by one than what matters on the locus, a sum of them.
         """
         found = self.found

@@ -44,7 +44,7 @@ class Replay(NamedTuple):
     fault: str
 
     def as_json(self) -> dict[str, Any]:
-        """Return the figures as plain values; None where there is nothing to tell."""
+        """Return the figures as plain values; None where there is none."""
         return {
             "samples": len(self.time),
             "innovations_encoders": _mean(self.squared[:, 0]),

@@ -218,7 +218,7 @@ FOR_BLENDED = {"ekf": {"disturbance_rate": 1.0}}
 that comes too late for a load or a wrong torque constant: they bear less than from encoders alone."""
 
 TRACKING_LIMIT = 4e-3
-"""Of the rigs with a gyroscope, whose estimate tells a robot that leaves 5 mm: what makes it leave is mostly a load
+"""Of the rigs with a gyroscope, whose estimate reports a robot that leaves 5 mm: what makes it leave is mostly a load
 along the direction in which no motor acts on the locus, and not an error of the estimate."""
 
 RIGID = "elasticity, backlash and clearance"
