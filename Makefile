@@ -68,7 +68,7 @@ test-extra: setup ## run what test leaves out: long tests of the studies, and pa
 docs: setup ## build the documentation site into site/; a broken link is an error
 	@[ -d .docs ] || $(BIN)/pip install --quiet --no-deps --target .docs -r docs/site/requirements.lock
 	PYTHONPATH=.docs NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --clean
-	echo "docs: look at site/index.html"
+	echo "docs: look at site/index.html; its search needs a server: python3 -m http.server --bind 127.0.0.1 --directory site"
 
 .PHONY: lint
 lint: setup ## check style and types
@@ -84,9 +84,10 @@ mutants: setup ## break the core in small ways and list what no unit test notice
 
 .PHONY: fuzz
 fuzz: setup ## feed every parser random input: make fuzz EXAMPLES=20000; a short run is part of test
-	@# an input that fails is kept in .fuzz/, and is the first to be tried the next time
+	@# an input that fails is kept in .fuzz/, and is the first to be tried the next time; no limit of time, which many
+	@# inputs on a busy machine reach
 	export FUZZ_EXAMPLES=$(or $(EXAMPLES),20000)
-	$(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2 || {
+	$(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2 --timeout 0 || {
 	    echo "fuzz: inputs that failed are in .fuzz/, as text" >&2
 	    exit 1
 	}
