@@ -21,6 +21,7 @@ from scipy.special import stdtrit
 from fivebar_control.identification.equations import Record
 from fivebar_control.identification.identification import NotIdentifiable, longest_stretch
 from fivebar_control.identification.least_squares import CONFIDENCE
+from fivebar_control.identification.motor_map import MotorValue
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import state_from_motors
 from fivebar_control.model.singularity import inverse_condition
@@ -55,8 +56,8 @@ LEAST_GAIN = 1.5
 WIDEST = 0.2
 """Half width of a frequency's interval, relative to the frequency, beyond which it is not determined."""
 
-STARTS_HZ = (30.0, 60.0, 120.0)
-"""Frequencies from which the fit begins; the best result counts."""
+STARTS_HZ = ((30.0, 30.0), (60.0, 60.0), (120.0, 120.0), (50.0, 110.0), (110.0, 50.0))
+"""Frequencies of both legs from which the fit begins; the best result counts."""
 
 MOST_STEPS = 40
 
@@ -97,13 +98,6 @@ class Response(NamedTuple):
     amplitude: float
 
 
-class Estimated(NamedTuple):
-    """A value and the half width of its 95 % interval."""
-
-    value: float
-    half_width: float
-
-
 class LegResonance(NamedTuple):
     """The transmission of a leg, as the section `transmission` of a plant has it.
 
@@ -113,9 +107,9 @@ class LegResonance(NamedTuple):
         rotor_share: of the rotor in that inertia.
     """
 
-    frequency: Estimated
-    damping: Estimated
-    rotor_share: Estimated
+    frequency: MotorValue
+    damping: MotorValue
+    rotor_share: MotorValue
 
 
 class Resonance(NamedTuple):
@@ -131,7 +125,7 @@ class Resonance(NamedTuple):
 
     legs: tuple[LegResonance, LegResonance]
     locked: tuple[float, float]
-    delay: Estimated
+    delay: MotorValue
     highest: float
     misfit: float
 
@@ -178,10 +172,9 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
 
     rigid = _fitted(off_rigid, [friction[0], 0.0, friction[1], 0.0, 0.0])
     fits = []
-    for start in STARTS_HZ:
-        first = [math.log(start), math.log(0.05), 0.5]
-        guess = [*first, friction[0], 0.0, *first, friction[1], 0.0, 0.0]
-        fits.append(_fitted(off_elastic, guess))
+    for starts in STARTS_HZ:
+        one, two = ([math.log(hz), math.log(0.05), 0.5, f_s, 0.0] for hz, f_s in zip(starts, friction, strict=True))
+        fits.append(_fitted(off_elastic, [*one, *two, 0.0]))
     found = min(fits, key=lambda one: one.cost)
     result = _resonance(inertia, given, response, period, found, highest)
     if rigid.cost < LEAST_GAIN * found.cost or result.lowest > highest:
@@ -219,17 +212,17 @@ def _resonance(
     independent = found.derivatives.shape[0] / CORRELATED_BINS - len(found.values)
     scatter = max(1.0, found.cost / found.derivatives.shape[0])
     covariance = np.linalg.pinv(found.derivatives.T @ found.derivatives) * CORRELATED_BINS * scatter
-    half = stdtrit(independent, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.diag(covariance))
+    half = stdtrit(independent, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     values = np.clip(found.values, *LIMITS)
     legs, halves = values[:10].reshape(2, 5), half[:10].reshape(2, 5)
 
-    def scaled(leg: int, which: int) -> Estimated:
+    def scaled(leg: int, which: int) -> MotorValue:
         value = math.exp(legs[leg, which])
-        return Estimated(value, value * float(halves[leg, which]))
+        return MotorValue(value, value * float(halves[leg, which]))
 
-    def share(leg: int) -> Estimated:
+    def share(leg: int) -> MotorValue:
         value = 1.0 / (1.0 + math.exp(-legs[leg, SHARE]))
-        return Estimated(value, value * (1.0 - value) * float(halves[leg, SHARE]))
+        return MotorValue(value, value * (1.0 - value) * float(halves[leg, SHARE]))
 
     rotors = np.diag([share(leg).value for leg in (0, 1)] * given)
     stiffness = np.diag(given * (2.0 * math.pi * np.exp(legs[:, FREQUENCY])) ** 2)
@@ -239,7 +232,7 @@ def _resonance(
     return Resonance(
         (one, two),
         (low, high),
-        Estimated(float(values[10]) * period, float(half[10]) * period),
+        MotorValue(float(values[10]) * period, float(half[10]) * period),
         highest,
         math.sqrt(found.cost / found.derivatives.shape[0]),
     )

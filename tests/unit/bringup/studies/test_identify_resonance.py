@@ -22,7 +22,7 @@ from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import read_robot
 from fivebar_sim.effects.transmission import Transmission
 
-SOFT = Transmission(frequency=60.0, damping=0.04, rotor_share=0.85)
+SOFT = Transmission(frequency=60.0, damping=0.04, rotor_share=0.7)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +60,7 @@ def across(robot: str) -> Outcome:
                 "encoder_counts": 20000,
                 "torque_quantum": 0.002,
                 "delay_samples": 1,
-                "transmission": SOFT._asdict(),
+                "transmission": SOFT._replace(rotor_share=0.85)._asdict(),
             },
             "imu": {"gyro_noise": 0.01, "rate_hz": 250, "latency": 0.004},
             "estimator": "ekf",

@@ -50,7 +50,8 @@ def chirped(frequencies: tuple[float, float] | None, share: float = 0.7, against
         torques[number] = wanted[number] - hold * (100.0 * state[:2] + 20.0 * state[size // 2 : size // 2 + 2])
         state = step[:size, :size] @ state + step[:size, size:] @ torques[number]
         angles[number] = state[:2]
-    angles += [HOME.q11, HOME.q21]
+    # a slow motion turns the encoders through many counts, whose rounding is noise then
+    angles += np.array([HOME.q11, HOME.q21]) + np.linspace(0.0, 0.03, samples)[:, None]
     return Record(RATE, COUNT * np.round(angles / COUNT), torques, np.full(samples, ASSEMBLY))
 
 
