@@ -13,7 +13,8 @@ class Tuning(NamedTuple):
     bandwidth: Annotated[
         float | None,
         Setting(
-            "Bandwidth w of the unified law: kp = w^2, kd = 2 w; at most a third of the lowest resonance.",
+            "Bandwidth w of the unified law: kp = w^2, kd = 2 w; at most a tenth of the lowest frequency of the"
+            " transmissions (`fivebar identify --resonance`).",
             "rad/s",
             above=0.0,
             at_most=1e3,

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
 from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, map_bag, write_identification
+from fivebar_bringup.studies.identify.resonance import resonance_of_bag, write_resonance
 from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
 from fivebar_control.identification.motor_map import MotorMap, MotorValue
 from fivebar_description.strict_yaml import InputError
@@ -45,6 +46,14 @@ def identify(
             " printed only.",
         ),
     ] = None,
+    resonance: Annotated[
+        bool,
+        typer.Option(
+            "--resonance",
+            help="Find the elastic transmissions instead, from the chirp of the scenario excitation_resonance, and"
+            " write the robot's file with the bandwidth that they allow.",
+        ),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Identify inertias, mass and friction of the robot in BAG, and write them as a parameter file.
@@ -54,6 +63,11 @@ def identify(
     Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
     """
     with input_errors(), ending_on_sigterm():
+        if cogging is not None and resonance:
+            raise InputError("--resonance: expected without --cogging")
+        if resonance:
+            _find_resonance(bag, robot, out, as_json)
+            return
         if cogging is not None:
             _map(bag, robot, cogging, out, as_json)
             return
@@ -71,6 +85,34 @@ def identify(
         soft_wrap=True,
     )
     printer.print(f"parameter file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
+
+
+def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: bool) -> None:
+    """Print the transmissions, and write the robot's file.
+
+    Raises:
+        InputError: the bag, the robot or the motion is unsuitable, no resonance is visible, or the directory is taken.
+    """
+    result = resonance_of_bag(bag, robot)
+    file = write_resonance(result, out)
+    if as_json:
+        print(json.dumps(result.as_json(), indent=2, allow_nan=False))
+        return
+    found, printer = result.found, Console()
+    table = Table(f"transmission, {INTERVALS}", "leg 1 (left)", "leg 2 (right)", "unit", box=None)
+    for name, unit in (("frequency", "Hz"), ("damping", ""), ("rotor_share", "")):
+        values = [getattr(leg, name) for leg in found.legs]
+        table.add_row(name, *(f"{one.value:.4g} ± {one.half_width:.2g}" for one in values), unit)
+    printer.print(table)
+    printer.print(
+        f"on locked rotors the links swing at {found.locked[0]:.3g} and {found.locked[1]:.3g} Hz here;"
+        f" response used up to {found.highest:.3g} Hz\n"
+        f"unified: bandwidth at most {result.allowed:.3g} rad/s from an estimate,"
+        f" {result.allowed_on_links:.3g} rad/s with speeds that are measured on the links",
+        soft_wrap=True,
+    )
+    change = "with its tuning" if result.lowered else "unchanged but for its name: the present gains are low enough"
+    printer.print(f"parameter file {file}, {change}", soft_wrap=True)
 
 
 def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: bool) -> None:

@@ -8,11 +8,39 @@ the error of acceleration that it admits for that is the same.
 
 from __future__ import annotations
 
+import math
+
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.parameters import RobotFile
+from fivebar_description.tuning import Tuning
 
 DEXTAR_CROSSING = 0.55
 """Torque (Nm) beyond friction of the robot whose torques the defaults are."""
+
+MOTOR_SIDE, LINK_SIDE = 0.1, 0.05
+"""Largest bandwidth of the unified law (rad/s) per lowest frequency of the transmissions (rad/s), where it feeds back
+what an estimator makes of the motors' encoders, and where it feeds back the links' own motion. docs/robustness.md has
+the derivation and what was measured."""
+
+ELASTIC_DISTURBANCE_RATE = 0.1
+"""Of the estimator's noises on a robot whose bandwidth the transmissions limit, for DexTAR's torques (Nm per root s):
+a faster disturbance follows the oscillation between motor and link, which the estimator's model does not have."""
+
+
+def bandwidth_of(frequency: float, share: float = MOTOR_SIDE) -> float:
+    """Return the bandwidth (rad/s) of the unified law that transmissions of a frequency (Hz) allow."""
+    return share * 2.0 * math.pi * frequency
+
+
+def tuning_for(file: RobotFile, frequency: float) -> Tuning:
+    """Return the tuning of a robot whose transmissions have a frequency (Hz): lower than its present one, or equal."""
+    usual = math.sqrt(UnifiedSettings().kp)
+    allowed = bandwidth_of(frequency)
+    if allowed >= (file.tuning.bandwidth or usual):
+        return file.tuning
+    ratio = 1.0 if file.drives.crossing_torque is None else file.drives.crossing_torque / DEXTAR_CROSSING
+    rate = min(ELASTIC_DISTURBANCE_RATE * ratio, file.tuning.disturbance_rate or math.inf)
+    return file.tuning._replace(bandwidth=round(allowed, 1), disturbance_rate=rate)
 
 
 def law_sizes(file: RobotFile) -> dict[str, dict[str, float]]:
