@@ -67,7 +67,8 @@ class Equations(NamedTuple):
         rate_hz: rows per second.
         time: [n], since the first sample (s).
         regressor: [n, 2, 7], columns as in `PARAMETERS`, NaN where the motor's equation is left out.
-        torque: [n, 2], filtered (Nm).
+        torque: [n, 2], filtered, less `known` (Nm).
+        known: [n, 2], what the residual inertias need, filtered (Nm).
         moving: bool[n, 2], where the motor is not slow.
         cogging: [n, 2, 2 h], for each of h harmonics cosine and sine of so many times the motor's angle.
     """
@@ -76,6 +77,7 @@ class Equations(NamedTuple):
     time: FloatArray
     regressor: FloatArray
     torque: FloatArray
+    known: FloatArray
     moving: NDArray[np.bool_]
     cogging: FloatArray
 
@@ -117,6 +119,7 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs, harmoni
         time=np.arange(samples)[rows] / record.rate_hz,
         regressor=regressor[rows],
         torque=torque[rows],
+        known=known[rows],
         moving=moving[rows],
         cogging=cogging[rows],
     )

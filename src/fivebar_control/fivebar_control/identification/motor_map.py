@@ -93,13 +93,15 @@ def map_motors(robot: FiveBar, record: Record, harmonics: Sequence[int] = ()) ->
     equations = filtered_equations(robot, record, cutoffs, harmonics)
     lag = max(1, round(CORRELATION / cutoffs.parallel_hz * equations.rate_hz))
     regressor = _columns(robot, equations)
-    used = int((np.isfinite(regressor).all(axis=2) & np.isfinite(equations.torque)).sum())
+    # what the residual inertias need is actual torque, and the gain applies to it as to the rest
+    torque = equations.torque + equations.known
+    used = int((np.isfinite(regressor).all(axis=2) & np.isfinite(torque)).sum())
     if used <= lag * regressor.shape[2]:
         raise NotIdentifiable(
             f"too short: {used / equations.rate_hz:.1f} s of motion are left for {regressor.shape[2]} values, expected"
             f" at least {lag * regressor.shape[2] / equations.rate_hz:.1f} s"
         )
-    found = fit(regressor, equations.torque, lag)
+    found = fit(regressor, torque, lag)
     if found.condition > LARGEST_CONDITION:
         raise NotIdentifiable(
             f"the motion does not distinguish gains, friction and these harmonics: condition number"
@@ -117,7 +119,7 @@ def _columns(robot: FiveBar, equations: Equations) -> FloatArray:
     found = np.zeros((rows, 2, 2 * own))
     for motor, inertia in enumerate((zz_1, zz_2)):
         given, begin = equations.regressor[:, motor], motor * own
-        found[:, motor, begin + LINKS] = inertia * given[:, motor] + mass * given[:, 2]
+        found[:, motor, begin + LINKS] = inertia * given[:, motor] + mass * given[:, 2] + equations.known[:, motor]
         found[:, motor, begin + DIRECTION] = given[:, 3 + motor]
         found[:, motor, begin + OFFSET] = given[:, 5 + motor]
         found[:, motor, begin + FIRST : begin + own] = equations.cogging[:, motor]

@@ -49,9 +49,9 @@ def motion(waves: tuple[Waves, Waves], time: Array) -> tuple[Array, Array, Array
 
 
 @cache
-def record(waves: tuple[Waves, Waves] = RICH, seconds: float = 16.0) -> Record:
+def record(waves: tuple[Waves, Waves] = RICH, seconds: float = 16.0, residual: float = 0.0) -> Record:
     """The robot's record; every torque is the mean of five within the period before its sample."""
-    robot = load_robot("dextar")
+    robot = with_residual(load_robot("dextar"), residual)
     samples = int(seconds * RATE)
     q = motion(waves, np.arange(samples) / RATE)[0]
     torque = np.zeros((samples, 2))
@@ -62,9 +62,16 @@ def record(waves: tuple[Waves, Waves] = RICH, seconds: float = 16.0) -> Record:
             row = MotorMotion(*within[k].tolist(), *speed[k].tolist(), *acceleration[k].tolist())
             load = platform_load(robot, 1, row)
             torque[k] += 0.2 * (np.array([zz_1, zz_2]) * acceleration[k] + mass * np.array([load.load1, load.load2]))
+            torque[k] += 0.2 * np.array([load.known1, load.known2])
         for motor, leg in enumerate((robot.leg1, robot.leg2)):
             torque[:, motor] += 0.2 * (leg.coulomb * np.tanh(speed[:, motor] / leg.width) + leg.offset)
     return Record(RATE, q, torque, np.ones(samples))
+
+
+def with_residual(robot: FiveBar, residual: float) -> FiveBar:
+    """The robot with a residual inertia (kg m^2) of each distal link."""
+    leg1, leg2 = (leg._replace(residual=residual) for leg in (robot.leg1, robot.leg2))
+    return robot._replace(leg1=leg1, leg2=leg2)
 
 
 @pytest.fixture(scope="module")
@@ -182,9 +189,9 @@ COGGING = {7: (0.03, -0.02), 12: (-0.01, 0.015)}
 """Nm, cosine and sine by periods."""
 
 
-def commanded(noise: float = 0.0) -> Record:
+def commanded(noise: float = 0.0, residual: float = 0.0) -> Record:
     """The record of motors that give more or less than their command, and cog; torques are the commanded ones."""
-    known = record(SLOW, 18.0)
+    known = record(SLOW, 18.0, residual)
     q = known.angles
     # the torque of a sample was held over the period before it
     middle = np.vstack([q[:1], 0.5 * (q[1:] + q[:-1])])
@@ -212,6 +219,16 @@ def test_gains_friction_and_cogging_come_back(robot: FiveBar, noise: float) -> N
         cosine, sine = COGGING[7]
         less = COGGING[12][0]
         assert found.cogging_at(0.0) == pytest.approx((cosine + less) / gain, abs=4e-3)
+
+
+def test_the_gain_applies_to_what_residual_inertias_need(robot: FiveBar) -> None:
+    """They are given, as actual torque: taken off the commanded one as they are, they would pull the gain towards 1."""
+    residual = -0.002
+    maps = map_motors(with_residual(robot, residual), commanded(residual=residual), tuple(COGGING))
+    plain = map_motors(robot, commanded(), tuple(COGGING))
+    for found, without, gain in zip(maps, plain, GAINS, strict=True):
+        assert found.gain.value == pytest.approx(gain, rel=2e-3)
+        assert abs(found.gain.value - gain) < 2.0 * abs(without.gain.value - gain) + 2e-4
 
 
 def test_cogging_that_is_not_there_is_within_its_interval(robot: FiveBar) -> None:
