@@ -14,15 +14,18 @@ from rich.table import Table
 from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.runs.results import finite
-from fivebar_bringup.studies.sweep.rigs import RIGS
+from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.strict_yaml import read_text
+
+ITS_RIGS = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
+"""The rigs of the robot whose crossings the benchmark has."""
 
 
 @app.command()
 def benchmark(
     rigs: Annotated[
-        str, typer.Option("--rigs", help=f"Whose robots: some of {','.join(RIGS)} (docs/sweeps.md).")
+        str, typer.Option("--rigs", help=f"Whose robots: some of {','.join(ITS_RIGS)} (docs/sweeps.md).")
     ] = "ideal",
     controllers: Annotated[
         str | None, typer.Option("--controllers", help=f"Some of {','.join(CONTROLLERS)} [default: all]")
@@ -64,7 +67,7 @@ def benchmark(
             with progress_bar("benchmark", as_json) as progress:
                 results = run_benchmark(
                     out if out is not None else Path("benchmark.csv"),
-                    chosen("--rigs", rigs, RIGS),
+                    chosen("--rigs", rigs, ITS_RIGS),
                     names,
                     len(wanted),
                     jobs if jobs is not None else os.cpu_count() or 1,

@@ -12,11 +12,13 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.sweep.drawing import Draw, draw, plan_of
-from fivebar_bringup.studies.sweep.rigs import DEGREE, RIGS, rig_words
+from fivebar_bringup.studies.sweep.drawing import Draw, draw, on_robot, plan_of
+from fivebar_bringup.studies.sweep.rigs import DEGREE, DEXTAR, RIGS, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import made, quick_enough
 from fivebar_bringup.studies.sweep.statistics import silence_table
+from fivebar_control.model.geometry import workspace_margin
+from fivebar_description.parameters import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.links import LinkErrors
@@ -56,7 +58,9 @@ def spread(values: list[float]) -> tuple[float, float]:
 
 def test_the_rigs_are_those_of_the_page() -> None:
     page = DOCUMENT.read_text(encoding="utf-8")
-    assert tuple(RIGS) == ("ideal", "encoders", "calibrated", "good", "middling", "poor")
+    of_dextar = ("ideal", "encoders", "calibrated", "good", "middling", "poor")
+    assert tuple(RIGS) == (*of_dextar, "printed", "printed_calibrated", "printed_encoders")
+    assert tuple(rig.name for rig in RIGS.values() if rig.robot == DEXTAR) == of_dextar
     for name in RIGS:
         assert f"`{name}`" in page
         assert "Left out: " in rig_words(name)
@@ -126,7 +130,8 @@ def test_robots_have_the_stated_mechanics_and_drives(
 
 
 def test_robots_with_a_gyroscope_are_stopped_before_they_leave_5_mm(numbers: tuple[int, ...]) -> None:
-    limits = {rig: draw(SEED, numbers[0], rig).scenario("unified").tracking_error_limit for rig in RIGS}
+    of_dextar = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
+    limits = {rig: draw(SEED, numbers[0], rig).scenario("unified").tracking_error_limit for rig in of_dextar}
     assert {rig for rig, limit in limits.items() if limit < 5e-3} == {"calibrated", "good", "middling", "poor"}
 
 
@@ -139,11 +144,34 @@ def test_ideal_and_encoders_are_free_of_effects(numbers: tuple[int, ...]) -> Non
 
 
 def test_all_rigs_have_the_same_motions_and_robots_in_proportion(numbers: tuple[int, ...]) -> None:
-    motions = {rig: [draw(SEED, number, rig)[:8] for number in numbers] for rig in ("", *RIGS)}
+    of_dextar = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
+    motions = {rig: [draw(SEED, number, rig)[:8] for number in numbers] for rig in ("", *of_dextar)}
     assert all(motion == motions[""] for motion in motions.values())
     good, poor = plants("good", numbers[:3]), plants("poor", numbers[:3])
     for one, other in zip(good, poor, strict=True):
         assert np.array(other.links[:6]) == pytest.approx(15.0 * np.array(one.links[:6]))
+
+
+def test_the_bench_has_its_own_motions_torques_and_encoders() -> None:
+    case = next(one for one in (draw(SEED, number, "printed") for number in range(99)) if _is_planned(one))
+    scenario, robot = case.scenario("unified"), read_robot("motkin")
+    assert scenario.robot == "motkin" and case[:8] != draw(SEED, case.number)[:8]
+    assert workspace_margin(load_robot("motkin"), case.start_x, case.start_y) > 0.0
+    assert (scenario.plant.torque_limit, scenario.plant.encoder_counts) == (0.186, 16_384)
+    assert scenario.plant.torque_quantum == pytest.approx(0.002 * 0.035 / 0.55)
+    assert scenario.safety.joint_speed_limit == robot.drives.joint_speed_limit
+    assert max(map(abs, scenario.plant.links[:6])) <= 3e-4 and scenario.plant.motors.cogging == 0.002
+    assert scenario.ekf.gyro and not on_robot(case, "printed_encoders").scenario("unified").ekf.gyro
+    calibrated = on_robot(case, "printed_calibrated").scenario("unified").plant
+    assert calibrated.links.l_11 == pytest.approx(scenario.plant.links.l_11 / 6.0)
+
+
+def _is_planned(case: Draw) -> bool:
+    try:
+        plan_of(case)
+    except InputError:
+        return False
+    return True
 
 
 def test_the_push_meets_the_robot_on_the_locus(numbers: tuple[int, ...]) -> None:
@@ -213,4 +241,4 @@ def test_a_failure_is_silent_without_a_fault_in_time(run: SweepRow, silent: bool
 def test_an_unknown_rig_is_refused() -> None:
     done = CliRunner().invoke(app, ["sweep", "--rig", "worn"])
     assert done.exit_code == 2
-    assert "--rig: 'worn': expected one of ideal, encoders, calibrated, good, middling, poor" in done.stderr
+    assert "--rig: 'worn': expected one of ideal, encoders, calibrated, good, middling, poor, printed" in done.stderr

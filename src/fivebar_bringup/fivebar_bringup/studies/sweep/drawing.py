@@ -10,9 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.compare.rigs import ENCODERS as ENCODERS_RIG
 from fivebar_bringup.studies.compare.rigs import on_rig
 from fivebar_bringup.studies.sweep.rigs import (
     DELAY_SAMPLES,
+    DEXTAR,
     ENCODER_COUNTS,
     GYRO_BIAS,
     RIGS,
@@ -21,16 +23,19 @@ from fivebar_bringup.studies.sweep.rigs import (
     sections_for,
 )
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar, load_robot, read_robot
 from fivebar_description.strict_yaml import validate
 
-ROBOT = "dextar"
+ROBOT = DEXTAR
+"""Whose crossings are drawn without a rig."""
+
 RATE_HZ = 500
 TORQUE_LIMIT = 2.0
-"""Nm, of the drives."""
+"""Nm, of the drives of a robot whose file does not say it."""
 
 UNIFIED_WEIGHT = 0.3
 """Torque weight of unified ((m/s^2 / Nm)^2), a tenth of the scenarios': here the drives' limit bounds the torque,
@@ -58,6 +63,42 @@ PLANNED_FOR = next(iter(CONTROLLERS))
 """The controller of the scenario that is planned; the plan does not depend on it."""
 
 XY = tuple[float, float]
+
+
+class SweptDrives(NamedTuple):
+    """What a robot's file says of its drives, or that of DexTAR is taken to say.
+
+    Attributes:
+        torque_limit, torque_step: largest torque, and the steps in which it is commanded (Nm).
+        encoder_counts: per revolution of a motor joint.
+    """
+
+    torque_limit: float
+    torque_step: float
+    encoder_counts: int
+
+
+@cache
+def drives_of(robot: str) -> SweptDrives:
+    """Return them for a robot, by the name of its file."""
+    drives = read_robot(robot).drives
+    ratio = 1.0 if drives.crossing_torque is None else drives.crossing_torque / DEXTAR_CROSSING
+    return SweptDrives(
+        drives.torque_limit or TORQUE_LIMIT,
+        ENCODERS_RIG["torque_quantum"] * ratio,
+        drives.encoder_counts or ENCODER_COUNTS,
+    )
+
+
+def robot_of(rig: str) -> str:
+    """Return the robot of a rig, that of the cases without one where `rig` is `VARIED`."""
+    return ROBOT if rig == VARIED else RIGS[rig].robot
+
+
+def weight_of(rig: str) -> float:
+    """Return the torque weight of unified on a rig ((m/s^2 / Nm)^2)."""
+    sections = {} if rig == VARIED else RIGS[rig].sections
+    return float(sections.get("unified", {}).get("weight", UNIFIED_WEIGHT))
 
 
 class DrawnScenario(Scenario):
@@ -109,18 +150,25 @@ class Draw(NamedTuple):
         """
         return self._scenario(controller, _effects(self))
 
+    @property
+    def torque_limit(self) -> float:
+        """Of the drives (Nm)."""
+        return drives_of(robot_of(self.rig)).torque_limit
+
     def motion(self) -> DrawnScenario:
         """Return a scenario with the case's motion, without the effects of its robot, which follow from the motion."""
         return self._scenario(PLANNED_FOR, {})
 
     def _scenario(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
-        rig = on_rig(_given(), "ideal" if self.encoder_counts is None else "encoders")
+        drives = drives_of(robot_of(self.rig))
+        rig = on_rig(_given(robot_of(self.rig)), "ideal" if self.encoder_counts is None else "encoders")
         rig["plant"] |= {
             "mass_scale": self.mass_scale,
             "inertia_scale": self.inertia_scale,
             "friction_scale": self.friction_scale,
             "encoder_counts": self.encoder_counts,
             "delay_samples": self.delay_samples,
+            **({} if self.encoder_counts is None else {"torque_quantum": drives.torque_step}),
             **effects,
         }
         rig["unified"]["weight"] = UNIFIED_WEIGHT
@@ -148,11 +196,11 @@ def draw(seed: int, number: int, rig: str = VARIED) -> Draw:
 
     Working mode, encoders and delay are equally likely; the start is uniform over where both legs reach, the end over
     that part of it which is in the other assembly mode; the duration is uniform on a logarithmic scale. A rig has its
-    own robots; the motion is the same on all of them.
+    own robots; the motion is the same on all that are of the same make.
     """
     random = np.random.default_rng((seed, number))
     mode1, mode2 = WORKING_MODES[random.integers(len(WORKING_MODES))]
-    robot = _robot(ROBOT)
+    robot = _robot(robot_of(rig))
     start = _reachable(robot, random)
     assembly = place_at(robot, (mode1, mode2), *start).assembly
     end = _reachable(robot, random)
@@ -184,7 +232,7 @@ def on_robot(case: Draw, name: str) -> Draw:
         mass_scale=mass,
         inertia_scale=inertia,
         friction_scale=friction,
-        encoder_counts=ENCODER_COUNTS if rig.sensed else None,
+        encoder_counts=drives_of(rig.robot).encoder_counts if rig.sensed else None,
         delay_samples=DELAY_SAMPLES if rig.sensed else 0,
         rig=name,
     )
@@ -214,14 +262,14 @@ def _robot(name: str) -> FiveBar:
 
 
 @cache
-def _given() -> DrawnScenario:
-    """Return the common part of all cases; its waypoints are placeholders."""
+def _given(robot: str) -> DrawnScenario:
+    """Return the common part of all cases of a robot; its waypoints are placeholders."""
     common = {
         "name": "case",
-        "robot": ROBOT,
+        "robot": robot,
         "rate_hz": RATE_HZ,
         "waypoints": ((0.0, 0.15), (0.0, 0.05)),
-        "plant": {"torque_limit": TORQUE_LIMIT},
+        "plant": {"torque_limit": drives_of(robot).torque_limit},
     }
     return validate(common, DrawnScenario, "sweep")
 

@@ -11,7 +11,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
-from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT, DrawnScenario
+from fivebar_bringup.studies.sweep.drawing import DrawnScenario
 from fivebar_bringup.studies.sweep.rows import SweepRow
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_control.model.kinematics import state_from_joints
@@ -126,7 +126,7 @@ class Explanation(NamedTuple):
             f"{row.why_not}. The largest error {when} was {1e3 * worst.error:.2f} mm after {worst.time:.3f} s, at"
             f" 1/cond(A) = {worst.kappa:.3f}, where the estimate was {1e3 * worst.estimate_off:.2f} mm"
             f" off. The motors gave up to {row.applied or 0.0:.2f} of"
-            f" {TORQUE_LIMIT:g} Nm. Nearest limit of the screen:"
+            f" {row.draw.torque_limit:g} Nm. Nearest limit of the screen:"
             f" {row.limit}, {100.0 * (row.limit_use or 0.0):.0f} % used. It {saved}."
         )
 

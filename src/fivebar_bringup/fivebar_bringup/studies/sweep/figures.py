@@ -13,7 +13,7 @@ from fivebar_bringup.pages.style import GREEN, GREY, INK, VERMILION, house_style
 from fivebar_bringup.report.workspace import draw_map, survey
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.studies.compare.figures import LOOKS
-from fivebar_bringup.studies.sweep.drawing import ROBOT
+from fivebar_bringup.studies.sweep.drawing import VARIED, robot_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow
 from fivebar_bringup.studies.sweep.running import CONTROLLERS, FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.studies.sweep.statistics import runs_of
@@ -128,7 +128,7 @@ def _points(rows: Sequence[SweepRow], place: Callable[[SweepRow], tuple[float | 
 
 
 def _maps(rows: Sequence[SweepRow]) -> Picture:
-    robot = load_robot(ROBOT)
+    robot = load_robot(robot_of(rows[0].rig if rows else VARIED))
     figure = new_figure(
         "Where crossings fail", "working modes from top to bottom, in mm", 1.2 + 2.3 * len(WORKING_MODES)
     )

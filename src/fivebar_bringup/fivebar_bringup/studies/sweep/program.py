@@ -9,8 +9,9 @@ import fivebar_bringup
 import fivebar_control
 import fivebar_description
 import fivebar_sim
-from fivebar_bringup.studies.sweep.drawing import ROBOT
-from fivebar_description.parameters import load_robot
+from fivebar_bringup.studies.sweep.drawing import VARIED, robot_of
+from fivebar_bringup.studies.sweep.rigs import RIGS
+from fivebar_description.parameters import read_robot
 
 DECIDING = {
     fivebar_description: ("*.py",),
@@ -42,8 +43,10 @@ DECIDING = {
 
 
 def program_digest() -> str:
-    """Return a digest of the source files and of the robot that decide the rows; the place of installation does not."""
-    total = hashlib.sha256(repr(load_robot(ROBOT)).encode())
+    """Return a digest of the source files and robots that decide the rows; the place of installation does not."""
+    total = hashlib.sha256()
+    for robot in sorted({robot_of(rig) for rig in (VARIED, *RIGS)}):
+        total.update(repr(read_robot(robot)).encode())
     for name, path in deciding_files().items():
         total.update(f"{name}\n".encode())
         total.update(path.read_bytes())

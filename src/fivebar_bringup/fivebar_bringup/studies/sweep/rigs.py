@@ -29,8 +29,8 @@ TOLERANCES = (
     " {:g}°, a push of up to {:g} N for 50 ms on the locus, {} lost commands around it"
 )
 DRIVES = (
-    "mass and inertia ±5 %, Coulomb friction ±15 %, break-away 1.3 times Coulomb, viscous friction 0.01 Nm s/rad,"
-    " torque constants ±5 %, ripple 3 %, cogging {:g} % of 2 Nm, current loop of 1 kHz, commands late and encoders read"
+    "mass and inertia ±{:g} %, Coulomb friction ±{:g} %, break-away 1.3 times Coulomb, viscous friction {:g} Nm s/rad,"
+    " torque constants ±{:g} %, ripple 3 %, cogging {}, current loop of {:g} Hz, commands late and encoders read"
     " early by {:g} to {:g} ms"
 )
 ELASTICITY = (
@@ -39,11 +39,17 @@ ELASTICITY = (
 )
 
 
+DEXTAR, MOTKIN = "dextar", "motkin"
+"""Robots of the rigs."""
+
 GYRO = {"gyro_noise": 0.01, "rate_hz": 250, "latency": 0.004}
 """Section `imu` of robots with a gyroscope on the distal link of leg 2."""
 
 GYRO_BIAS = 0.02
 """Bound of the gyroscope's bias (rad/s)."""
+
+SLOW_GYRO = {**GYRO, "rate_hz": 100}
+"""The same of a part for ten euros."""
 
 GYRO_WORDS = "gyroscope on the distal link of leg 2 (250 readings/s, 4 ms late, 0.01 rad/s noise, ±0.02 rad/s bias)"
 
@@ -64,7 +70,9 @@ class RobotDistribution(NamedTuple):
         tilt, force: largest tilt (rad) and push (N).
         lost: lost commands.
         constant: bound of the torque constants' errors.
-        cogging: Nm.
+        cogging, rated: cogging and the torque that it is told in percent of, 0 for in Nm (Nm).
+        viscous: friction of each motor (Nm s/rad).
+        current_loop: bandwidth of the motors' currents (Hz).
         frequency, backlash, stiffness, clearance: of transmissions and loop (Hz, rad, N/m, m), 0 for rigid ones.
         worn: whether motors and friction are real: Stribeck curve, viscous friction, ripple, current loop.
         late: by how much commands are late and readings old at most (s); half of it always, half at random.
@@ -80,6 +88,9 @@ class RobotDistribution(NamedTuple):
     lost: int = 0
     constant: float = 0.0
     cogging: float = 0.0
+    rated: float = 2.0
+    viscous: float = 0.01
+    current_loop: float = 1000.0
     frequency: float = 0.0
     backlash: float = 0.0
     stiffness: float = 0.0
@@ -97,7 +108,18 @@ class RobotDistribution(NamedTuple):
         if self.frequency > 0.0:
             numbers = self.frequency, self.backlash / DEGREE, self.stiffness, 1e6 * self.clearance
             parts.append(ELASTICITY.format(*numbers))
-        return "; ".join([*parts, DRIVES.format(100.0 * self.cogging / 2.0, 500.0 * self.late, 1e3 * self.late)])
+        share = 100.0 * self.cogging / self.rated if self.rated > 0.0 else 0.0
+        drives = DRIVES.format(
+            100.0 * self.scale,
+            100.0 * self.friction,
+            self.viscous,
+            100.0 * self.constant,
+            f"{share:g} % of {self.rated:g} Nm" if self.rated > 0.0 else f"{1e3 * self.cogging:g} mNm",
+            self.current_loop,
+            500.0 * self.late,
+            1e3 * self.late,
+        )
+        return "; ".join([*parts, drives])
 
 
 class SweepRig(NamedTuple):
@@ -113,6 +135,7 @@ class SweepRig(NamedTuple):
         blended: the same for the blended controllers, in addition.
         tracking_limit: distance (m) of the estimated platform from its reference beyond which a run is stopped with
             `tracking_lost`; None for that of every scenario.
+        robot: whose robots they are, by the name of its parameter file.
     """
 
     name: str
@@ -123,6 +146,7 @@ class SweepRig(NamedTuple):
     sections: Mapping[str, Mapping[str, Any]] = {}
     blended: Mapping[str, Mapping[str, Any]] = {}
     tracking_limit: float | None = None
+    robot: str = DEXTAR
 
 
 def sections_for(rig: SweepRig, controller: str) -> dict[str, dict[str, Any]]:
@@ -135,7 +159,12 @@ def sections_for(rig: SweepRig, controller: str) -> dict[str, dict[str, Any]]:
 
 
 def with_gyro(
-    spread: RobotDistribution, ekf: Mapping[str, float], kp: float, kd: float, weight: float = 0.3
+    spread: RobotDistribution,
+    ekf: Mapping[str, float],
+    kp: float,
+    kd: float,
+    weight: float = 0.3,
+    imu: Mapping[str, float] = GYRO,
 ) -> dict[str, Mapping[str, Any]]:
     """Return the sections of robots of a spread with a gyroscope.
 
@@ -143,6 +172,7 @@ def with_gyro(
         spread: its bounds of lengths, bases and zeros are the estimator's tolerances.
         ekf: settings of the estimator.
         kp, kd, weight: of `unified` (1/s^2, 1/s, (m/s^2 / Nm)^2).
+        imu: section `imu`.
     """
     tolerances = {"length": spread.length, "base": spread.length, "zero": spread.zero}
     loads = {
@@ -153,7 +183,7 @@ def with_gyro(
     }
     unified = {"kp": kp, "kd": kd, "weight": weight}
     return {
-        "imu": GYRO,
+        "imu": imu,
         "ekf": {"gyro": True, **ekf},
         "tolerances": tolerances,
         "loads": loads,
@@ -221,8 +251,59 @@ TRACKING_LIMIT = 4e-3
 """Of the rigs with a gyroscope, whose estimate reports a robot that leaves 5 mm: what makes it leave is mostly a load
 along the direction in which no motor acts on the locus, and not an error of the estimate."""
 
+PRINTED = RobotDistribution(
+    scale=0.05,
+    friction=0.15,
+    length=3e-4,
+    zero=0.2 * DEGREE,
+    passive=2e-4,
+    tilt=2.0 * DEGREE,
+    force=0.02,
+    lost=2,
+    constant=0.05,
+    cogging=0.002,
+    rated=0.0,
+    viscous=1e-4,
+    current_loop=300.0,
+    frequency=150.0,
+    backlash=0.02 * DEGREE,
+    stiffness=1e5,
+    clearance=1e-5,
+    worn=True,
+    late=5e-4,
+)
+"""The MOTKIN bench as printed. Play of the elbows and bending of the links are those of a transmission here."""
+
+PRINTED_CALIBRATED = PRINTED._replace(length=5e-5, zero=0.03 * DEGREE)
+
+FOR_PRINTED = {
+    "disturbance_rate": 0.03,
+    "play": 1e-3,
+    "acceleration_noise": 0.1,
+    "gyro_noise": 0.1,
+    "misfit_limit": 200.0,
+    "force_deviation": 0.02,
+    "force_time": 0.4,
+}
+"""`FOR_ELASTIC` with torques in proportion to those of the bench's crossing and forces to the mass of its platform."""
+
+PRINTED_WEIGHT = 74.0
+"""A tenth of the robot's own, as on the other rigs."""
+
+
+def for_bench(spread: RobotDistribution) -> dict[str, Mapping[str, Any]]:
+    """Return the sections of the bench's robots of a spread with a gyroscope."""
+    return with_gyro(spread, FOR_PRINTED, 3600.0, 120.0, PRINTED_WEIGHT, SLOW_GYRO)
+
+
 RIGID = "elasticity, backlash and clearance"
 NOT_HERE = "eccentric encoders, the distal links' own inertia, presliding, heat and wear"
+NOT_PRINTED = (
+    "eccentric encoders, presliding, heat and wear, links that bend out of the plane, a pull of the IMU's cable"
+)
+
+BENCH_WORDS = "the MOTKIN bench with 16 384 counts, estimator ekf, a sample of delay"
+SLOW_GYRO_WORDS = GYRO_WORDS.replace("250", "100")
 
 RIGS = {
     rig.name: rig
@@ -277,6 +358,33 @@ RIGS = {
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
+        SweepRig(
+            "printed",
+            f"{SLOW_GYRO_WORDS} and {BENCH_WORDS}; {PRINTED.words()}",
+            NOT_PRINTED,
+            PRINTED,
+            sections=for_bench(PRINTED),
+            tracking_limit=TRACKING_LIMIT,
+            robot=MOTKIN,
+        ),
+        SweepRig(
+            "printed_calibrated",
+            f"{SLOW_GYRO_WORDS} and {BENCH_WORDS}; {PRINTED_CALIBRATED.words()}",
+            NOT_PRINTED,
+            PRINTED_CALIBRATED,
+            sections=for_bench(PRINTED_CALIBRATED),
+            tracking_limit=TRACKING_LIMIT,
+            robot=MOTKIN,
+        ),
+        SweepRig(
+            "printed_encoders",
+            f"{BENCH_WORDS}; {PRINTED.words()}",
+            f"a gyroscope, {NOT_PRINTED}",
+            PRINTED,
+            sections={**for_bench(PRINTED), "ekf": FOR_PRINTED},
+            tracking_limit=TRACKING_LIMIT,
+            robot=MOTKIN,
+        ),
     )
 }
 """By name, from the best robot to the worst."""
@@ -311,14 +419,14 @@ def drawn_effects(spread: RobotDistribution, random: np.random.Generator, crossi
     if spread.zero > 0.0:
         effects["encoders"] = dict(zip(("zero_1", "zero_2"), (spread.zero * zeros).tolist(), strict=True))
     if spread.worn:
-        effects["friction"] = {"stribeck": 1.3, "viscous": 0.01, "passive": spread.passive}
+        effects["friction"] = {"stribeck": 1.3, "viscous": spread.viscous, "passive": spread.passive}
         constant_1, constant_2 = (spread.constant * constants).tolist()
         effects["motors"] = {
             "constant_1": constant_1,
             "constant_2": constant_2,
             "ripple": 0.03,
             "cogging": spread.cogging,
-            "current_loop_hz": 1000.0,
+            "current_loop_hz": spread.current_loop,
         }
     if spread.late > 0.0:
         effects["timing"] = dict.fromkeys(Timing._fields, 0.5 * spread.late)

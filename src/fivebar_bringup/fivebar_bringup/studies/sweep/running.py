@@ -11,7 +11,7 @@ from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.predicted import predicted_on_engine
 from fivebar_bringup.simulation.uncompiled import crossing
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ, TORQUE_LIMIT, VARIED, Draw, draw, plan_of
+from fivebar_bringup.studies.sweep.drawing import RATE_HZ, VARIED, Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
@@ -159,11 +159,17 @@ def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
     """Return the limits of the screen for a case."""
     counts, follower = case.encoder_counts, scenario.tuned()
     if counts is None:
-        limits = limits_of(follower, TORQUE_LIMIT)
+        limits = limits_of(follower, case.torque_limit)
     else:
         reach = reach_within(scenario.five_bar(), scenario.known_within())
         step = 2.0 * math.pi * RATE_HZ / counts
-        limits = limits_of_given(follower, TORQUE_LIMIT, speed_step=step, within_reach=reach)
+        limits = limits_of_given(
+            follower,
+            case.torque_limit,
+            scenario.safety.joint_speed_limit,
+            speed_step=step,
+            within_reach=reach,
+        )
     return limits._replace(loads=scenario.to_bear(), risk=scenario.risk)
 
 

@@ -201,10 +201,11 @@ def _drawn_words(rig: str) -> str:
     )
     if rig:
         robots = f"robots of the rig {rig}: {rig_words(rig)} Besides"
+    robot = drawing.robot_of(rig)
     return (
-        f"Straight segments of the robot {drawing.ROBOT} between two random rest points in different assembly modes, in"
+        f"Straight segments of the robot {robot} between two random rest points in different assembly modes, in"
         f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
-        f" scale; {robots}; torque limit {drawing.TORQUE_LIMIT:g} Nm, {drawing.RATE_HZ} samples/s; unified with weight"
-        f" {drawing.UNIFIED_WEIGHT:g}. Every case that the planner accepts is run, also those that a controller's"
-        " screen judges infeasible."
+        f" scale; {robots}; torque limit {drawing.drives_of(robot).torque_limit:g} Nm, {drawing.RATE_HZ} samples/s;"
+        f" unified with weight {drawing.weight_of(rig):g}. Every case that the planner accepts is run, also those that"
+        " a controller's screen judges infeasible."
     )
