@@ -18,7 +18,7 @@ import numpy as np
 from fivebar_control.estimation.covariance import CONSIDERED, CONSIDERED_END
 from fivebar_control.estimation.ekf import Estimate, FilterModel
 from fivebar_control.estimation.measurements import encoder_row
-from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.platform_motion import leg_at_rest
 from fivebar_control.model.geometry import wrap
 
 FEWEST = 3
@@ -88,7 +88,7 @@ class FrozenWatch:
     def _difference(self, motor: int, reading: float, expected: Estimate) -> float:
         """Return by how much a reading (rad) differs from the prediction, beyond what the geometry explains (rad)."""
         leg, mode = self._legs[motor]
-        moving = leg_motion(leg, mode, expected.x, expected.y, 0.0, 0.0)
+        moving = leg_at_rest(leg, mode, expected.x, expected.y)
         explained = float(np.linalg.norm(encoder_row(motor + 1, moving)[CONSIDERED:CONSIDERED_END] * self._considered))
         difference = abs(wrap(reading - math.atan2(moving.r_y, moving.r_x)))
         return max(0.0, difference - DEVIATIONS * explained)

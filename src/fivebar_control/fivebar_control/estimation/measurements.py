@@ -41,6 +41,7 @@ from fivebar_control.estimation.ekf import Belief, Estimate, FilterModel
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.platform_motion import (
     LegMotion,
+    leg_at_rest,
     leg_motion,
     turn_gradient,
 )
@@ -61,8 +62,8 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     The position's error is N^-1 times that of the angles: of their noise, with a variance (rad^2), and of the
     considered errors, with which it is thus correlated.
     """
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
-    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
+    leg1 = leg_at_rest(model.robot.leg1, model.mode1, x, y)
+    leg2 = leg_at_rest(model.robot.leg2, model.mode2, x, y)
     determinant = leg1.n_x * leg2.n_y - leg1.n_y * leg2.n_x
     i_x1, i_x2 = leg2.n_y / determinant, -leg1.n_y / determinant
     i_y1, i_y2 = -leg2.n_x / determinant, leg1.n_x / determinant
@@ -72,7 +73,6 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
     # the share of the considered errors in x and y
     share_x, share_y = -(i_x1 * row1 + i_x2 * row2), -(i_y1 * row1 + i_y2 * row2)
-    share_x[:CONSIDERED], share_y[:CONSIDERED] = 0.0, 0.0
     with_x, with_y = p @ share_x, p @ share_y
     for index in range(CONSIDERED, CONSIDERED_END):
         p[X, index] = p[index, X] = with_x[index]
@@ -127,8 +127,8 @@ class Corrected(NamedTuple):
 def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
     """Return the effect of the measured angles of both motors, in any turn."""
     x, y = belief.estimate.x, belief.estimate.y
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, 0.0, 0.0)
-    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, 0.0, 0.0)
+    leg1 = leg_at_rest(model.robot.leg1, model.mode1, x, y)
+    leg2 = leg_at_rest(model.robot.leg2, model.mode2, x, y)
     # one after the other, which for independent encoders is the same as both at once
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
     one = measured(belief.covariance, row1, q11.variance + _linearised(model, row1))

@@ -82,6 +82,11 @@ def leg_motion(leg: LegParameters, mode: int, x: float, y: float, vx: float, vy:
     return LegMotion(r_x, r_y, u_x, u_y, cos_q2, sin_q2, b, n_x, n_y, w_x, w_y, dq1, dtheta, drift)
 
 
+def leg_at_rest(leg: LegParameters, mode: int, x: float, y: float) -> LegMotion:
+    """Return leg i for a platform that rests at (x, y) m: its posture is all that counts."""
+    return leg_motion(leg, mode, x, y, 0.0, 0.0)
+
+
 def loaded(model: PlatformModel, fx: float, fy: float) -> PlatformModel:
     """Return the model with a force (N) on the platform: M xddot + h - F = N^T (tau - f)."""
     return PlatformModel(

@@ -10,7 +10,8 @@ import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
 
-from fivebar_control.estimation.imu_check import ImuCheck, noise_floor
+from fivebar_control.estimation.imu_check import SATURATION_MARGIN, ImuCheck, noise_floor
+from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
 from fivebar_control.model.state import Platform, State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.imu import ImuSettings
@@ -70,7 +71,20 @@ def test_saturation_is_noticed_on_any_axis(dextar: FiveBar) -> None:
     check = ImuCheck(dextar, 1, -1, 500, ImuSettings(range=20.0))
     assert check.saturated((20.0, 0.0, 9.8))
     assert check.saturated((0.0, -20.0, 9.8))
+    assert check.saturated((0.0, 0.0, SATURATION_MARGIN * 20.0))
     assert not check.saturated((19.9, -19.9, 9.8))
+
+
+def test_the_lever_goes_through_the_low_pass_too(dextar: FiveBar) -> None:
+    """A platform that moves at once: the mounting point's acceleration is felt as late as any other."""
+    imu = ImuSettings(bandwidth_hz=50.0, mount_x=-0.02, mount_y=0.015)
+    check, moving = ImuCheck(dextar, 1, -1, 500, imu), Platform(0.0, 0.13, 0.3, -0.4, 0.0, 0.0)
+    leg = state_from_platform(dextar, 1, -1, *moving[:4]).leg2
+    x, y = imu.lever(leg.dtheta, distal_acceleration(dextar.leg2, leg, 0.0, 0.0))
+    assert min(abs(x), abs(y)) > 0.01
+    share = imu.smoothing(0.002)
+    check.error((0.0, 0.0, 9.80665), moving._replace(vx=0.0, vy=0.0))
+    assert check.error((share * x, share * y, 9.80665), moving) == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("desired", [0.0, 0.1, 1.0, 30.0])

@@ -15,7 +15,7 @@ from fivebar_control.laws.multi_model import reduced_ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.loop.supervisor import sigmoid_weight
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.kinematics import distal_acceleration, joint_acceleration, state_from_platform
 from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.criterion import CriterionLaw, criterion_law, criterion_residual
 from fivebar_control.trajectory.planner import CRITERION, PlanRefused, ZoneRule, plan_motion
@@ -42,6 +42,28 @@ def test_the_reduced_law_is_computed_torque_without_the_platform(robot: FiveBar,
         for (now, wanted), after, before in zip(legs, with_gains, without, strict=True):
             feedback = 900.0 * (wanted.q1 - now.q1) + 45.0 * (wanted.dq1 - now.dq1)
             assert after - before == pytest.approx(feedback, abs=1e-6 * (1.0 + abs(after)))
+
+
+@pytest.mark.parametrize("residual", [0.0, 2.0e-4])
+def test_the_reduced_law_turns_the_motors_and_their_part_of_the_distal_links(
+    robot: FiveBar, residual: float, regular_states: States
+) -> None:
+    """ZZ qddot + f - (l_1 cos q_2 / l_2) zz_2 d2 theta / dt2 for each motor, on the reference."""
+    heavy = robot._replace(
+        leg1=robot.leg1._replace(residual=residual), leg2=robot.leg2._replace(residual=-0.7 * residual)
+    )
+    for state in regular_states(10, 92):
+        desired = Platform(state.x, state.y, state.vx, state.vy, 1.0, 2.0)
+        reference = reference_from_platform(heavy, *modes(state), desired)
+        torque = reduced_ctc_torque(heavy, state, reference, 900.0, 45.0)
+        legs = (heavy.leg1, state.leg1, reference.f1), (heavy.leg2, state.leg2, reference.f2)
+        expected = [
+            leg.inertia * joint_acceleration(at, 1.0, 2.0)
+            + friction
+            - leg.proximal * at.cos_q2 / leg.distal * leg.residual * distal_acceleration(leg, at, 1.0, 2.0)
+            for leg, at, friction in legs
+        ]
+        assert torque == pytest.approx(expected, rel=1e-7, abs=1e-9)
 
 
 def test_the_reduced_law_is_finite_on_the_locus(robot: FiveBar, locus_states: States) -> None:

@@ -32,6 +32,11 @@ def test_the_controllers_are_those_of_the_thesis_and_the_regular_laws() -> None:
     assert set(CONSTRAINT_LAWS) == {"vhc_joint", "vhc_cartesian", "reduced_ctc"}
 
 
+def test_laws_on_the_locus_share_a_topic() -> None:
+    topics = {name: law.topic.name for name, law in LAWS.items()}
+    assert topics == {name: f"{'vhc' if name in CONSTRAINT_LAWS else name}/torque" for name in LAWS}
+
+
 def test_what_a_controller_can_do_follows_from_its_laws() -> None:
     assert {name for name, one in CONTROLLERS.items() if one.blended} == {
         "multi_joint",

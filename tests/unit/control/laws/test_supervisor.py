@@ -50,6 +50,7 @@ def test_an_unknown_kappa_gives_no_weight_that_a_blend_could_use() -> None:
 def test_blend_mixes_linearly() -> None:
     away, on_locus = Torque(1.0, -2.0), Torque(3.0, 6.0)
     assert blend(0.25, away, on_locus) == pytest.approx((1.5, 0.0), abs=1e-15)
+    assert blend(0.75, away, on_locus) == pytest.approx((2.5, 4.0), abs=1e-15)
     assert blend(0.0, away, on_locus) == away
     assert blend(1.0, away, on_locus) == on_locus
 

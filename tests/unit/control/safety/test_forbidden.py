@@ -15,11 +15,11 @@ from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
-from fivebar_control.safety.forbidden import FORESEEN, time_to_posture
+from fivebar_control.safety.forbidden import FORESEEN, stay_at_angle, stay_between, time_to_posture
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_description.forbidden import PostureBounds
+from fivebar_description.forbidden import NOWHERE, PostureBounds
 from fivebar_description.parameters import load_robot
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
@@ -75,6 +75,49 @@ def test_the_time_to_a_posture_is_when_it_is_first_entered(
         assert found <= entered[0] + 1e-9
     if found <= span:
         assert within(bounds, state, found, 1e-6)
+
+
+ALWAYS, NEVER = (-math.inf, math.inf), (math.inf, -math.inf)
+
+
+@pytest.mark.parametrize(
+    ("value", "rate", "stay"),
+    [
+        (0.0, 0.5, (2.0, 4.0)),
+        (0.0, -0.5, (-4.0, -2.0)),
+        (1.5, 0.5, (-1.0, 1.0)),
+        (1.0, 0.0, ALWAYS),
+        (2.0, 0.0, ALWAYS),
+        (0.9, 0.0, NEVER),
+        (2.1, 0.0, NEVER),
+    ],
+)
+def test_a_quantity_is_in_a_range_from_one_bound_to_the_other(
+    value: float, rate: float, stay: tuple[float, float]
+) -> None:
+    assert stay_between(1.0, 2.0, value, rate) == stay
+
+
+@pytest.mark.parametrize("turns", [0, 1, -2])
+def test_an_angle_is_in_a_range_on_the_nearest_turn(turns: int) -> None:
+    whole = turns * TURN
+    for angle, rate, stay in ((0.0, 1.0, (0.5, 1.5)), (0.0, -1.0, (-1.5, -0.5)), (2.0, -0.5, (1.0, 3.0))):
+        assert stay_at_angle(0.5, 1.5, angle + whole, rate) == pytest.approx(stay, abs=1e-12)
+    # opposite to the middle of the range, just outside of one that is almost a turn, and wherever in a whole one
+    assert stay_at_angle(-3.0, 3.0, math.pi + whole, 0.0) == NEVER
+    for rate in (1.0, -1.0, 0.0):
+        assert stay_at_angle(-math.pi, math.pi, 1.0 + whole, rate) == ALWAYS
+        assert stay_at_angle(0.0, 9.0, 1.0 + whole, rate) == ALWAYS
+
+
+def test_a_posture_has_its_bounds() -> None:
+    """On its edge, on the way out, and in the one moment in which one range is left and the other entered."""
+    bounds = PostureBounds(0.0, 0.5, 0.25, 0.5, -math.pi, math.pi, -math.pi, math.pi)
+    state = moving(0.0, 0.12)
+    assert time_to_posture(bounds, state._replace(x=0.5, y=0.25, vx=1.0, vy=0.0)) == 0.0
+    assert time_to_posture(bounds, state._replace(x=0.0, y=0.0, vx=0.5, vy=0.25)) == 1.0
+    assert time_to_posture(bounds, state._replace(x=0.0, y=0.0, vx=0.5, vy=0.24)) == math.inf
+    assert time_to_posture(NOWHERE, state) == math.inf
 
 
 def test_the_guard_stops_the_robot_before_it_is_in_one_and_names_it() -> None:
