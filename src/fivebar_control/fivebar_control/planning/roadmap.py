@@ -121,6 +121,26 @@ class Roadmap:
         pairs = [frozenset(pair) for pair in pairwise(way)]
         return Way(tuple(way), tuple(self._across[pair] for pair in pairs if pair in self._across))
 
+    def regions(self, through_locus: bool) -> list[frozenset[Point]]:
+        """Return the points of the grid (m) in parts that are joined, with the gates through the locus or without."""
+        joined: dict[Point, list[Point]] = {(place.x, place.y): [] for place in self._grid.values()}
+        for pair in self._costs:
+            if through_locus or pair not in self._across:
+                one, other = pair
+                joined.setdefault(one, []).append(other)
+                joined.setdefault(other, []).append(one)
+        grid = {(place.x, place.y) for place in self._grid.values()}
+        found, left = [], set(joined)
+        while left:
+            region, edge = set[Point](), [left.pop()]
+            while edge:
+                region.add(point := edge.pop())
+                fresh = left.intersection(joined[point])
+                left -= fresh
+                edge += fresh
+            found.append(frozenset(region & grid))
+        return [region for region in found if region]
+
     def _join(self, one: Point, other: Point, extra_cost: float = 0.0) -> None:
         self._costs[frozenset((one, other))] = math.dist(one, other) + extra_cost
 

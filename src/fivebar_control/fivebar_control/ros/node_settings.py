@@ -176,7 +176,9 @@ class ProgramSettings(NamedTuple):
     ] = ""
     begin: Annotated[
         int,
-        Setting("Number of instructions of that program that the plan of the run carries out.", at_least=0),
+        Setting(
+            "Number of instructions of that program that the plan of the run carries out.", at_least=0, at_most=10_000
+        ),
     ] = 0
     begin_sample: Annotated[
         int, Setting("Sample from which on the plan of the run is over.", "samples", at_least=0)
