@@ -1,4 +1,7 @@
-"""Joint friction (1.32), with sign() smoothed so that it has a value at rest: of the model and of the plant alike."""
+"""Joint friction (1.32), with sign() smoothed so that it has a value at rest: of the model and of the plant alike.
+
+What a motor loses besides to cogging that is known is of the model alone.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,16 @@ from fivebar_description.parameters import LegParameters
 def friction_torque(leg: LegParameters, dq1: float) -> float:
     """Return f = f_s tanh(dq1 / width) + f_off in Nm, for the motor speed dq1 in rad/s."""
     return leg.coulomb * math.tanh(dq1 / leg.width) + leg.offset
+
+
+def lost_torque(leg: LegParameters, q1: float, dq1: float) -> float:
+    """Return friction and known cogging in Nm, for the motor angle q1 in rad and speed dq1 in rad/s."""
+    lost = friction_torque(leg, dq1)
+    if leg.periods_1 > 0.0:
+        lost += leg.cosine_1 * math.cos(leg.periods_1 * q1) + leg.sine_1 * math.sin(leg.periods_1 * q1)
+    if leg.periods_2 > 0.0:
+        lost += leg.cosine_2 * math.cos(leg.periods_2 * q1) + leg.sine_2 * math.sin(leg.periods_2 * q1)
+    return lost
 
 
 def friction_slope(leg: LegParameters, dq1: float) -> float:

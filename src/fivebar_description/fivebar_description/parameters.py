@@ -38,6 +38,9 @@ class LegParameters(NamedTuple):
     Units: m, kg m^2, Nm. `inertia` is zz_i1R about the motor axis; friction is 1.32 with sign smoothed to
     tanh(qdot / width), width in rad/s. `residual` is zz_i2R, the inertia of the distal link beyond that of its two
     point masses at elbow and platform; negative for most links.
+
+    `cosine_n` and `sine_n` (Nm) are the torque that the motor has to be told against cogging of `periods_n` in a turn,
+    0 for none. Controllers and estimators know it; a simulated robot cogs by its own settings alone.
     """
 
     base_x: float
@@ -48,6 +51,16 @@ class LegParameters(NamedTuple):
     offset: float
     width: float
     residual: float = 0.0
+    periods_1: float = 0.0
+    cosine_1: float = 0.0
+    sine_1: float = 0.0
+    periods_2: float = 0.0
+    cosine_2: float = 0.0
+    sine_2: float = 0.0
+
+
+HARMONICS = LegParameters._fields[-6:]
+"""The fields that are cogging."""
 
 
 class FiveBar(NamedTuple):
@@ -112,6 +125,27 @@ class Friction(StrictModel):
     width_rad_s: Positive
 
 
+class CoggingHarmonic(StrictModel):
+    """A harmonic of a motor's cogging, as `identify --cogging` finds it: torque (Nm) that has to be told against it."""
+
+    periods: Annotated[int, Field(ge=1, le=1000)]
+    cosine: float
+    sine: float
+
+
+Harmonics = Annotated[tuple[CoggingHarmonic, ...], Field(strict=False, max_length=2)]
+
+
+class MotorCogging(StrictModel):
+    """Section `cogging`: what the laws compensate of each motor's cogging, by its angle; nothing by default."""
+
+    q11: Harmonics = ()
+    q21: Harmonics = ()
+
+
+NO_COGGING = MotorCogging()
+
+
 class ProximalLink(StrictModel):
     """A proximal link with all that turns with its motor: mass, centre of mass from the axis, inertia about that."""
 
@@ -171,6 +205,7 @@ class RobotFile(StrictModel):
     mass_kg: Mass | None = None
     proximal_links: ProximalLinks | None = None
     friction: Friction
+    cogging: MotorCogging = NO_COGGING
     tolerances: Section[Tolerances] = EXACT
     loads: Section[Loads] = NO_LOADS
     distal_links: DistalLinks | None = None
@@ -217,6 +252,7 @@ class RobotFile(StrictModel):
             offset=friction.f_off11,
             width=friction.width_rad_s,
             residual=grouped.residual1,
+            **_harmonics(self.cogging.q11),
         )
         leg2 = LegParameters(
             base_x=lengths.a / 2.0,
@@ -227,6 +263,7 @@ class RobotFile(StrictModel):
             offset=friction.f_off21,
             width=friction.width_rad_s,
             residual=grouped.residual2,
+            **_harmonics(self.cogging.q21),
         )
         return FiveBar(leg1, leg2, grouped.mass)
 
@@ -257,6 +294,21 @@ class RobotFile(StrictModel):
 
     def _distals(self, links: DistalLinks) -> tuple[tuple[str, DistalLink, float], ...]:
         return ("leg_1", links.leg_1, self.lengths_m.l_12), ("leg_2", links.leg_2, self.lengths_m.l_22)
+
+
+def _harmonics(found: tuple[CoggingHarmonic, ...]) -> dict[str, float]:
+    """Return harmonics as fields of `LegParameters`."""
+    return {
+        f"{name}_{number}": float(getattr(one, name))
+        for number, one in enumerate(found, start=1)
+        for name in ("periods", "cosine", "sine")
+    }
+
+
+def without_cogging(robot: FiveBar) -> FiveBar:
+    """Return a robot of which no cogging is known."""
+    leg1, leg2 = (leg._replace(**dict.fromkeys(HARMONICS, 0.0)) for leg in (robot.leg1, robot.leg2))
+    return FiveBar(leg1, leg2, robot.mass)
 
 
 def _of_links(near: ProximalLink, far: DistalLink, proximal: float, distal: float) -> tuple[float, float, float]:

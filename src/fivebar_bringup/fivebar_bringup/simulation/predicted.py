@@ -13,6 +13,7 @@ from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings
+from fivebar_description.parameters import without_cogging
 from fivebar_sim.settings import PlantSettings
 
 PLACE = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
@@ -41,7 +42,11 @@ def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
         }
     )
     rate_hz, rows = scenario.rate_hz, samples.rows[: len(samples.rows) - scenario.lead_samples]
-    outcome, trace = traced_crossing(case_of(perfect, stop_at_fault=True), samples._replace(rows=rows))
+    case = case_of(perfect, stop_at_fault=True)
+    control = case.numbers.control
+    # the plant of the prediction does not cog
+    known = case.numbers._replace(control=control._replace(robot=without_cogging(control.robot)))
+    outcome, trace = traced_crossing(case._replace(numbers=known), samples._replace(rows=rows))
     places = trace[:, PLACE]
     distances = np.hypot(*(places - rows[: len(trace), [X, Y]]).T)
     requests = np.max(np.abs(trace[:, REQUESTED]), axis=1)

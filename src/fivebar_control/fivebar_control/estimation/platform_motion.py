@@ -18,7 +18,7 @@ from fivebar_control.model.dynamics import (
     with_residual_rows,
 )
 from fivebar_control.model.residual import has_residual
-from fivebar_description.friction import friction_slope, friction_torque
+from fivebar_description.friction import friction_slope, friction_torque, lost_torque
 from fivebar_description.parameters import FiveBar, LegParameters
 
 NAN = math.nan
@@ -123,7 +123,14 @@ def platform_acceleration(
     leg1 = leg_motion(one, mode1, x, y, vx, vy)
     leg2 = leg_motion(two, mode2, x, y, vx, vy)
     pushed = loaded(_model(robot, leg1, leg2), fx, fy)
-    return platform_motion(pushed, tau1 - friction_torque(one, leg1.dq1), tau2 - friction_torque(two, leg2.dq1))
+    return platform_motion(pushed, tau1 - _lost(one, leg1), tau2 - _lost(two, leg2))
+
+
+def _lost(leg: LegParameters, moving: LegMotion) -> float:
+    """Return what a motor loses (Nm) to friction and known cogging."""
+    if leg.periods_1 > 0.0:
+        return lost_torque(leg, math.atan2(moving.r_y, moving.r_x), moving.dq1)
+    return friction_torque(leg, moving.dq1)
 
 
 def _model(robot: FiveBar, leg1: LegMotion, leg2: LegMotion) -> PlatformModel:
@@ -183,11 +190,12 @@ def acceleration_derivatives(
     From m a = F + sum_i n_i p_i with p_i = tau_i - f_i - zz_i (n_i . a + drift_i), differentiated along a direction e:
     M da = sum_i [ dn_i p_i - n_i (f_i' d(dq_i) + zz_i (dn_i . a + d(drift_i))) ]. A residual inertia zz_i2 adds
     w_i s_i to the sum, s_i = -zz_i2 (w_i . a + e_i), e_i the drift of dtheta_i, and likewise dw_i s_i + w_i ds_i.
+    The slope of known cogging over the angle is left out: the covariance takes it for a part of the disturbance.
     """
     leg1 = leg_motion(robot.leg1, mode1, x, y, vx, vy)
     leg2 = leg_motion(robot.leg2, mode2, x, y, vx, vy)
     model = _model(robot, leg1, leg2)
-    f1, f2 = friction_torque(robot.leg1, leg1.dq1), friction_torque(robot.leg2, leg2.dq1)
+    f1, f2 = _lost(robot.leg1, leg1), _lost(robot.leg2, leg2)
     ax, ay = platform_motion(loaded(model, fx, fy), tau1 - f1, tau2 - f2)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
     for leg, moving, net in ((robot.leg1, leg1, tau1 - f1), (robot.leg2, leg2, tau2 - f2)):

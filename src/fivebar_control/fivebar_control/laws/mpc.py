@@ -48,7 +48,7 @@ from fivebar_control.laws.unified import (
     unified_step,
 )
 from fivebar_control.model.state import Platform, State
-from fivebar_description.friction import friction_torque
+from fivebar_description.friction import lost_torque
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
 
@@ -356,9 +356,9 @@ def compiled_problem_of() -> Any:
 
 
 def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
-    """Return the friction (Nm) of both motors at the speeds of a reference."""
-    legs = reference.state
-    return friction_torque(robot.leg1, legs.leg1.dq1), friction_torque(robot.leg2, legs.leg2.dq1)
+    """Return what both motors lose (Nm) at the angles and speeds of a reference."""
+    one, two = reference.state.leg1, reference.state.leg2
+    return lost_torque(robot.leg1, one.q1, one.dq1), lost_torque(robot.leg2, two.q1, two.dq1)
 
 
 def row_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> tuple[float, ...]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform, State
-from fivebar_description.friction import friction_torque
+from fivebar_description.friction import lost_torque
 from fivebar_description.parameters import FiveBar
 
 
@@ -40,8 +40,8 @@ def reference_from_platform(robot: FiveBar, mode1: int, mode2: int, platform: Pl
         state=state,
         ax=platform.ax,
         ay=platform.ay,
-        f1=friction_torque(robot.leg1, state.leg1.dq1),
-        f2=friction_torque(robot.leg2, state.leg2.dq1),
+        f1=lost_torque(robot.leg1, state.leg1.q1, state.leg1.dq1),
+        f2=lost_torque(robot.leg2, state.leg2.q1, state.leg2.dq1),
         by_motors=False,
         u1=0.0,
         u2=0.0,
@@ -81,8 +81,8 @@ def reference_from_motors(robot: FiveBar, state: State, ax: float, ay: float, dd
         state=state,
         ax=ax,
         ay=ay,
-        f1=friction_torque(robot.leg1, state.leg1.dq1),
-        f2=friction_torque(robot.leg2, state.leg2.dq1),
+        f1=lost_torque(robot.leg1, state.leg1.q1, state.leg1.dq1),
+        f2=lost_torque(robot.leg2, state.leg2.q1, state.leg2.dq1),
         by_motors=True,
         u1=u1,
         u2=u2,
@@ -95,8 +95,8 @@ def reference_at_rest(robot: FiveBar, state: State) -> Reference:
         state=state,
         ax=0.0,
         ay=0.0,
-        f1=friction_torque(robot.leg1, 0.0),
-        f2=friction_torque(robot.leg2, 0.0),
+        f1=lost_torque(robot.leg1, state.leg1.q1, 0.0),
+        f2=lost_torque(robot.leg2, state.leg2.q1, 0.0),
         by_motors=False,
         u1=0.0,
         u2=0.0,

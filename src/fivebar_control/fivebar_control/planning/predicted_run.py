@@ -24,7 +24,7 @@ from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_fro
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, without_cogging
 
 LONGEST_STEP = 1e-3
 """Integration step (s) at most, as that of the plant."""
@@ -93,6 +93,8 @@ def predict_run(
         follower: the controller.
         torque_limit: to which its torque is limited (Nm), infinite for none.
     """
+    # the plant of the prediction does not cog
+    robot = without_cogging(robot)
     # the prediction ends at the first fault, so that nothing is braked
     safety = SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0, brake=False)
     limits, brake = limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
