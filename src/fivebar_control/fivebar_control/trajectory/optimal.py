@@ -34,6 +34,12 @@ OFF_LOCUS = 1e-7
 WINDOW = 0.04
 """Width of the average, as a share of the duration of what is averaged."""
 
+REACH = 0.1
+"""Share of the duration on either side of the crossing within which a law is bent where a bump over all of it fails."""
+
+LEAST_SPEED = 0.1
+"""Least speed at a crossing about which a law is bent, in units of that at a constant speed throughout."""
+
 CORRECTIONS = 20
 """Rounds of the secant method that make the acceleration at the crossing vanish, at most."""
 
@@ -45,7 +51,8 @@ class OptimalLaw(NamedTuple):
         times: of the instants, from 0 to 1.
         sums: the integral of the way over time up to each of them.
         ways, speeds: way and its derivative there.
-        bump: factor of u^3 (1 - u)^3, which is added.
+        bump: factor of w(u) = u^3 (1 - u)^3, which is added.
+        local, centre, reach: factor of w that is added between the instants `centre` - `reach` and `centre` + `reach`.
     """
 
     times: tuple[float, ...]
@@ -53,6 +60,9 @@ class OptimalLaw(NamedTuple):
     ways: tuple[float, ...]
     speeds: tuple[float, ...]
     bump: float = 0.0
+    local: float = 0.0
+    centre: float = 0.5
+    reach: float = 0.5
 
     def __call__(self, u: float) -> tuple[float, float, float]:
         """Return s, ds/du, d2s/du2; outside [0, 1] the motion rests."""
@@ -66,11 +76,19 @@ class OptimalLaw(NamedTuple):
         sum0, way0, speed0 = self._at(late - WINDOW)
         s, ds, dds = (sum1 - sum0) / WINDOW, (way1 - way0) / WINDOW, (speed1 - speed0) / WINDOW
         v = u * (1.0 - u)
-        return (
+        s, ds, dds = (
             s + self.bump * v * v * v,
             stretched * ds + self.bump * 3.0 * v * v * (1.0 - 2.0 * u),
             stretched * stretched * dds + self.bump * 6.0 * v * ((1.0 - 2.0 * u) * (1.0 - 2.0 * u) - v),
         )
+        width = 2.0 * self.reach
+        within = (u - self.centre) / width + 0.5
+        if self.local != 0.0 and 0.0 < within < 1.0:
+            w, dw, ddw = _hump(within)
+            s += self.local * w
+            ds += self.local * dw / width
+            dds += self.local * ddw / (width * width)
+        return s, ds, dds
 
     def _at(self, t: float) -> tuple[float, float, float]:
         """Return the integral of the way, the way and its derivative at an instant of the passage."""
@@ -87,6 +105,12 @@ class OptimalLaw(NamedTuple):
             way + after * (speed + 0.5 * after * bend),
             speed + after * bend,
         )
+
+
+def _hump(u: float) -> tuple[float, float, float]:
+    """Return w = u^3 (1 - u)^3 and its two derivatives."""
+    v = u * (1.0 - u)
+    return v * v * v, 3.0 * v * v * (1.0 - 2.0 * u), 6.0 * v * ((1.0 - 2.0 * u) * (1.0 - 2.0 * u) - v)
 
 
 @cache
@@ -119,10 +143,17 @@ def optimal_law(
     parts = durations * (grid[:-1] + durations * (0.5 * speeds[:-1] + durations * bends / 6.0))
     sums = np.concatenate(([0.0], np.cumsum(parts)))
     law = OptimalLaw(_numbers(times), _numbers(sums), _numbers(grid), _numbers(speeds))
-    bent = _coasting_at(law, crossed[0]) if len(crossed) == 1 else law
-    if bent is None or any(bent(u)[1] <= 0.0 for u in np.linspace(0.0, 1.0, 4 * GRID + 1)[1:-1].tolist()):
-        return None
-    return bent
+    if len(crossed) != 1:
+        return law if _goes_forwards(law) else None
+    bent = _coasting_at(law, crossed[0])
+    if bent is not None and _goes_forwards(bent):
+        return bent
+    bent = _coasting_about(law, crossed[0])
+    return bent if bent is not None and _goes_forwards(bent) else None
+
+
+def _goes_forwards(law: OptimalLaw) -> bool:
+    return all(law(u)[1] > 0.0 for u in np.linspace(0.0, 1.0, 4 * GRID + 1)[1:-1].tolist())
 
 
 def _numbers(values: FloatArray) -> tuple[float, ...]:
@@ -139,6 +170,32 @@ def _coasting_at(law: OptimalLaw, way: float) -> OptimalLaw | None:
     # the bump moves the crossing too, so that its effect is not that of its curvature alone
     found, state = newton(acceleration, 0.0, x1=1e-2, tol=1e-9, maxiter=CORRECTIONS, full_output=True, disp=False)
     return law._replace(bump=float(found)) if state.converged else None
+
+
+def _coasting_about(law: OptimalLaw, way: float) -> OptimalLaw | None:
+    """Return a law without acceleration where it has gone a share of the way, bent about there only.
+
+    The hump's centre is the instant of the crossing: it takes away the acceleration of that instant and moves the way
+    by a fixed multiple of it, so that one equation tells the instant. None where that is too near an end, or where the
+    platform would all but rest.
+    """
+    crossed = float(brentq(lambda u: law(u)[0] - way, 0.0, 1.0, xtol=1e-15))
+    reach = min(REACH, 0.5 * crossed, 0.5 * (1.0 - crossed))
+    if reach < WINDOW:
+        return None
+    top, _, curvature = _hump(0.5)
+    per_acceleration = -4.0 * reach * reach / curvature
+
+    def beyond(centre: float) -> float:
+        s, _, dds = law(centre)
+        return s + per_acceleration * dds * top - way
+
+    first, last = crossed - 0.5 * reach, crossed + 0.5 * reach
+    if beyond(first) * beyond(last) > 0.0:
+        return None
+    centre = float(brentq(beyond, first, last, xtol=1e-15))
+    bent = law._replace(local=per_acceleration * law(centre)[2], centre=centre, reach=reach)
+    return bent if bent(centre)[1] >= LEAST_SPEED else None
 
 
 def _speeds(

@@ -62,6 +62,30 @@ def test_the_predictive_law_follows_at_the_limit_of_its_torque(dextar: FiveBar) 
     assert run.error.value < 2e-4
 
 
+LOCALLY = {
+    "to and fro": ((-1, 1), ((0.04531, -0.09016), (0.04923, -0.02665))),
+    "near the end": ((1, -1), ((0.0594, -0.07452), (0.00193, -0.16664))),
+}
+"""Crossings where a bump over the whole way, which the middle has, restores no criterion, or goes backwards."""
+
+
+@pytest.mark.parametrize(("mode", "ends"), LOCALLY.values(), ids=list(LOCALLY))
+def test_where_one_bump_fails_it_is_bent_about_the_crossing_alone(
+    mode: tuple[int, int], ends: tuple[tuple[float, float], tuple[float, float]], dextar: FiveBar
+) -> None:
+    plan = plan_motion(dextar, mode, ends, [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
+    (crossing,) = plan.crossings
+    assert abs(criterion_residual(dextar, *mode, plan.path.at(crossing.time))) < 1e-6
+    law = plan.path.straight(0).time_law
+    assert getattr(law.__self__, "local") != 0.0  # type: ignore[attr-defined]  # noqa: B009
+    step = 1e-6
+    for u in (crossing.time - 0.09, crossing.time, crossing.time + 0.05, crossing.time + 0.2):
+        (before, speed0, _), (_, ds, dds), (after, speed1, _) = law(u - step), law(u), law(u + step)
+        assert (after - before) / (2.0 * step) == pytest.approx(ds, rel=1e-6)
+        assert (speed1 - speed0) / (2.0 * step) == pytest.approx(dds, rel=1e-3, abs=1e-3)
+        assert ds > 0.0
+
+
 def test_a_rest_just_before_the_locus_has_no_such_passage(dextar: FiveBar) -> None:
     with pytest.raises(PlanRefused, match="segment 1: has no passage of bounded torque"):
         plan_motion(dextar, (1, -1), ((0.0, 0.0846), (0.0, 0.02)), [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
