@@ -13,7 +13,8 @@ from graph_probe import DROPPED_RESPONSE, RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 
-from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import load_scenario

@@ -20,7 +20,8 @@ from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
 from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
-from fivebar_bringup.runs.graph import EMULATED_ROBOT, RECORDER, Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, RECORDER, Mode
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import Scenario

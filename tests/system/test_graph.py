@@ -14,7 +14,8 @@ import pytest
 from fivebar_command import FivebarCommand, GraphRun
 from graph_probe import DEADLINE
 
-from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import drive_processes, run_command
 from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY, processes
 from fivebar_bringup.scenario import load_scenario, shipped_scenarios

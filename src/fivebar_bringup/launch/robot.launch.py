@@ -21,7 +21,7 @@ from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
 
-from fivebar_bringup.runs.graph import Hardware, Mode
+from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import drive_processes, run_command
 
 STOP_TIMEOUT = "30"

@@ -27,7 +27,7 @@ from fivebar_bringup.cli.app import (
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
-from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.run import run_with_ros

@@ -23,7 +23,7 @@ from fivebar_bringup.cli.app import (
 )
 from fivebar_bringup.cli.running import PageOption
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.studies.goto.program import (
     PlannedStep,

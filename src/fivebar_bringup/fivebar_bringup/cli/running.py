@@ -28,7 +28,8 @@ from fivebar_bringup.report.report import write_animation, write_overlay, write_
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
-from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.offline import run_offline

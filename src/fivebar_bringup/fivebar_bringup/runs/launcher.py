@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.nodes.run_monitor import RunMonitor
 from fivebar_bringup.runs.bridges import BRIDGES
-from fivebar_bringup.runs.graph import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
+from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec

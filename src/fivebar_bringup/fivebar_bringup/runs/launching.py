@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fivebar_bringup.runs.admission import load_admitted
-from fivebar_bringup.runs.graph import Hardware, Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import yaml
 
 from fivebar_bringup.runs.bridges import BRIDGES
-from fivebar_bringup.runs.graph import EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.namespace import remapping
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling

@@ -10,7 +10,8 @@ from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.injection import Injection, kills
 from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for

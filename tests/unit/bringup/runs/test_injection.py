@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.injection import kills, read_injection
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.process_watch import watch_processes

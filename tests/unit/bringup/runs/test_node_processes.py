@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.runs.graph import NodeSpec
+from fivebar_bringup.runs.graph.node_spec import NodeSpec
 from fivebar_bringup.runs.launcher import stop_all
 from fivebar_bringup.runs.node_processes import STARTER, NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.node_starter import COMMON_MODULES, LONGEST_NAME, NodeCommand, StartRequest

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed

@@ -18,7 +18,8 @@ from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.graph import Mode, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.launcher import run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY, ProcessSpec, processes

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.runs.bag.recording import BagError
-from fivebar_bringup.runs.graph import Mode
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.studies.bench.histogram import histogram

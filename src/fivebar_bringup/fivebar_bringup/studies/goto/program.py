@@ -11,7 +11,9 @@ from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.graph import Mode, Work, goal_parameters
+from fivebar_bringup.runs.graph.control_nodes import goal_parameters
+from fivebar_bringup.runs.graph.crossing_graph import Work
+from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.launcher import Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes

@@ -6,7 +6,8 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.graph import PLANT, Mode, NodeSpec, Work, crossing_graph
+from fivebar_bringup.runs.graph.crossing_graph import Work, crossing_graph
+from fivebar_bringup.runs.graph.node_spec import PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes

@@ -1,0 +1,58 @@
+"""A node of the graph: what runs it, its parameters and its topics."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+import yaml
+
+from fivebar_description.interface import Topic
+
+
+class Mode(StrEnum):
+    """How time advances: with each torque command (lockstep), or with the clock (real time)."""
+
+    LOCKSTEP = "lockstep"
+    REALTIME = "realtime"
+
+
+class Hardware(StrEnum):
+    """What is controlled: the simulated robot, emulated drives, or a real motor board on USB."""
+
+    SIMULATED = "simulated"
+    EMULATED = "emulated"
+    USB = "usb"
+
+
+PLANT = "plant"
+EMULATED_ROBOT = "emulated_robot"
+RECORDER = "bag_recorder"
+SCENE_NODE = "scene"
+
+
+class NodeSpec(NamedTuple):
+    """One node of the graph; its name is that of its executable.
+
+    Attributes:
+        package, executable: package and executable that run it.
+        parameters: values of its parameters.
+        subscribes, publishes: its topics.
+        in_chain: whether it belongs to the control chain, between a measurement and its torque.
+    """
+
+    package: str
+    executable: str
+    parameters: dict[str, Any]
+    subscribes: tuple[Topic, ...]
+    publishes: tuple[Topic, ...]
+    in_chain: bool = False
+
+    @property
+    def module(self) -> str:
+        """The Python module that runs the node."""
+        return f"{self.package}.nodes.{self.executable}"
+
+    def parameter_file(self) -> str:
+        """Return the node's parameters in the format of `--params-file`, for any namespace."""
+        return yaml.safe_dump({"/**": {"ros__parameters": self.parameters}}, sort_keys=False)
