@@ -41,7 +41,7 @@ from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 
 PERIOD = 0.02
-"""Period (s) on the steady clock at which the runner looks what is due; the time that counts is that of the robot."""
+"""Period (s) on the steady clock at which the runner checks what is due; the time that counts is that of the robot."""
 
 ON_TOPIC = "/program"
 """What errors of a program call it that came on the topic."""
@@ -63,7 +63,7 @@ class ProgramRunner(GraphNode):
         self._begin_sample = settings.begin_sample
         self._newest: bytes | None = None
         self._program: ProgramRun | None = None
-        self._told = ""
+        self._published = ""
         self._fault = ALL_WELL
         self._outputs_by_pin: dict[str, Sender] = {}
         self._goal = self.advertise(GOAL)
@@ -75,8 +75,8 @@ class ProgramRunner(GraphNode):
         self.create_subscription(JointState, JOINT_STATES.name, self._keep, best_effort(1), raw=True)
         if settings.program:
             self._begin(load_program(Path(settings.program)), settings.begin)
-        self._tell()
-        self.every(PERIOD, self._look)
+        self._publish_status()
+        self.every(PERIOD, self._advance)
 
     def _begin(self, loaded: LoadedProgram, done: int) -> None:
         self._program = ProgramRun(loaded.program.name, loaded.instructions, done)
@@ -94,8 +94,8 @@ class ProgramRunner(GraphNode):
             return None
         return self._run.sample(stamp_of(deserialize_message(self._newest, JointState)))
 
-    def _look(self) -> None:
-        """Do what is due."""
+    def _advance(self) -> None:
+        """Carry out what is due."""
         program = self._program
         if program is None or program.state is not ProgramState.RUNNING:
             return
@@ -104,8 +104,8 @@ class ProgramRunner(GraphNode):
             return
         for action in program.due(sample / self._rate_hz):
             self._do(action)
-            self._tell()
-        self._tell()
+            self._publish_status()
+        self._publish_status()
 
     def _heard(self) -> bool:
         """Return whether whoever answers requests hears them: what is published before that is lost."""
@@ -128,13 +128,13 @@ class ProgramRunner(GraphNode):
     def _on_goal_status(self, message: String) -> None:
         if self._program is not None:
             self._program.on_goal(json.loads(message.data))
-            self._tell()
+            self._publish_status()
 
     def _on_safety_state(self, message: String) -> None:
         self._fault = message.data
         if self._program is not None and message.data != ALL_WELL:
             self._program.stop(message.data)
-            self._tell()
+            self._publish_status()
 
     def _on_program(self, message: String) -> None:
         """Carry out a program; an empty text ends the one that runs, after what is under way."""
@@ -152,14 +152,14 @@ class ProgramRunner(GraphNode):
             self.drop(PROGRAM, str(error))
             self._status.publish(String(data=json.dumps({"state": ProgramState.REFUSED, "reason": str(error)})))
             return
-        self._tell()
+        self._publish_status()
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         """Publish how far the program has come, where that has changed."""
         status = {"state": ProgramState.IDLE} if self._program is None else self._program.status()
         text = json.dumps(status)
-        if text != self._told:
-            self._told = text
+        if text != self._published:
+            self._published = text
             self._status.publish(String(data=text))
 
 
