@@ -119,7 +119,7 @@ class Resonance(NamedTuple):
         legs: of both legs.
         locked: frequencies (Hz) at which the links swing in this posture with locked rotors, the lower one first.
         delay: of the torque beyond its hold (s).
-        highest: frequency up to which the response shows something (Hz).
+        highest: frequency (Hz) up to which the response stands out from its noise and the motors swing by a count.
         misfit: root mean square of the residuals in units of their deviations, about 1.
     """
 
@@ -154,7 +154,8 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
     inertia, response = inertia_at(robot, record), frequency_response(record)
     given, period = np.array([robot.leg1.inertia, robot.leg2.inertia]), 1.0 / record.rate_hz
     noise = np.median(response.deviations / np.abs(response.values), axis=(1, 2))
-    clear = response.frequencies[noise < NOISY]
+    swing = 2.0 * response.amplitude * np.median(np.abs(response.values), axis=(1, 2))
+    clear = response.frequencies[(noise < NOISY) & (swing >= smallest_step(record.angles))]
     highest = float(clear[-1]) if len(clear) else 0.0
     friction = [robot.leg1.coulomb, robot.leg2.coulomb]
 
@@ -177,7 +178,7 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
         fits.append(_fitted(off_elastic, [*one, *two, 0.0]))
     found = min(fits, key=lambda one: one.cost)
     result = _resonance(inertia, given, response, period, found, highest)
-    if rigid.cost < LEAST_GAIN * found.cost or result.lowest > highest:
+    if rigid.cost < LEAST_GAIN * found.cost or any(leg.frequency.value > highest for leg in result.legs):
         raise NotIdentifiable(
             f"no resonance is visible up to {highest:.0f} Hz, so no transmission is softer than some"
             f" {highest / ASSEMBLED:.0f} Hz: the robot is rigid as far as this chirp can tell"
@@ -236,6 +237,16 @@ def _resonance(
         highest,
         math.sqrt(found.cost / found.derivatives.shape[0]),
     )
+
+
+def smallest_step(angles: FloatArray) -> float:
+    """Return the smallest change of angles [n, 2] (rad) from sample to sample, a count of an encoder.
+
+    A motion of less than a count from end to end is not in the readings as it was: what they show of it depends on
+    where in the count it happens.
+    """
+    steps = np.abs(np.diff(angles, axis=0))
+    return float(np.min(steps, initial=math.inf, where=np.isfinite(steps) & (steps > 0.0)))
 
 
 def inertia_at(robot: FiveBar, record: Record) -> FloatArray:
