@@ -33,7 +33,7 @@ from fivebar_description.interface import (
     output_topic,
 )
 from fivebar_description.ros.messages import stamp_of
-from fivebar_description.ros.node import STEPS_KEPT, GraphNode
+from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import Sender
 from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node
@@ -67,8 +67,8 @@ class ProgramRunner(GraphNode):
         self._fault = ALL_WELL
         self._outputs_by_pin: dict[str, Sender] = {}
         self._goal = self.advertise(GOAL)
-        self._payload = self.advertise(PAYLOAD, STEPS_KEPT)
-        self._status = self.advertise(PROGRAM_STATUS, STEPS_KEPT)
+        self._payload = self.advertise(PAYLOAD)
+        self._status = self.advertise(PROGRAM_STATUS)
         self.listen(GOAL_STATUS, self._on_goal_status)
         self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
         self.listen(PROGRAM, self._on_program, awaited=False)
@@ -83,7 +83,7 @@ class ProgramRunner(GraphNode):
         # subscribers have until then to find the pins
         for pin in loaded.pins:
             if pin not in self._outputs_by_pin:
-                self._outputs_by_pin[pin] = self.advertise(output_topic(pin), STEPS_KEPT)
+                self._outputs_by_pin[pin] = self.advertise(output_topic(pin))
 
     def _keep(self, message: bytes) -> None:
         self._newest = message

@@ -14,7 +14,7 @@ from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
 from fivebar_control.ros.motion_parameters import DeclaredMotion
 from fivebar_description.interface import GOAL, GOAL_STATUS
-from fivebar_description.ros.node import STEPS_KEPT, GraphNode
+from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import specs_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
@@ -43,7 +43,7 @@ class GoalServer:
         self._goal: Goal | None = None
         self._arrival: int | None = None
         self._payload = 0.0
-        self._status = node.advertise(GOAL_STATUS, STEPS_KEPT)
+        self._status = node.advertise(GOAL_STATUS)
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
         listen_to_payload(node, self._carry)

@@ -40,9 +40,6 @@ while it gets no processor time; acknowledged messages are not kept."""
 DELIVERY_TIME = 1.0
 """Longest time (s) that a node waits at shutdown until its last messages are acknowledged."""
 
-STEPS_KEPT = 64
-"""States kept of what goes on in steps that follow each other within milliseconds, as those of a request."""
-
 LAST_DELIVERY_TIME = 10.0
 """The same for a node that ends a run by itself: a recorder may be behind, and none of the run's nodes has died."""
 
@@ -173,12 +170,9 @@ class GraphNode(Node):
                 while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is not None:
                     subscription.callback(taken[0])
 
-    def advertise(self, topic: Topic, kept: int = 1) -> Sender:
-        """Create a publisher of a topic of the graph.
-
-        Of a latched state the present one is kept, or so many, where a recorder that is behind has to get each.
-        """
-        depth = max(kept, topic.qos.depth) if topic.qos.transient_local else SENDER_DEPTH
+    def advertise(self, topic: Topic) -> Sender:
+        """Create a publisher of a topic of the graph."""
+        depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
         publisher: Publisher[Any] = self.create_publisher(
             message_class(topic), topic.name, qos_profile(topic.qos, depth)
         )
