@@ -149,6 +149,7 @@ def test_the_prediction_is_the_run_on_the_other_plant(controller: str) -> None:
     assert changes.value == 0.0
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(("draw", "seed", "count"), [(anywhere, 11, 50), (near_the_locus, 12, 50)])
 def test_what_is_admitted_succeeds_and_half_of_what_is_refused_fails(
     draw: Callable[[int, int], Scenario], seed: int, count: int

@@ -48,6 +48,9 @@ from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar, load_robot
 
+pytestmark = pytest.mark.extra
+"""The general equations of the thesis' first chapter, on which nothing stands but one figure."""
+
 Vector = NDArray[np.float64]
 States = Callable[[int, int], list[State]]
 Vectors = Callable[[State], tuple[Vector, Vector]]

@@ -14,6 +14,9 @@ from fivebar_bringup.studies.closed_chain.cosimulation import CoSimulation, co_s
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar, scaled
 
+pytestmark = pytest.mark.extra
+"""The general equations of the thesis' first chapter, on which nothing stands but one figure."""
+
 
 @pytest.fixture(scope="module")
 def run(robot: FiveBar) -> CoSimulation:
