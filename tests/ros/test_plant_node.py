@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import statistics
 import time
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Any
 
 import pytest
@@ -24,6 +24,7 @@ from fivebar_description.interface import (
     RUN_STATUS,
     START_STAMP_NS,
     TORQUE_COMMAND,
+    Topic,
     sample_stamp_ns,
 )
 from fivebar_description.parameters import load_robot
@@ -60,6 +61,11 @@ def status(probe: Probe) -> dict[str, Any]:
 
 def faults(probe: Probe) -> list[str]:
     return [message.data for message in probe.got(FAULTS)]
+
+
+def once_each(probe: Probe, topic: Topic) -> list[Any]:
+    """Return the messages of a topic without those that repeat the one before."""
+    return [message for message, _ in groupby(probe.got(topic))]
 
 
 def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> None:
@@ -114,8 +120,7 @@ def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> 
 
     # what was published is what the same commands make of the plain plant
     plant = Plant(load_robot("dextar"), START_JOINTS, RATE_HZ)
-    first = probe.samples(JOINT_STATES).count(0) - 1
-    joint_states, imu = probe.got(JOINT_STATES)[first:], probe.got(IMU_DATA)[first:]
+    joint_states, imu = once_each(probe, JOINT_STATES), once_each(probe, IMU_DATA)
     assert len(joint_states) == len(imu) == last + 1
     for sample in range(last + 1):
         measured, reading = plant.measure(), plant.measure_imu()
@@ -159,6 +164,18 @@ def test_lockstep_without_answers_is_a_fault(bench: Bench) -> None:
     assert faults(probe) == ["command_timeout: no torque for sample 1 within 2 s"]
     probe.wait_for(lambda: status(probe).get("state") == "failed", "the run has failed")
     assert set(probe.samples(JOINT_STATES)) == {0, 1}
+
+
+def test_a_sample_without_an_answer_is_published_again(bench: Bench) -> None:
+    _, probe = start(bench, samples=3)
+    probe.answer(JOINT_STATES, 0)
+    probe.publish(TORQUE_COMMAND, command(0, torque_of(0)))
+    for topic in (JOINT_STATES, IMU_DATA):
+        probe.wait_for(lambda topic=topic: probe.samples(topic).count(1) == 3, "two repeats of sample 1")
+        assert [probe.samples(topic).index(1), set(probe.samples(topic))] == [probe.samples(topic).count(0), {0, 1}]
+        assert len(once_each(probe, topic)) == 2
+    probe.publish(TORQUE_COMMAND, command(1, torque_of(1)))
+    probe.answer(JOINT_STATES, 2)
 
 
 def test_nodes_that_do_not_come_are_a_fault(bench: Bench) -> None:

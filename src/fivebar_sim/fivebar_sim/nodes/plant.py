@@ -50,6 +50,11 @@ from fivebar_sim.vision.sights import Sights
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2
 
+PERIODS_OF_A_LOSS = 5
+"""Periods of repetition without an answer in lockstep after which a sample is published again, in case a message was
+lost: the nodes then answer it again. Periods are counted instead of seconds, since after a pause of the whole machine
+the answer may already wait here."""
+
 FIRST_ANSWER_TIME = 1.0
 """Longest time (s) for which the clock of real time waits for the answer to sample 0."""
 
@@ -96,6 +101,7 @@ class PlantNode(GraphNode):
         self._fault = ""
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
         self._published = 0.0
+        self._unanswered = 0
         self._to_publish = -1
         self._arrived: Arrived | None = None
         self._sights = Sights(camera, self._rate_hz, plant.seed) if camera.on and self._lockstep else None
@@ -132,6 +138,7 @@ class PlantNode(GraphNode):
     def _start(self) -> None:
         """Publish sample 0 once every awaited node is ready, and again until it is answered.
 
+        In lockstep this goes on: a later sample is published again where its answer is long in coming.
         In real time the clock starts with that answer, since the first one takes several periods, or without it.
         """
         if self._progress.missing:
@@ -156,6 +163,10 @@ class PlantNode(GraphNode):
             return
         if self._sample == 0:
             self._publish_sample()
+        elif self._lockstep and self._to_publish < 0:
+            self._unanswered += 1
+            if self._unanswered % PERIODS_OF_A_LOSS == 0:
+                self._publish_readings(self._measured[0])
         if self._known_ahead:
             self._move()
         # started by hand, it waits for whoever is to answer it
@@ -290,6 +301,7 @@ class PlantNode(GraphNode):
         self._sample += 1
         self._measured, self._next = self._next, None
         self._arrived = None
+        self._unanswered = 0
         self._publish_sample()
 
     def _end(self) -> None:
