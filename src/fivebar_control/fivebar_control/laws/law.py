@@ -65,6 +65,10 @@ def unchanged(memory: Any) -> Any:
     return memory
 
 
+def nothing_to_load() -> None:
+    """Load nothing: the law needs no more than its module."""
+
+
 def present_only(settings: Any) -> int:
     """Return that a law needs the reference of no further samples."""
     return 0
@@ -90,6 +94,8 @@ class Law(NamedTuple):
         compiles: whether numba can compile the step, so that the engine can run it.
         prepare: (robot, mode1, mode2, references of all samples, period, settings as numbers) -> the memory before the
             first sample, for a law that needs the whole plan; requested motions are then refused.
+        warm_up: loads what the first step needs beyond its module, such as a solver: a node does so before it is ready,
+            since a first sample that takes seconds looks like a node that does not answer.
     """
 
     name: str
@@ -107,6 +113,7 @@ class Law(NamedTuple):
     samples_ahead: Callable[[Any], int] = present_only
     compiles: bool = True
     prepare: Callable[[FiveBar, int, int, Sequence[Platform], float, Any], Any] | None = None
+    warm_up: Callable[[], None] = nothing_to_load
 
     @property
     def topic(self) -> Topic:

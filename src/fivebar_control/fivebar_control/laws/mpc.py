@@ -488,6 +488,15 @@ def horizon_of(settings: MpcSettings) -> int:
     return settings.horizon
 
 
+def warm_up() -> None:
+    """Load the solver and the machine code of `problem_of`, and compile that where no earlier run has."""
+    horizon, period = 2, 0.01
+    weights = weights_of(horizon, period, 0.01, 1.0, 1.0, 1.0)
+    maps = np.ones((horizon, ROW))
+    unknown = (math.nan, math.nan)
+    solve(compiled_problem_of()(weights, maps, np.ones(12), (0.0, 0.0), NO_PLAN, unknown, 1.0, 1.0), None)
+
+
 LAW = Law(
     name="mpc",
     title="model predictive law",
@@ -497,4 +506,5 @@ LAW = Law(
     after_gap=after_gap,
     samples_ahead=horizon_of,
     compiles=False,
+    warm_up=warm_up,
 )

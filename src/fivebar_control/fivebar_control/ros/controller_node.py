@@ -76,6 +76,7 @@ class ControllerNode(SamplingNode):
         self._settings = self.parameters(specs_of(self._law_entry.settings))
         disturbance = self.parameters((DISTURBANCE,))["disturbance"]
         self._law = self._make_law()
+        self._law_entry.warm_up()
         self.on_tuned(self._tune)
         self._reply: JointSample | None = None
         self._torque = self.advertise(self._law_entry.topic)

@@ -57,6 +57,20 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[QuadraticProgram]:
     return problems
 
 
+def test_a_step_compiles_nothing_beyond_what_the_warm_up_has(dextar: FiveBar) -> None:
+    LAW.warm_up()
+    compiled = mpc.compiled_problem_of()
+    assert len(compiled.signatures) == 1
+    plan = middle(dextar, 1.0)
+    for settings in (MpcSettings(), MpcSettings(torque_limit=2.0, torque_rate_limit=60.0)):
+        memory = LAW.memory
+        for sample in range(2):
+            torque, memory = LAW.step(dextar, instant_at(dextar, plan, sample), memory, as_numbers(settings))
+            assert math.isfinite(torque.tau1)
+            assert memory.unfinished == 0
+    assert len(compiled.signatures) == 1
+
+
 def test_the_fast_crossing_is_within_a_fiftieth_of_a_millimetre_for_the_torque_of_unified(dextar: FiveBar) -> None:
     plan = middle(dextar, 0.5)
     ours, other = (
