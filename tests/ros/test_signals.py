@@ -9,9 +9,12 @@ from graph_probe import Bench, node_modules
 
 from fivebar_bringup.runs.bag.reader import read_bag
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_every_node(bench: Bench, number: signal.Signals) -> None:
+
+@pytest.mark.parametrize("turn", [0, pytest.param(1, marks=pytest.mark.extra)])
+def test_a_signal_ends_every_node(bench: Bench, turn: int) -> None:
+    """Every other node gets the one signal, the rest the other; then the other way round."""
     probe = bench.probe()
     nodes = sorted(node_modules())
     processes = {}
@@ -21,8 +24,8 @@ def test_a_signal_ends_every_node(bench: Bench, number: signal.Signals) -> None:
     for node in nodes:
         # its diagnostics come once it spins
         probe.health(f"/{node}/{node}")
-    for process in processes.values():
-        process.send(number)
+    for place, process in enumerate(processes.values()):
+        process.send(SIGNALS[(place + turn) % 2])
     for node, process in processes.items():
         assert process.wait() == 0, node
         assert process.complaints == [], node

@@ -64,7 +64,9 @@ class Bags(NamedTuple):
     scenario: str
 
 
-@pytest.fixture(scope="module", params=[ENCODERS, GYROSCOPE], ids=["encoders", "gyroscope"])
+@pytest.fixture(
+    scope="module", params=[pytest.param(ENCODERS, marks=pytest.mark.extra), GYROSCOPE], ids=["encoders", "gyroscope"]
+)
 def bags(
     request: pytest.FixtureRequest,
     fivebar: Callable[..., FivebarCommand],

@@ -51,8 +51,8 @@ CAUSES = {
 }
 
 
-ALIKE = ("supervisor", "trajectory_generator")
-"""Whose end is noticed like that of a controller."""
+ALIKE = ("ctc_controller", "supervisor", "trajectory_generator", "blender")
+"""Nodes of the control chain, which the fault matrix kills too."""
 
 
 @pytest.mark.parametrize(

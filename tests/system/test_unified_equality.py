@@ -30,6 +30,10 @@ plant: {friction_scale: 1.3, mass_scale: 0.9, torque_limit: 2.0}
 unified: {observer_rate: 60.0, disturbance_limit: 0.4}
 """
 SAMPLES = 601
+
+# other runs of the graph have this law, and the engine is compared with the offline runner through Type 1 as well
+pytestmark = pytest.mark.extra
+
 STAMPED = (JOINT_STATES, REFERENCE, UNIFIED_TORQUE, SUPERVISOR_STATE, TORQUE_COMMAND)
 
 

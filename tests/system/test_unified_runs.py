@@ -139,8 +139,9 @@ def test_what_cannot_meet_type_1_is_refused(change: dict[str, Any], reason: str,
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.extra
 def test_the_page_of_a_motion_that_is_nowhere_straight(tmp_path: Path) -> None:
-    """It keeps to no line, so there is no picture of the distance from one; the changes of working mode are told."""
+    """It keeps to no line, so there is no picture of the distance from one; the changes of working mode are stated."""
     directory, summary = run_offline(load_scenario("type1_working_mode"), tmp_path / "run", lambda sample, last: None)
     assert summary.completed
     assert (summary.vhc_error_max_m, summary.vhc_error_joint_max_rad) == (None, None)

@@ -99,6 +99,12 @@ def findings(run: RunDirectory) -> RunAnalysis:
     return RunAnalysis(scenario, scenario.plan(), scenario.five_bar(), series, summary)
 
 
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures of few pixels, which take a third less time, where nobody looks at them."""
+    monkeypatch.setattr("fivebar_bringup.pages.style.DPI", 20)
+
+
 @pytest.fixture(scope="module")
 def middle_run() -> OfflineRun:
     """The middle crossing, simulated once."""
@@ -211,6 +217,7 @@ def test_a_failed_run_says_why(tmp_path: Path, middle_run: OfflineRun) -> None:
         assert_picture((run.figures / f"{name}.png").read_bytes(), *size)
 
 
+@pytest.mark.usefixtures("coarse")
 def test_a_run_of_one_sample_has_a_report(tmp_path: Path, middle_run: OfflineRun) -> None:
     summary = write_report(new_run(tmp_path, load_scenario("middle"), OfflineRun(middle_run.samples[:1], [])))
     assert (summary.samples, summary.completed, summary.simulated_s) == (1, False, 0.0)
@@ -226,6 +233,7 @@ def test_a_run_that_never_began_has_a_report_without_pictures(tmp_path: Path) ->
     assert "holds no sample" in run.page.read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("coarse")
 def test_a_bag_of_nothing_but_joint_states_has_a_report(tmp_path: Path) -> None:
     """As when someone recorded one topic by hand; every other series is NaN throughout."""
     scenario = load_scenario("middle")
@@ -240,6 +248,7 @@ def test_a_bag_of_nothing_but_joint_states_has_a_report(tmp_path: Path) -> None:
     assert not summary.completed
 
 
+@pytest.mark.usefixtures("coarse")
 def test_undefined_joints_do_not_stop_the_report(tmp_path: Path) -> None:
     """A lost robot's bridge may publish NaN."""
     scenario = load_scenario("middle")
@@ -302,6 +311,7 @@ def test_a_damaged_bag_is_refused_and_leaves_no_half_report(tmp_path: Path, midd
     assert not run.summary.exists()
 
 
+@pytest.mark.usefixtures("coarse")
 def test_a_report_that_cannot_be_written_is_refused_in_one_line(tmp_path: Path, middle_run: OfflineRun) -> None:
     run = new_run(tmp_path, load_scenario("middle"), OfflineRun(middle_run.samples[:5], []))
     run.figures.write_text("in the way")

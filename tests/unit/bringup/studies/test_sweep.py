@@ -291,8 +291,9 @@ def test_tables_count_what_the_rows_say() -> None:
     assert {row[0].text: row for row in missed}["unified"][3].good is False
 
 
+@pytest.mark.extra
 def test_a_failure_is_explained_by_what_would_have_saved_it() -> None:
-    """One with exact sensors: neither can they save it, nor can what the controller is told be wrong."""
+    """One with exact sensors: neither can they save it, nor can what the controller knows be wrong."""
     row = next(
         row
         for number in range(200)

@@ -263,7 +263,7 @@ def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar, gyro: bool) -> N
         assert bounds[0] < float(np.mean(values)) < bounds[1], look
 
 
-@pytest.mark.parametrize("duration", [0.5, 1.0, 2.5])
+@pytest.mark.parametrize("duration", [0.5, 1.0, pytest.param(2.5, marks=pytest.mark.extra)])
 def test_it_is_not_surer_than_it_may_be_through_the_locus(duration: float) -> None:
     """In closed loop with the plant, which has less noise than is assumed: place and velocity, mean NEES below 4."""
     scenario = encoder_scenario("middle", duration)
@@ -277,7 +277,11 @@ def test_it_is_not_surer_than_it_may_be_through_the_locus(duration: float) -> No
 
 @pytest.mark.parametrize(
     ("name", "plant"),
-    [("middle", {}), ("middle", {"friction_scale": 1.2}), ("multiple", OFF_MODEL)],
+    [
+        ("middle", {}),
+        ("middle", {"friction_scale": 1.2}),
+        pytest.param("multiple", OFF_MODEL, marks=pytest.mark.extra),
+    ],
     ids=["as believed", "rough", "off"],
 )
 def test_disturbances_stay_bounded_through_the_locus(name: str, plant: dict[str, float]) -> None:
