@@ -136,7 +136,7 @@ def test_a_group_needs_modules_of_nodes(bench: Bench) -> None:
 def test_status_of_an_empty_domain_says_so(bench: Bench) -> None:
     process = bench.fork(COMMAND, ["status", "--domain", str(bench.domain)])
     assert process.wait() == 1
-    assert f"no node of the graph is heard in domain {bench.domain}" in process.stdout
+    assert f"no node of the graph answers in domain {bench.domain}" in process.stdout
 
 
 def test_status_without_a_domain_takes_that_of_the_run(bench: Bench, tmp_path: Path) -> None:

@@ -18,8 +18,9 @@ TEXT = (ROOT / "docs" / "unified.md").read_text(encoding="utf-8")
 
 def test_the_settings_are_those_of_a_scenario() -> None:
     settings = TEXT.partition("## Settings")[2]
-    told = {name: float(value) for name, value in re.findall(r"^\| `(\w+)` \| ([\d.]+) ", settings, flags=re.MULTILINE)}
-    assert told == SETTINGS
+    rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) ", settings, flags=re.MULTILINE)
+    stated = {name: float(value) for name, value in rows}
+    assert stated == SETTINGS
 
 
 def test_every_value_of_the_sweep_is_in_the_table() -> None:

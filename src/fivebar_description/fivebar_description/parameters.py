@@ -39,7 +39,7 @@ class LegParameters(NamedTuple):
     tanh(qdot / width), width in rad/s. `residual` is zz_i2R, the inertia of the distal link beyond that of its two
     point masses at elbow and platform; negative for most links.
 
-    `cosine_n` and `sine_n` (Nm) are the torque that the motor has to be told against cogging of `periods_n` in a turn,
+    `cosine_n` and `sine_n` (Nm) are the torque that compensates the motor's cogging of `periods_n` in a turn,
     0 for none. Controllers and estimators know it; a simulated robot cogs by its own settings alone.
     """
 
@@ -126,7 +126,7 @@ class Friction(StrictModel):
 
 
 class CoggingHarmonic(StrictModel):
-    """A harmonic of a motor's cogging, as `identify --cogging` finds it: torque (Nm) that has to be told against it."""
+    """A harmonic of a motor's cogging, as `identify --cogging` finds it: the torque (Nm) that compensates it."""
 
     periods: Annotated[int, Field(ge=1, le=1000)]
     cosine: float

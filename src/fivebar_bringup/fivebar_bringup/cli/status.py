@@ -67,7 +67,7 @@ def status(
     if as_json:
         print(json.dumps([report._asdict() for report in reports], indent=2))
     elif not watch:
-        Console().print(_table(reports) if reports else f"no node of the graph is heard in domain {number}")
+        Console().print(_table(reports) if reports else f"no node of the graph answers in domain {number}")
     sound = bool(reports) and all(report.level in ("ok", "warning") for report in reports)
     raise typer.Exit(COMPLETED if sound else FAILED)
 

@@ -355,7 +355,7 @@ def modelled(
     """Return what a model makes of the sweeps: the response of the motors' angles, its first two states.
 
     Coulomb friction is in phase with the speed and 4 f_s / pi in size (harmonic balance): a loss in inverse proportion
-    to the angle's amplitude, which the measured response tells.
+    to the angle's amplitude, which the measured response gives.
 
     Args:
         model: matrices of the system and of its inputs.

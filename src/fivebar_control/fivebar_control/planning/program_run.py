@@ -12,7 +12,7 @@ from typing import Any
 from fivebar_control.planning.program import Action, Carry, Instruction, Move, Wait
 
 SETTLING = 0.1
-"""Time (s) for which the robot rests with another payload before it goes on: by then all nodes have heard of it."""
+"""Time (s) for which the robot rests with another payload before it goes on: by then all nodes have received it."""
 
 
 class ProgramState(StrEnum):

@@ -176,7 +176,7 @@ def _coasting_about(law: OptimalLaw, way: float) -> OptimalLaw | None:
     """Return a law without acceleration where it has gone a share of the way, bent about there only.
 
     The hump's centre is the instant of the crossing: it takes away the acceleration of that instant and moves the way
-    by a fixed multiple of it, so that one equation tells the instant. None where that is too near an end, or where the
+    by a fixed multiple of it, so that one equation gives the instant. None where that is too near an end, or where the
     platform would all but rest.
     """
     crossed = float(brentq(lambda u: law(u)[0] - way, 0.0, 1.0, xtol=1e-15))

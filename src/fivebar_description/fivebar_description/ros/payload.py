@@ -1,4 +1,4 @@
-"""The payload as nodes that model the robot hear of it."""
+"""The payload, as received by the nodes that model the robot."""
 
 from __future__ import annotations
 

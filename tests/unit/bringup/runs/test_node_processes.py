@@ -28,7 +28,7 @@ PACKAGE = "processes_of_this_test"
 DEADLINE = 120.0
 
 PROGRAMS = {
-    "tells_what_it_is": """
+    "reports_itself": """
         import json, os, pathlib, sys
         def main():
             print(json.dumps({
@@ -105,19 +105,19 @@ def wait(process: NodeProcess) -> int | None:
 def test_a_process_has_what_its_own_command_would_have_given_it(
     run: RunDirectory, processes: dict[str, NodeProcess]
 ) -> None:
-    start_processes([spec("tells_what_it_is")], run, DOMAIN, processes)
-    process = processes["tells_what_it_is"]
+    start_processes([spec("reports_itself")], run, DOMAIN, processes)
+    process = processes["reports_itself"]
     assert wait(process) == 0
-    told = json.loads((run.logs / "tells_what_it_is.log").read_text(encoding="utf-8").splitlines()[0])
-    parameters = run.parameters / "tells_what_it_is.yaml"
-    assert told == {
+    reported = json.loads((run.logs / "reports_itself.log").read_text(encoding="utf-8").splitlines()[0])
+    parameters = run.parameters / "reports_itself.yaml"
+    assert reported == {
         "arguments": ["--ros-args", "--params-file", str(parameters)],
-        "parameters": spec("tells_what_it_is").parameter_file(),
+        "parameters": spec("reports_itself").parameter_file(),
         "domain": str(DOMAIN),
         "pid": process.pid,
         "parent": os.getpid(),
         "session": process.pid,
-        "name": "tells_what_it_is"[:LONGEST_NAME],
+        "name": "reports_itself"[:LONGEST_NAME],
     }
     assert process.last_line() == "that is all"
 

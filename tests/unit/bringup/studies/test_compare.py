@@ -168,7 +168,7 @@ def test_the_bounds_decide(rig: str, figures: dict[str, object], met: bool) -> N
     assert set(judged.values()) == {None}
 
 
-def test_a_verdict_tells_where_the_worst_was() -> None:
+def test_a_verdict_states_where_the_worst_was() -> None:
     quick = made(duration=0.5, tracking_error=0.2e-3, applied=0.95)
     finding = findings([made(), quick], [])[0]
     assert finding.measured == "2 of 2 completed, 300 µm (middle 1 s), 0.950 Nm (middle 0.5 s)"

@@ -23,7 +23,7 @@ def plan(*arguments: str) -> dict[str, Any]:
     return content
 
 
-def test_it_tells_the_plan_before_moving() -> None:
+def test_it_prints_the_plan_before_moving() -> None:
     found = plan("0", "0.02", "--mode", "-")
     assert found["start"] == {"x": 0.0, "y": 0.15, "assembly_mode": "+"}
     assert found["goal"]["assembly_mode"] == "-"

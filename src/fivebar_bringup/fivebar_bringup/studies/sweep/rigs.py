@@ -70,7 +70,7 @@ class RobotDistribution(NamedTuple):
         tilt, force: largest tilt (rad) and push (N).
         lost: lost commands.
         constant: bound of the torque constants' errors.
-        cogging, rated: cogging and the torque that it is told in percent of, 0 for in Nm (Nm).
+        cogging, rated: cogging, and the torque (Nm) that it is a percentage of, 0 for cogging in Nm.
         viscous: friction of each motor (Nm s/rad).
         current_loop: bandwidth of the motors' currents (Hz).
         frequency, backlash, stiffness, clearance: of transmissions and loop (Hz, rad, N/m, m), 0 for rigid ones.
