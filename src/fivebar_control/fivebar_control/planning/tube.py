@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.laws.mpc import MpcSettings, weights_of
+from fivebar_control.laws.mpc import MpcSettings
+from fivebar_control.laws.mpc_problem import weights_of
 from fivebar_control.laws.unified import UnifiedSettings, input_map
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_platform

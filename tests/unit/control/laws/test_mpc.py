@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from fivebar_control.laws import mpc
+from fivebar_control.laws import mpc, mpc_problem
 from fivebar_control.laws.law import Instant, TunedLaw
-from fivebar_control.laws.mpc import LAW, MpcMemory, MpcSettings, QuadraticProgram
+from fivebar_control.laws.mpc import LAW, MpcMemory, MpcSettings, unified_settings
+from fivebar_control.laws.mpc_problem import FloatArray, QuadraticProgram, Solution, compiled_problem_of, solve
 from fivebar_control.laws.reference import against_disturbance, reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.laws.unified import unified_step
@@ -47,9 +48,8 @@ def crossing_sample(plan: Plan) -> int:
 def solved(monkeypatch: pytest.MonkeyPatch) -> list[QuadraticProgram]:
     """The problems that the law gives to the solver."""
     problems: list[QuadraticProgram] = []
-    solve = mpc.solve
 
-    def watched(problem: QuadraticProgram, duals: mpc.FloatArray | None) -> mpc.Solution:
+    def watched(problem: QuadraticProgram, duals: FloatArray | None) -> Solution:
         problems.append(problem)
         return solve(problem, duals)
 
@@ -59,7 +59,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[QuadraticProgram]:
 
 def test_a_step_compiles_nothing_beyond_what_the_warm_up_has(dextar: FiveBar) -> None:
     LAW.warm_up()
-    compiled = mpc.compiled_problem_of()
+    compiled = compiled_problem_of()
     assert len(compiled.signatures) == 1
     plan = middle(dextar, 1.0)
     for settings in (MpcSettings(), MpcSettings(torque_limit=2.0, torque_rate_limit=60.0)):
@@ -102,7 +102,7 @@ def test_the_solution_meets_the_conditions_of_optimality(dextar: FiveBar, solved
     for sample in (0, 1):
         _, memory = LAW.step(dextar, instant_at(dextar, plan, crossing_sample(plan) + sample, 1e-3), memory, settings)
     problem = solved[-1]
-    solution = mpc.solve(problem, None)
+    solution = solve(problem, None)
     assert solution.torques is not None
     assert solution.duals is not None
     rows = np.vstack((np.eye(len(solution.torques)), problem.rows))
@@ -114,7 +114,7 @@ def test_the_solution_meets_the_conditions_of_optimality(dextar: FiveBar, solved
     assert np.max(np.abs(pull)) < 1e-6 * np.max(np.abs(problem.gradient))
     assert np.max(np.abs(solution.duals * slack)) < 1e-6 * np.max(np.abs(solution.duals))
     # a start from there changes nothing
-    again = mpc.solve(problem, solution.duals)
+    again = solve(problem, solution.duals)
     assert again.torques is not None
     np.testing.assert_allclose(again.torques, solution.torques, rtol=0.0, atol=1e-8)
 
@@ -126,13 +126,13 @@ def test_unified_answers_where_there_is_no_solution(dextar: FiveBar, monkeypatch
     settings = as_numbers(MpcSettings(torque_limit=0.3))
     assert instant.ahead is not None
     if why == "not finished":
-        monkeypatch.setattr(mpc, "MOST_ITERATIONS", 1)
+        monkeypatch.setattr(mpc_problem, "MOST_ITERATIONS", 1)
     elif why == "too little ahead":
         instant = instant._replace(ahead=instant.ahead[:-1])
     else:
         instant = instant._replace(ahead=(instant.ahead[0]._replace(y=1.0), *instant.ahead[1:]))
     torque, memory = LAW.step(dextar, instant, LAW.memory, settings)
-    standing_in = mpc.unified_settings(settings, settings.observer_rate)
+    standing_in = unified_settings(settings, settings.observer_rate)
     wanted, kept = unified_step(
         dextar, instant.state, instant.reference, LAW.memory.unified, standing_in, instant.period
     )

@@ -11,19 +11,14 @@ from numpy.typing import NDArray
 
 from fivebar_control.laws.law import Instant
 from fivebar_control.laws.mpc import (
-    LEAST_WEIGHT,
-    NO_PLAN,
-    SCALE,
     MpcSettings,
-    QuadraticProgram,
     changed_by_at_most,
     observed_from,
-    problem_of,
     row_of,
     unified_settings,
-    weights_of,
     window_of,
 )
+from fivebar_control.laws.mpc_problem import LEAST_WEIGHT, NO_PLAN, SCALE, QuadraticProgram, problem_of, weights_of
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY, input_map, observed_disturbance, unified_step
