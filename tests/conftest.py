@@ -1,12 +1,16 @@
 """Every test carries the mark of the folder it is in: `pytest -m unit` runs tests/unit."""
 
 import gc
+import os
 import signal
 from pathlib import Path
 
 import pytest
 
 TESTS = Path(__file__).parent
+
+# as the command and its nodes have it; read when numpy is loaded
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # a shell has its background jobs ignore Ctrl-C, and all that they start; here processes are interrupted by it
 signal.signal(signal.SIGINT, signal.default_int_handler)
