@@ -74,8 +74,8 @@ def slow(drives: DriveFile) -> DriveFile:
     master = drives.master.model_copy(update={"heartbeat_ms": 20, "timeout_ms": 2000})
     return drives.model_copy(
         update={
-            "sync_period_us": PERIOD_US, "gather_deadline_us": 9000, "missing_limit": 50, "drives": pair,
-            "master": master,
+            "sync_period_us": PERIOD_US, "gather_deadline_us": 9000, "missing_limit": 50, "sdo_timeout_ms": 10_000,
+            "drives": pair, "master": master,
         }
     )  # fmt: skip
 
@@ -414,8 +414,10 @@ def test_a_short_command_is_not_replies(bench: Bench, bus: DriveBus) -> None:
 def test_a_drive_that_is_not_the_one_expected(bench: Bench, change: dict[str, object], text: str) -> None:
     first = bench.drives.pair[0].model_copy(update=change)
     pair = bench.drives.drives.model_copy(update={"q11": first})
+    # a drive that is not there does not answer later either
+    changed = {"drives": pair, **({"sdo_timeout_ms": 500} if "node_id" in change else {})}
     with (
-        DriveBus(bench.drives.model_copy(update={"drives": pair}), bench.open()) as bus,
+        DriveBus(bench.drives.model_copy(update=changed), bench.open()) as bus,
         pytest.raises(DriveError, match=text),
     ):
         bus.set_up()
