@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import itertools
 import json
 import multiprocessing
 import os
@@ -83,6 +84,14 @@ class Module(NamedTuple):
         return CORE / f"{self.name}.py"
 
 
+class Place(NamedTuple):
+    """What one operator can change in a module: its number among all that it can."""
+
+    module: Module
+    operator: str
+    occurrence: int
+
+
 class Mutant(NamedTuple):
     """One change: the line, by which operator, the line's text before and after, and the whole text."""
 
@@ -107,7 +116,6 @@ def main() -> int:
     )
     parser.add_argument("--sample", type=int, metavar="N", help="N mutants at random, each as likely as any other")
     parser.add_argument("--seed", type=int, default=0, help="of that sample; more of the same seed begin alike")
-    parser.add_argument("--count", action="store_true", help="only count the mutants of each module")
     options = parser.parse_args()
     with open(Path(__file__).with_name("selection.toml"), "rb") as file:
         selection = tomllib.load(file)
@@ -119,16 +127,13 @@ def main() -> int:
     judged: list[tuple[Mutant, bool]] = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         workspace = copied(ROOT, Path(folder) / "unchanged")
-        mutants = [mutant for module in modules for mutant in list(mutants_of(workspace, module))[:: options.every]]
-        print(f"{len(mutants)} mutants of {len(modules)} modules")
-        if options.count:
-            for module in modules:
-                print(f"{module.name:28}{sum(mutant.module == module for mutant in mutants):5}")
-            return 0
+        places = [place for module in modules for place in list(places_of(workspace, module))[:: options.every]]
         if options.sample is not None:
-            random.Random(options.seed).shuffle(mutants)
-            del mutants[options.sample :]
-            print(f"of which {len(mutants)} are tried, drawn with seed {options.seed}", flush=True)
+            random.Random(options.seed).shuffle(places)
+        made = (mutant for place in places if (mutant := mutant_of(workspace, place)) is not None)
+        mutants = list(itertools.islice(made, options.sample))
+        drawn = "" if options.sample is None else f" of {len(places)}, drawn with seed {options.seed}"
+        print(f"{len(mutants)} mutants{drawn}, in {len(modules)} modules", flush=True)
         limits = {}
         for module in dict.fromkeys(mutant.module for mutant in mutants):
             code, seconds = tested(workspace, module, CPU_LIMIT * 1e3, measured=True)
@@ -215,29 +220,36 @@ def copied(original: Path, workspace: Path) -> Path:
     return workspace
 
 
-def mutants_of(workspace: Path, module: Module) -> Iterator[Mutant]:
-    """Return the mutants of a module: those that compile, within functions. What is outside of them is settings."""
+def places_of(workspace: Path, module: Module) -> Iterator[Place]:
+    """Return what can be changed in the functions of a module. What is outside of them is settings."""
     source = (workspace / module.path).read_text(encoding="utf-8")
-    lines = source.splitlines()
     bodies = [
         range(node.body[0].lineno, (node.end_lineno or 0) + 1)
         for node in ast.walk(ast.parse(source))
         if isinstance(node, ast.FunctionDef)
     ]
+    nodes = list(ast_nodes(get_ast(source)))
     for name in OPERATORS:
         operator = get_operator(f"core/{name}")()
-        places = [place for node in ast_nodes(get_ast(source)) for place in operator.mutation_positions(node)]
-        for occurrence, ((line, _), _) in enumerate(places):
-            text = MutationVisitor.mutate_code(source, operator, occurrence)
-            if text is None or text == source or not any(line in body for body in bodies):
-                continue
-            try:
-                compile(text, module.name, "exec")
-            except SyntaxError:
-                continue
-            changed = text.splitlines()
-            at = next(number for number, pair in enumerate(zip(lines, changed, strict=False)) if pair[0] != pair[1])
-            yield Mutant(module, at + 1, name, lines[at].strip(), changed[at].strip(), text)
+        positions = [position for node in nodes for position in operator.mutation_positions(node)]
+        for occurrence, ((line, _), _) in enumerate(positions):
+            if any(line in body for body in bodies):
+                yield Place(module, name, occurrence)
+
+
+def mutant_of(workspace: Path, place: Place) -> Mutant | None:
+    """Return the mutant of a place, None where that does not compile."""
+    source = (workspace / place.module.path).read_text(encoding="utf-8")
+    text = MutationVisitor.mutate_code(source, get_operator(f"core/{place.operator}")(), place.occurrence)
+    if text is None or text == source:
+        return None
+    try:
+        compile(text, place.module.name, "exec")
+    except SyntaxError:
+        return None
+    lines, changed = source.splitlines(), text.splitlines()
+    at = next(number for number, pair in enumerate(zip(lines, changed, strict=False)) if pair[0] != pair[1])
+    return Mutant(place.module, at + 1, place.operator, lines[at].strip(), changed[at].strip(), text)
 
 
 _workspace = Path()
