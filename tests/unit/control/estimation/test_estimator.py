@@ -93,6 +93,17 @@ def test_without_a_delay_no_command_is_waited_for() -> None:
     assert [late.awaits(sample) for sample in range(3)] == [False, True, True]
 
 
+def test_after_samples_without_any_command_none_acts() -> None:
+    answers = []
+    for known in (False, True):
+        one = estimator(drives=Drives(delay_samples=1))
+        taken(one, 0)
+        if known:
+            one.commanded(4, 0.0, 0.0)
+        answers.append(taken(one, 5))
+    assert answers[0] == answers[1]
+
+
 def test_readings_are_compared_with_the_prediction_in_units_of_its_deviations() -> None:
     one = estimator()
     assert all(map(math.isnan, one.squared))

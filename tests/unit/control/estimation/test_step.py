@@ -138,6 +138,17 @@ def test_a_rate_is_put_at_the_sample_after_it(made: float, entry: int, lag: floa
     assert kept[LAG] * RATE_HZ == pytest.approx(lag, abs=1e-9)
 
 
+@pytest.mark.parametrize(("clock", "entry"), [(0.0, 4), (0.0015, 3), (0.0035, 2), (-0.0015, 4)])
+def test_a_rate_is_put_where_its_clock_is_estimated_to_have_been(clock: float, entry: int) -> None:
+    """It was stamped half a period after sample 3, by a clock that is so late (s)."""
+    model, memory = model_of(), started(model_of())
+    belief = memory.belief._replace(estimate=memory.belief.estimate._replace(clock=clock))
+    placed = with_rate(model, memory._replace(belief=belief), 3.5, 0.3)
+    assert placed.start == entry
+    lag = placed.memory.history.inputs[row_of(placed.memory.history, entry), LAG]
+    assert lag * RATE_HZ == pytest.approx(3.5 - entry, abs=1e-12)
+
+
 @pytest.mark.parametrize("add", [with_rate, lambda *rest: with_seen(*rest, 0.15, 1e-8), with_elbow])
 def test_a_reading_of_before_the_second_sample_is_left_out(add: object) -> None:
     model = model_of()

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fivebar_control.laws.chirp import HIGHEST, ChirpMemory, ChirpSettings, chirp, chirp_step
+from fivebar_control.laws.chirp import HIGHEST, LAW, ChirpMemory, ChirpSettings, chirp, chirp_step
 from fivebar_control.laws.law import Instant
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.kinematics import state_from_platform
@@ -23,6 +23,7 @@ NO_LINE = Line(*(math.nan,) * len(Line._fields))
 @pytest.mark.parametrize("highest", [math.inf, 12.0])
 def test_each_sweep_rises_linearly_from_the_first_frequency_to_the_last_or_the_highest(highest: float) -> None:
     """A sine of the integral of the frequency; both motors turn the same way in every other sweep."""
+    assert LAW.memory == ChirpMemory(0)
     last = min(20.0, highest)
     for since in np.linspace(0.0, 0.499, 40).tolist():
         course = np.linspace(0.0, since, 200)
