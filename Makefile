@@ -78,9 +78,11 @@ lint: setup ## check style and types
 
 .PHONY: mutants
 mutants: setup ## break the core in small ways and list what no unit test notices; long, so not part of test
-	@# MODULES=laws/unified or MODULES="model laws" is a part of it; docs/mutants.md has what is known to be left
+	@# MODULES=laws/unified or MODULES="model laws" is a part of it, SAMPLE=400 that many of all at random, SEED=7 others;
+	@# docs/mutants.md has what is known to be left
 	[ -d .mutants ] || $(BIN)/pip install --quiet --no-deps --target .mutants -r tests/mutants/requirements.lock
-	PYTHONPATH=.mutants OPENBLAS_NUM_THREADS=1 $(BIN)/python -u tests/mutants/run.py $(MODULES)
+	PYTHONPATH=.mutants OPENBLAS_NUM_THREADS=1 $(BIN)/python -u tests/mutants/run.py $(MODULES) \
+	    $(if $(SAMPLE),--sample $(SAMPLE) --seed $(or $(SEED),0))
 
 .PHONY: fuzz
 fuzz: setup ## feed every parser random input: make fuzz EXAMPLES=20000; a short run is part of test

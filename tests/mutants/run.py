@@ -5,26 +5,34 @@ The unit tests that `selection.toml` names for its module run until one fails. T
 imported all that does not change, which takes most of the time of a short test run.
 
 Usage: run.py [MODULE ...], a module as `laws/unified` or a folder as `laws`; all of `selection.toml` without any.
+`--sample N` tries N mutants that are drawn at random from all of those, `--every N` each N-th of a module.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import itertools
+import json
 import multiprocessing
 import os
+import random
 import resource
 import shutil
 import sys
 import tempfile
+import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numba
 import numpy
 import pinocchio
+import pydantic
 import pytest
+import ruamel.yaml
 import scipy.optimize
 import scipy.stats
 from cosmic_ray.ast import ast_nodes, get_ast
@@ -32,7 +40,7 @@ from cosmic_ray.mutating import MutationVisitor
 from cosmic_ray.plugins import get_operator
 from hypothesis import Phase, settings
 
-IMPORTED_ONCE = (numpy, pinocchio, scipy.optimize, scipy.stats)
+IMPORTED_ONCE = (numba, numpy, pinocchio, pydantic, ruamel.yaml, scipy.optimize, scipy.stats)
 
 ROOT = Path(__file__).resolve().parents[2]
 CORE = Path("src/fivebar_control/fivebar_control")
@@ -76,8 +84,16 @@ class Module(NamedTuple):
         return CORE / f"{self.name}.py"
 
 
+class Place(NamedTuple):
+    """What one operator can change in a module: its number among all that it can."""
+
+    module: Module
+    operator: str
+    occurrence: int
+
+
 class Mutant(NamedTuple):
-    """One change: the line, by which operator, the line's text before and after, the whole text, and the time limit."""
+    """One change: the line, by which operator, the line's text before and after, and the whole text."""
 
     module: Module
     line: int
@@ -85,7 +101,10 @@ class Mutant(NamedTuple):
     before: str
     after: str
     text: str
-    limit: float
+
+    @property
+    def place(self) -> str:
+        return f"{self.module.name}:{self.line}"
 
 
 def main() -> int:
@@ -95,6 +114,8 @@ def main() -> int:
     parser.add_argument(
         "--every", type=int, default=1, metavar="N", help="a sample: only every N-th mutant of a module"
     )
+    parser.add_argument("--sample", type=int, metavar="N", help="N mutants at random, each as likely as any other")
+    parser.add_argument("--seed", type=int, default=0, help="of that sample; more of the same seed begin alike")
     options = parser.parse_args()
     with open(Path(__file__).with_name("selection.toml"), "rb") as file:
         selection = tomllib.load(file)
@@ -103,27 +124,49 @@ def main() -> int:
         print(f"selection.toml: expected the unit tests of every module and no others: {', '.join(wrong)}")
         return 2
     modules = chosen(selection, options.modules)
+    judged: list[tuple[Mutant, bool]] = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         workspace = copied(ROOT, Path(folder) / "unchanged")
-        mutants = []
-        for module in modules:
-            code, seconds = tested(workspace, module, CPU_LIMIT * 1e3)
+        places = [place for module in modules for place in list(places_of(workspace, module))[:: options.every]]
+        if options.sample is not None:
+            random.Random(options.seed).shuffle(places)
+        made = (mutant for place in places if (mutant := mutant_of(workspace, place)) is not None)
+        mutants = list(itertools.islice(made, options.sample))
+        drawn = "" if options.sample is None else f" of {len(places)}, drawn with seed {options.seed}"
+        print(f"{len(mutants)} mutants{drawn}, in {len(modules)} modules", flush=True)
+        limits = {}
+        for module in dict.fromkeys(mutant.module for mutant in mutants):
+            code, seconds = tested(workspace, module, CPU_LIMIT * 1e3, measured=True)
             if code != 0:
                 print(f"{module.name}: its tests fail without any change: pytest {' '.join(module.arguments)}")
                 return 2
-            mutants += list(mutants_of(workspace, module, 10.0 + CPU_LIMIT * seconds))[:: options.every]
-        print(f"{len(mutants)} mutants of {len(modules)} modules")
-        context = multiprocessing.get_context("fork")
-        judged: list[tuple[Mutant, bool]] = []
-        with context.Pool(options.jobs, begin, (workspace,)) as pool:
-            for module in modules:
-                found = list(pool.imap(judge, [mutant for mutant in mutants if mutant.module == module]))
-                judged += found
-                print(row(module.name, found), flush=True)
+            limits[module] = 10.0 + CPU_LIMIT * seconds
+        print("their tests pass on the unchanged modules", flush=True)
+        with multiprocessing.get_context("fork").Pool(options.jobs, begin, (workspace, limits)) as pool:
+            for number, (mutant, noticed) in enumerate(pool.imap(judge, mutants), start=1):
+                judged.append((mutant, noticed))
                 keep(judged)
+                if options.sample is None:
+                    found = [pair for pair in judged if pair[0].module == mutant.module]
+                    if number == len(mutants) or mutants[number].module != mutant.module:
+                        print(row(mutant.module.name, found), flush=True)
+                elif not noticed or number % 25 == 0:
+                    missed = "" if noticed else f", not {mutant.place}"
+                    print(row(f"the first {number}", judged) + missed, flush=True)
+    if options.sample is not None:
+        for module in modules:
+            if found := [pair for pair in judged if pair[0].module == module]:
+                print(row(module.name, found))
+        print(f"95 % interval of the share of all mutants (Clopper and Pearson): {interval(judged)}")
     print(row("all", judged))
     print(f"those not noticed: {RESULTS.relative_to(ROOT)}")
     return 0 if sum(noticed for _, noticed in judged) >= least * len(judged) else 1
+
+
+def interval(judged: list[tuple[Mutant, bool]]) -> str:
+    """Return in per cent between what the share of noticed mutants is, where these were drawn at random."""
+    found = scipy.stats.binomtest(sum(noticed for _, noticed in judged), len(judged)).proportion_ci(0.95, "exact")
+    return f"{100.0 * found.low:.1f} to {100.0 * found.high:.1f} %"
 
 
 def row(name: str, judged: list[tuple[Mutant, bool]]) -> str:
@@ -147,7 +190,7 @@ def chosen(selection: dict[str, dict[str, list[str]]], names: list[str]) -> list
     found = [
         Module(f"{folder}/{name}", (*(f"tests/unit/{file}" for file in files), "-k", f"not ({without})"))
         for folder, section in selection.items()
-        if folder != "run"
+        if folder not in ("run", "excluded")
         for name, files in section.items()
     ]
     known = {module.name for module in found} | {module.name.split("/")[0] for module in found}
@@ -161,9 +204,10 @@ def unmatched(selection: dict[str, dict[str, list[str]]]) -> list[str]:
     """Return the modules with functions that the selection lacks in its folders, and those in it that do not exist."""
     found = []
     for folder, section in selection.items():
-        if folder != "run":
+        if folder not in ("run", "excluded"):
             paths = {path.stem: path for path in (ROOT / CORE / folder).glob("*.py")}
             functions = {name for name, path in paths.items() if "def " in path.read_text(encoding="utf-8")}
+            functions -= {name for name in functions if f"{folder}/{name}" in selection["excluded"]}
             found += [f"{folder}/{name}" for name in sorted(functions - set(section) | set(section) - set(paths))]
     return found
 
@@ -176,37 +220,47 @@ def copied(original: Path, workspace: Path) -> Path:
     return workspace
 
 
-def mutants_of(workspace: Path, module: Module, limit: float) -> Iterator[Mutant]:
-    """Return the mutants of a module: those that compile, within functions. What is outside of them is settings."""
+def places_of(workspace: Path, module: Module) -> Iterator[Place]:
+    """Return what can be changed in the functions of a module. What is outside of them is settings."""
     source = (workspace / module.path).read_text(encoding="utf-8")
-    lines = source.splitlines()
     bodies = [
         range(node.body[0].lineno, (node.end_lineno or 0) + 1)
         for node in ast.walk(ast.parse(source))
         if isinstance(node, ast.FunctionDef)
     ]
+    nodes = list(ast_nodes(get_ast(source)))
     for name in OPERATORS:
         operator = get_operator(f"core/{name}")()
-        places = [place for node in ast_nodes(get_ast(source)) for place in operator.mutation_positions(node)]
-        for occurrence, ((line, _), _) in enumerate(places):
-            text = MutationVisitor.mutate_code(source, operator, occurrence)
-            if text is None or text == source or not any(line in body for body in bodies):
-                continue
-            try:
-                compile(text, module.name, "exec")
-            except SyntaxError:
-                continue
-            changed = text.splitlines()
-            at = next(number for number, pair in enumerate(zip(lines, changed, strict=False)) if pair[0] != pair[1])
-            yield Mutant(module, at + 1, name, lines[at].strip(), changed[at].strip(), text, limit)
+        positions = [position for node in nodes for position in operator.mutation_positions(node)]
+        for occurrence, ((line, _), _) in enumerate(positions):
+            if any(line in body for body in bodies):
+                yield Place(module, name, occurrence)
+
+
+def mutant_of(workspace: Path, place: Place) -> Mutant | None:
+    """Return the mutant of a place, None where that does not compile."""
+    source = (workspace / place.module.path).read_text(encoding="utf-8")
+    text = MutationVisitor.mutate_code(source, get_operator(f"core/{place.operator}")(), place.occurrence)
+    if text is None or text == source:
+        return None
+    try:
+        compile(text, place.module.name, "exec")
+    except SyntaxError:
+        return None
+    lines, changed = source.splitlines(), text.splitlines()
+    at = next(number for number, pair in enumerate(zip(lines, changed, strict=False)) if pair[0] != pair[1])
+    return Mutant(place.module, at + 1, place.operator, lines[at].strip(), changed[at].strip(), text)
 
 
 _workspace = Path()
 """Of this process of the pool."""
+_limits: dict[Module, float] = {}
+"""CPU time (s) after which a mutant of a module is stopped."""
 
 
-def begin(unchanged: Path) -> None:
-    global _workspace
+def begin(unchanged: Path, limits: dict[Module, float]) -> None:
+    global _workspace, _limits
+    _limits = limits
     _workspace = copied(unchanged, unchanged.with_name(str(os.getpid())))
 
 
@@ -216,26 +270,56 @@ def judge(mutant: Mutant) -> tuple[Mutant, bool]:
     unchanged = path.read_text(encoding="utf-8")
     path.write_text(mutant.text, encoding="utf-8")
     try:
-        code, _ = tested(_workspace, mutant.module, mutant.limit)
+        code, _ = tested(_workspace, mutant.module, _limits[mutant.module])
     finally:
         path.write_text(unchanged, encoding="utf-8")
     # 1 is a test that fails; 2 and 4 are a module or a conftest that cannot be imported
     if code >= 0 and code not in (0, 1, 2, 4):
-        raise RuntimeError(f"{mutant.module.name}:{mutant.line}: pytest ended with {code}")
+        raise RuntimeError(f"{mutant.place}: pytest ended with {code}")
     return mutant, code != 0
 
 
-class QuickProperties:
-    """A plugin of pytest's: whether a property fails is all that counts, not the simplest example that it fails for."""
+class Quick:
+    """A plugin of pytest's: a test that fails is to be found soon.
+
+    Whether a property fails is all that counts, not the simplest example that it fails for. The tests that took least
+    time on the unchanged module come first.
+    """
+
+    def __init__(self, times: Path, measured: bool) -> None:
+        self._path, self._measured = times, measured
+        self._times: dict[str, float] = {}
 
     def pytest_collection(self) -> None:
         quick = {"phases": (Phase.explicit, Phase.generate), "max_examples": EXAMPLES}
         settings.register_profile("mutants", settings.default, **quick)
         settings.load_profile("mutants")
 
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        if not self._measured:
+            times = json.loads(self._path.read_text(encoding="utf-8"))
+            items.sort(key=lambda item: times[item.nodeid])
 
-def tested(workspace: Path, module: Module, limit: float) -> tuple[int, float]:
-    """Return pytest's exit code for a module's tests, negative where it was stopped, and the CPU time (s) it took."""
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        start = time.process_time()
+        try:
+            return (yield)
+        finally:
+            self._times[item.nodeid] = time.process_time() - start
+
+    def pytest_sessionfinish(self) -> None:
+        if self._measured:
+            self._path.write_text(json.dumps(self._times), encoding="utf-8")
+
+
+def tested(workspace: Path, module: Module, limit: float, measured: bool = False) -> tuple[int, float]:
+    """Return pytest's exit code for a module's tests, negative where it was stopped, and the CPU time (s) it took.
+
+    The time of each test is `measured` once, on the unchanged module.
+    """
+    times = workspace.with_name(f"{module.name.replace('/', '.')}.json")
     child = os.fork()
     if child == 0:
         code = 70
@@ -250,7 +334,7 @@ def tested(workspace: Path, module: Module, limit: float) -> tuple[int, float]:
             os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
             sys.path[:0] = [str(workspace / "src" / package) for package in PACKAGES]
             options = ("-x", "-q", "-p", "no:cacheprovider", "--rootdir", str(workspace))
-            code = int(pytest.main([*options, *module.arguments], [QuickProperties()]))
+            code = int(pytest.main([*options, *module.arguments], [Quick(times, measured)]))
         finally:
             os._exit(code)
     _, status, usage = os.wait4(child, 0)

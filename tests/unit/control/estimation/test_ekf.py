@@ -26,7 +26,7 @@ from fivebar_control.estimation.ekf import (
 from fivebar_control.estimation.encoder import count_angle, first_angle
 from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.measurements import corrected, homed_belief
-from fivebar_control.estimation.platform_motion import leg_motion, platform_acceleration
+from fivebar_control.estimation.platform_motion import acceleration_derivatives, leg_motion, platform_acceleration
 from fivebar_control.estimation.step import Drives, estimator_model, first_update, next_update, with_motors, with_rate
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
@@ -111,6 +111,27 @@ def test_transition_is_the_derivative_of_a_period(dextar: FiveBar, place: tuple[
             np.testing.assert_allclose(
                 found[rows, columns_of] - np.eye(8)[rows, columns_of], change, atol=0.02 * np.abs(change).max()
             )
+
+
+@pytest.mark.parametrize("rate_hz", [20, 500])
+def test_transition_solves_the_trapezoidal_rule_of_the_linearised_motion(dextar: FiveBar, rate_hz: int) -> None:
+    """dv' = dv + h (P (dp + dp') / 2 + V (dv + dv') / 2 + G dg) and dp' = dp + h (dv + dv') / 2, g torques and force.
+
+    A long period makes every term of it count.
+    """
+    middle = Estimate(0.02, 0.13, 0.25, -0.2, 0.05, -0.05, fx=0.4, fy=-0.7)
+    d = acceleration_derivatives(dextar, *MODES, *middle[:4], 0.4 + middle.d1, -0.3 + middle.d2, middle.fx, middle.fy)
+    p = np.array([[d.p_xx, d.p_xy], [d.p_yx, d.p_yy]])
+    v = np.array([[d.v_xx, d.v_xy], [d.v_yx, d.v_yy]])
+    g = np.array([[d.t_x1, d.t_x2, d.f_xx, d.f_xy], [d.t_y1, d.t_y2, d.f_xy, d.f_yy]])
+    rows, h = np.array(transition(filter_model(dextar, *MODES, rate_hz, EkfSettings()), middle, 0.4, -0.3)), 1 / rate_hz
+    for shift in np.eye(8):
+        dp, dv, dg = shift[:2], shift[2:4], shift[4:]
+        later = rows @ shift
+        speed = 0.5 * (dv + later[2:])
+        np.testing.assert_allclose(later[:2], dp + h * speed, rtol=1e-9, atol=1e-12)
+        pull = 0.5 * p @ (dp + later[:2]) + v @ speed + g @ dg
+        np.testing.assert_allclose(later[2:], dv + h * pull, rtol=1e-9, atol=1e-9)
 
 
 def test_transition_stays_bounded_where_friction_is_steepest(dextar: FiveBar) -> None:

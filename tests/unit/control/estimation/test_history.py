@@ -7,26 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from fivebar_control.estimation import history as ring
 from fivebar_control.estimation.covariance import SIZE
 from fivebar_control.estimation.ekf import Belief, Estimate
 from fivebar_control.estimation.encoder import Angle
-from fivebar_control.estimation.history import (
-    ELBOW,
-    RATE,
-    SEEN_X,
-    History,
-    angle_at,
-    belief_at,
-    empty_history,
-    entry_of,
-    keep_angles,
-    keep_belief,
-    keep_elbow,
-    keep_inputs,
-    keep_rate,
-    keep_seen,
-    row_of,
-)
+from fivebar_control.estimation.history import ELBOW, RATE, SEEN_X, History, empty_history, entry_of, row_of
 
 SAMPLES = (0, 1, 2, 5, 6, 9)
 """Of the entries: some samples had no motor readings."""
@@ -36,7 +21,7 @@ def kept(count: int) -> History:
     """Return a history of four entries in which the first samples were kept one after the other."""
     history = empty_history(4)
     for entry, sample in enumerate(SAMPLES[:count]):
-        keep_inputs(history, entry, sample, 1, 0.0, 0.0)
+        ring.keep_inputs(history, entry, sample, 1, 0.0, 0.0)
     return history
 
 
@@ -57,25 +42,39 @@ def test_before_the_ring_is_full_the_first_entry_is_the_oldest() -> None:
 def test_angles_and_beliefs_come_back_as_they_were_kept() -> None:
     history, entry = empty_history(4), 6
     one, two = Angle(0.1, 0.2), Angle(0.3, 0.4)
-    keep_angles(history, entry, one, two)
-    assert (angle_at(history, entry, 1), angle_at(history, entry, 2)) == (one, two)
+    ring.keep_angles(history, entry, one, two)
+    assert (ring.angle_at(history, entry, 1), ring.angle_at(history, entry, 2)) == (one, two)
     covariance = np.arange(SIZE * SIZE, dtype=np.float64).reshape(SIZE, SIZE)
     belief = Belief(Estimate(*map(float, range(1, 12))), covariance)
-    keep_belief(history, entry, belief)
+    ring.keep_belief(history, entry, belief)
     for same in (entry, entry - 4):
-        back = belief_at(history, same)
+        back = ring.belief_at(history, same)
         assert back.estimate == belief.estimate
         np.testing.assert_array_equal(back.covariance, covariance)
     # what is changed later is not what was kept
     back.covariance[0, 0] = -1.0
-    assert belief_at(history, entry).covariance[0, 0] == 0.0
+    assert ring.belief_at(history, entry).covariance[0, 0] == 0.0
 
 
 def test_an_entry_begins_without_late_readings() -> None:
     history = empty_history(4)
-    keep_rate(history, 1, 1.0, 0.0)
-    keep_elbow(history, 1, Angle(0.5, 1e-6))
-    keep_seen(history, 1, 0.0, 0.1, -0.001, 1e-8)
+    ring.keep_rate(history, 1, 1.0, 0.0)
+    ring.keep_elbow(history, 1, Angle(0.5, 1e-6))
+    ring.keep_seen(history, 1, 0.0, 0.1, -0.001, 1e-8)
     assert np.isfinite(history.inputs[row_of(history, 1), [RATE, ELBOW, SEEN_X]]).all()
-    keep_inputs(history, 5, 7, 1, 0.0, 0.0)
+    ring.keep_inputs(history, 5, 7, 1, 0.0, 0.0)
     assert all(map(math.isnan, history.inputs[row_of(history, 5), [RATE, ELBOW, SEEN_X]]))
+
+
+def test_what_is_kept_of_an_entry_is_in_its_row_of_the_ring_alone() -> None:
+    """Entry 6 of a ring of four has the row of entry 2; the late readings are marked as not taken yet."""
+    history = empty_history(4)
+    before = history.inputs.copy()
+    ring.keep_inputs(history, 6, 40, 3, 0.7, -0.6)
+    ring.keep_angles(history, 6, Angle(0.1, 0.2), Angle(0.3, 0.4))
+    ring.keep_rate(history, 6, 1.5, -0.001)
+    ring.keep_elbow(history, 6, Angle(0.5, 1e-6))
+    ring.keep_seen(history, 6, 0.01, 0.14, -0.002, 1e-8)
+    kept = (0.1, 0.2, 0.3, 0.4, 0.7, -0.6, 3.0, 40.0, 1.5, -0.001, 1.0, 0.5, 1e-6, 1.0, 0.01, 0.14, -0.002, 1e-8)
+    assert tuple(history.inputs[2].tolist()) == kept
+    np.testing.assert_array_equal(np.delete(history.inputs, 2, axis=0), np.delete(before, 2, axis=0))

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.ekf import Belief, EkfSettings, advanced
-from fivebar_control.estimation.encoder import MOST_REPETITIONS
-from fivebar_control.estimation.history import LAG, PERIODS, RATE, SAMPLE, TAU1, TAU2, row_of
-from fivebar_control.estimation.measurements import turn_rate
+from fivebar_control.estimation.ekf import Belief, EkfSettings, advanced, guessed, predicted
+from fivebar_control.estimation.encoder import MOST_REPETITIONS, Angle
+from fivebar_control.estimation.history import LAG, PERIODS, RATE, SAMPLE, TAU1, TAU2, angle_at, keep_belief, row_of
+from fivebar_control.estimation.measurements import corrected, motor_speeds, seen_at, turn_rate
 from fivebar_control.estimation.step import (
     Drives,
     EstimatorMemory,
@@ -138,6 +138,17 @@ def test_a_rate_is_put_at_the_sample_after_it(made: float, entry: int, lag: floa
     assert kept[LAG] * RATE_HZ == pytest.approx(lag, abs=1e-9)
 
 
+@pytest.mark.parametrize(("clock", "entry"), [(0.0, 4), (0.0015, 3), (0.0035, 2), (-0.0015, 4)])
+def test_a_rate_is_put_where_its_clock_is_estimated_to_have_been(clock: float, entry: int) -> None:
+    """It was stamped half a period after sample 3, by a clock that is so late (s)."""
+    model, memory = model_of(), started(model_of())
+    belief = memory.belief._replace(estimate=memory.belief.estimate._replace(clock=clock))
+    placed = with_rate(model, memory._replace(belief=belief), 3.5, 0.3)
+    assert placed.start == entry
+    lag = placed.memory.history.inputs[row_of(placed.memory.history, entry), LAG]
+    assert lag * RATE_HZ == pytest.approx(3.5 - entry, abs=1e-12)
+
+
 @pytest.mark.parametrize("add", [with_rate, lambda *rest: with_seen(*rest, 0.15, 1e-8), with_elbow])
 def test_a_reading_of_before_the_second_sample_is_left_out(add: object) -> None:
     model = model_of()
@@ -176,6 +187,57 @@ def test_two_rates_of_one_update_count_by_their_mean() -> None:
     for made, off in ((3.0, 3.0), (4.0, 1.0)):
         placed = with_rate(model, memory, made, turn_rate(model.filter, memory.belief.estimate) + off)
     assert next_update(model, placed.memory, 3).squared.gyro == pytest.approx(5.0, rel=0.02)
+
+
+def expect_same(found: Belief, wanted: Belief) -> None:
+    np.testing.assert_allclose(found.estimate, wanted.estimate, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(found.covariance, wanted.covariance, rtol=1e-9, atol=1e-18)
+
+
+@pytest.mark.parametrize("periods", [1, 2, 4])
+def test_over_a_gap_the_torque_and_the_time_of_the_reading_are_in_doubt(periods: int) -> None:
+    """Each period has the torque of the last one, unsure by its difference from that before the gap.
+
+    The angles may be those of a period later: their variance grows by what the motors turn in one.
+    """
+    model = model_of()
+    start = first_update(model, 1, ANGLES.q11, ANGLES.q21)
+    moving = Belief(start.belief.estimate._replace(vx=0.3, vy=-0.4, d1=0.1), start.belief.covariance)
+    keep_belief(start.history, 0, moving)
+    memory = with_motors(start, 1, 1, ANGLES.q11 + 1e-3, ANGLES.q21 - 2e-3, 0.3, -0.2)
+    memory = next_update(model, memory, 1).memory
+    belief = memory.belief
+    reading = memory.last1 + 2e-3 * periods, memory.last2 + 1e-3 * periods
+    memory = with_motors(memory, 1 + periods, periods, *reading, 0.8, -0.5)
+    found = next_update(model, memory, 2)
+    for _ in range(periods):
+        if periods == 1:
+            belief = predicted(model.filter, belief, 0.8, -0.5)
+        else:
+            belief = guessed(model.filter, belief, 0.8, -0.5, 0.8 - 0.3, -0.5 + 0.2)
+    assert found.predicted == pytest.approx(belief.estimate, rel=1e-12, abs=1e-15)
+    late = np.array(motor_speeds(model.filter, belief.estimate)) / RATE_HZ if periods > 1 else np.zeros(2)
+    angles = []
+    for number in (1, 2):
+        kept = angle_at(memory.history, 2, number)
+        assert kept.value == reading[number - 1]
+        angles.append(Angle(kept.value, kept.variance + float(late[number - 1]) ** 2))
+    expect_same(found.memory.belief, corrected(model.filter, belief, *angles).belief)
+
+
+@pytest.mark.parametrize(("made", "variance", "counted"), [(4.5, 1e-20, 0.002**2), (4.0, 1e-4, 1e-4)])
+def test_a_position_by_the_camera_counts_at_its_exposure(made: float, variance: float, counted: float) -> None:
+    """With the variance that it says of itself, and no less than what the settings say of every camera."""
+    model = model_of(TIGHT._replace(camera_deviation=0.002, play=0.01))
+    without = started(model)
+    plain = next_update(model, without, without.newest).memory.belief
+    memory = started(model)
+    place = HOME[0] + 1e-3, HOME[1] - 2e-3
+    placed = with_seen(model, memory, made, *place, variance)
+    assert placed.start == 4
+    found = next_update(model, placed.memory, placed.start).memory.belief
+    expect_same(found, seen_at(plain, *place, (made - 4.0) / RATE_HZ, counted, model.camera_gate).belief)
+    assert found.estimate.x != plain.estimate.x
 
 
 def test_the_motors_misfit_is_the_mean_of_both() -> None:

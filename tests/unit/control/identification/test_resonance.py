@@ -11,12 +11,10 @@ from scipy.linalg import expm
 from fivebar_control.identification.equations import Record
 from fivebar_control.identification.identification import NotIdentifiable
 from fivebar_control.identification.resonance import elastic_model, find_resonance, inertia_at, rigid_model
-from fivebar_control.laws.chirp import HIGHEST, LAW, ChirpMemory, ChirpSettings, chirp
-from fivebar_control.laws.robot_sizes import tuning_for
+from fivebar_control.laws.chirp import HIGHEST, ChirpSettings, chirp
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
-from fivebar_description.parameters import load_robot, read_robot
-from fivebar_description.tuning import Tuning
+from fivebar_description.parameters import load_robot
 
 ROBOT = load_robot("dextar")
 RATE, COUNT = 500.0, 2.0 * math.pi / 20_000
@@ -85,26 +83,3 @@ def test_unsuitable_records_are_refused() -> None:
     moved = record.angles - record.angles[0] + [near.q11, near.q21]
     with pytest.raises(NotIdentifiable, match=r"1/cond\(A\) is 0\.\d+ in this posture"):
         find_resonance(ROBOT, record._replace(angles=moved))
-
-
-def test_sweeps_end_where_the_rate_does_and_turn_the_motors_alike_and_against_each_other() -> None:
-    settings = ChirpSettings(amplitude=1.0, from_hz=10.0, to_hz=200.0, sweep=2.0)
-    # one period at 10 Hz, and one sample of the second sweep
-    assert chirp(settings, 0.0, 200.0) == (0.0, 0.0)
-    first, second = chirp(settings, 0.02, 200.0), chirp(settings, 2.02, 200.0)
-    assert first[0] == first[1] == pytest.approx(math.sin(2.0 * math.pi * (10.0 + 0.5 * 95.0 * 0.02) * 0.02))
-    assert second == pytest.approx((first[0], -first[0]))
-    slower = chirp(settings, 0.02, 100.0)
-    assert slower[0] == pytest.approx(math.sin(2.0 * math.pi * (10.0 + 0.5 * 45.0 * 0.02) * 0.02))
-    assert LAW.memory == ChirpMemory(0)
-
-
-def test_the_tuning_is_lowered_and_never_raised() -> None:
-    dextar, motkin = read_robot("dextar"), read_robot("motkin")
-    assert tuning_for(dextar, 60.0) == Tuning(bandwidth=37.7, disturbance_rate=0.1)
-    assert tuning_for(dextar, 128.0) == dextar.tuning
-    lowered = tuning_for(motkin, 100.0)
-    assert lowered.bandwidth == 62.8
-    assert lowered.disturbance_rate == pytest.approx(0.1 * 0.035 / 0.55)
-    assert lowered.acceleration_noise == motkin.tuning.acceleration_noise
-    assert tuning_for(motkin, 200.0) == motkin.tuning

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes
+from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes, tuning_for
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.known_drives import KnownDrives
 from fivebar_description.parameters import RobotFile, read_robot
@@ -41,3 +41,14 @@ def test_the_gains_are_those_of_a_double_pole_at_the_bandwidth_and_the_observer_
     for name in ("unified", "mpc", "lqr"):
         tuned = default_tuning(CONTROLLERS[name], robot(0.035, 120.0)).nominal.settings
         assert law_sizes(robot(0.035, 120.0))[name].items() <= tuned._asdict().items()  # type: ignore[attr-defined]
+
+
+def test_the_tuning_is_lowered_and_never_raised() -> None:
+    dextar, motkin = read_robot("dextar"), read_robot("motkin")
+    assert tuning_for(dextar, 60.0) == Tuning(bandwidth=37.7, disturbance_rate=0.1)
+    assert tuning_for(dextar, 128.0) == dextar.tuning
+    lowered = tuning_for(motkin, 100.0)
+    assert lowered.bandwidth == 62.8
+    assert lowered.disturbance_rate == pytest.approx(0.1 * 0.035 / 0.55)
+    assert lowered.acceleration_noise == motkin.tuning.acceleration_noise
+    assert tuning_for(motkin, 200.0) == motkin.tuning

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fivebar_control.laws.law import MIN_AUTHORITY
+from fivebar_control.laws.adaptive_gain import NO_MEMORY, GainMemory
+from fivebar_control.laws.law import MIN_AUTHORITY, Instant
 from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
-from fivebar_control.laws.vhc_joint import path_constraints, vhc_joint_torque
+from fivebar_control.laws.vhc_joint import VhcJointSettings, path_constraints, vhc_joint_step, vhc_joint_torque
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.geometry import inverse_geometry, wrap
 from fivebar_control.model.kinematics import joint_acceleration, state_from_joints, state_from_platform
@@ -24,6 +25,7 @@ from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform, State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import as_numbers
 
 Vector = NDArray[np.float64]
 States = Callable[[int, int], list[State]]
@@ -259,3 +261,41 @@ def test_a_motor_that_was_counted_a_turn_off_makes_no_difference(dextar: FiveBar
     resolve = RESOLUTIONS["full_inverse"]
     plain = vhc_joint_torque(dextar, 1, -1, state, reference, line, KP, KD, resolve)
     assert vhc_joint_torque(dextar, 1, -1, wound, reference, line, KP, KD, resolve) == pytest.approx(plain, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("settings", "zone_weight", "jump", "factors"),
+    [
+        (VhcJointSettings(alpha=3.0), 0.5, (0.0, 2e-4), (9.0, 3.0)),
+        (VhcJointSettings(alpha=3.0), 0.5, (-2e-4, 0.0), (9.0, 3.0)),
+        (VhcJointSettings(alpha=3.0, keep_damping=False), 1e-9, (0.0, -2e-4), (3.0, 3.0)),
+        (VhcJointSettings(alpha=3.0), 0.5, (5e-5, -5e-5), (1.0, 1.0)),
+        (VhcJointSettings(alpha=3.0), 0.0, (0.0, 2e-4), (1.0, 1.0)),
+        (VhcJointSettings(alpha=3.0, adaptive_gain=False), 0.5, (0.0, 2e-4), (1.0, 1.0)),
+    ],
+)
+def test_a_jump_of_the_tracked_error_inside_a_zone_raises_the_gains(
+    settings: VhcJointSettings,
+    zone_weight: float,
+    jump: tuple[float, float],
+    factors: tuple[float, float],
+    dextar: FiveBar,
+) -> None:
+    """By more than 0.1 mm in either coordinate since the sample before the zone, when it was 1 mm and -2 mm."""
+    numbers = as_numbers(settings)
+    desired = state_from_platform(dextar, 1, -1, 0.0, 0.1, 0.0, -0.2)
+    reference, line = reference_near(dextar, desired), Line(0.0, 0.15, 0.0, -1.0)
+    memory = NO_MEMORY
+    for weight, (off_x, off_y) in ((0.0, (0.0, 0.0)), (zone_weight, jump)):
+        state = state_from_platform(dextar, 1, -1, 1e-3 + off_x, 0.1 - 2e-3 + off_y, 0.05, -0.2)
+        torque, memory = vhc_joint_step(
+            dextar, Instant(state, reference, line, 1, -1, weight, 0.002, None), memory, numbers
+        )
+    gains = settings.kp * factors[0], settings.kd * factors[1]
+    wanted = vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, RESOLUTIONS[settings.resolution])
+    assert torque == pytest.approx(wanted, rel=1e-9)
+    if settings.adaptive_gain:
+        left = (1e-3, -2e-3) if zone_weight > 0.0 else (1e-3 + jump[0], -2e-3 + jump[1])
+        assert memory == pytest.approx(GainMemory(*left), abs=1e-15)
+    else:
+        assert memory is NO_MEMORY

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fivebar_control.model.constraint_form import DynamicResponse
+from fivebar_control.model.constraint_form import DynamicResponse, constraint_form, response_to
 from fivebar_control.model.dynamics import (
     direct_dynamics,
     direct_dynamics_of_platform,
@@ -238,3 +238,21 @@ def test_direct_dynamics_is_undefined_only_at_type_3(robot: FiveBar) -> None:
     assert all(math.isnan(number) for number in direct_dynamics(robot, both, 1.0, 1.0, 0.0, 0.0))
     one = state_from_joints(robot, 0.0, 0.0, 1.0, -1.0, 0.1, 0.0, 0.2, 0.0)
     assert all(math.isfinite(number) for number in direct_dynamics(robot, one, 1.0, 1.0, 0.0, 0.0))
+
+
+def test_the_constraint_form_closes_the_loop_under_any_drive_and_push(
+    robot: FiveBar, regular_states: States, matrices: Matrices
+) -> None:
+    """ZZ (qddot - drive) = -B lambda, m (xddot - push) = A^T lambda and A xddot + c = B qddot, with matrices."""
+    drive, push = np.array([30.0, -20.0]), np.array([3.0, -5.0])
+    zz = np.diag([robot.leg1.inertia, robot.leg2.inertia])
+    for state in regular_states(20, 44):
+        a, b = matrices(state)
+        c = np.array([state.leg1.c, state.leg2.c])
+        right = (b @ drive - a @ push - c).tolist()
+        found = response_to(constraint_form(robot, state), state, *drive.tolist(), *right, *push.tolist())
+        qddot, xddot = np.array(found[:2]), np.array(found[2:4])
+        lambdas = np.array(found[4:])
+        np.testing.assert_allclose(zz @ (qddot - drive), -b @ lambdas, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(robot.mass * (xddot - push), a.T @ lambdas, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(a @ xddot + c, b @ qddot, rtol=0.0, atol=1e-9)

@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import (
+    assembly_mode,
     det_a,
     distal_acceleration,
     distal_acceleration_by_motor,
+    elbow_side,
     joint_acceleration,
+    joints_of,
     platform_acceleration,
     state_from_joints,
+    state_from_motors,
     state_from_platform,
+    working_mode,
 )
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
@@ -219,3 +224,76 @@ def test_distal_acceleration_by_motor_is_regular_at_type_1(robot: FiveBar) -> No
 def test_distal_acceleration_is_undefined_at_type_1(dextar: FiveBar) -> None:
     straight = state_from_joints(dextar, 1.0, 0.0, 2.0, -1.0, 0.1, 0.2, 0.3, 0.1)
     assert math.isnan(distal_acceleration(dextar.leg1, straight.leg1, 1.0, 1.0))
+
+
+def expect_same(found: State, wanted: State) -> None:
+    for one, other in ((found.leg1, wanted.leg1), (found.leg2, wanted.leg2)):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found[2:], wanted[2:], rtol=1e-9, atol=1e-9)
+
+
+def test_both_motors_and_the_assembly_mode_give_the_whole_state(robot: FiveBar, regular_states: States) -> None:
+    for state in regular_states(40, 18):
+        leg1, leg2 = state.leg1, state.leg2
+        expect_same(state_from_motors(robot, assembly_mode(state), leg1.q1, leg2.q1, leg1.dq1, leg2.dq1), state)
+
+
+def test_both_motors_give_the_state_where_a_leg_is_stretched_too(robot: FiveBar, loop: ClosedLoop) -> None:
+    """Either leg, turning at both joints: the rates are those with which Pinocchio's loop stays closed."""
+    for stretched, mode in ((0, -1), (1, 1)):
+        leg = robot[stretched]
+        reach = leg.proximal + leg.distal
+        angle = 1.1 if stretched == 0 else 2.0
+        place = leg.base_x + reach * math.cos(angle), reach * math.sin(angle)
+        q = np.array(inverse_geometry(robot, -mode, mode, *place))
+        q[2 * stretched : 2 * stretched + 2] = angle, 0.0
+        _, v, gap = loop.close(q, np.array([0.4, -0.7, 0.5, 0.3]))
+        assert gap < 1e-12
+        wanted = state_from_joints(robot, *q.tolist(), *v.tolist())
+        assert (wanted.leg1, wanted.leg2)[stretched].b == 0.0
+        found = state_from_motors(robot, assembly_mode(wanted), q[0], q[2], v[0], v[2])
+        np.testing.assert_allclose(joints_of(found), [*q, *v], rtol=0.0, atol=1e-6)
+        np.testing.assert_allclose(found[2:], wanted[2:], rtol=0.0, atol=1e-6)
+
+
+def test_motors_whose_distal_links_cannot_meet_have_no_state_but_their_angles(dextar: FiveBar) -> None:
+    """Or are in line, to the last bit, where the motors' speeds do not determine the platform's."""
+    far = dextar._replace(leg2=dextar.leg2._replace(base_x=10.0))
+    # elbows 0.2 m apart with distal links of 0.1 m
+    one, two = dextar.leg1._replace(distal=0.1), dextar.leg2._replace(distal=0.1)
+    apart = dextar._replace(leg1=one._replace(base_x=-0.1, proximal=0.05), leg2=two._replace(base_x=0.1, proximal=0.05))
+    for robot, q11, q21 in ((far, 1.0, 2.0), (apart, 0.5 * math.pi, 0.5 * math.pi)):
+        state = state_from_motors(robot, 1, q11, q21, 0.1, 0.2)
+        assert (state.leg1.q1, state.leg2.q1) == (q11, q21)
+        assert (state.leg1.r_x, state.leg2.r_y) == (math.cos(q11), math.sin(q21))
+        for leg in (state.leg1, state.leg2):
+            assert all(map(math.isnan, (leg.q2, leg.dq1, leg.dtheta, leg.u_x, leg.u_y, leg.b, leg.c)))
+        assert all(map(math.isnan, state[2:]))
+
+
+def test_joints_of_a_state_are_those_it_was_made_from(robot: FiveBar) -> None:
+    joints = (2.0, -1.0, 1.0, 1.5, 0.3, -0.2, 0.7, 0.9)
+    assert joints_of(state_from_joints(robot, *joints)) == pytest.approx(joints, abs=1e-15)
+
+
+def test_modes_are_where_the_elbows_and_the_platform_are(robot: FiveBar, regular_states: States) -> None:
+    """Elbows by the line from base to platform, the platform by the line from elbow to elbow."""
+    for state in regular_states(40, 19):
+        platform, elbows, sides = np.array([state.x, state.y]), [], []
+        for parameters, leg in ((robot.leg1, state.leg1), (robot.leg2, state.leg2)):
+            base = np.array([parameters.base_x, 0.0])
+            elbow = base + parameters.proximal * np.array([math.cos(leg.q1), math.sin(leg.q1)])
+            (ax, ay), (bx, by) = platform - base, elbow - base
+            sides.append(int(np.sign(ax * by - ay * bx)))
+            elbows.append(elbow)
+        assert list(working_mode(state)) == sides
+        (ax, ay), (bx, by) = platform - elbows[0], platform - elbows[1]
+        assert assembly_mode(state) == int(np.sign(ax * by - ay * bx))
+
+
+def test_modes_at_the_singularities_are_declared(dextar: FiveBar) -> None:
+    on_locus = state_from_joints(dextar, 1.0, -1.0, 2.0, -2.0, 0.3, 0.0, 0.4, 0.0)
+    assert assembly_mode(on_locus) == -1
+    assert assembly_mode(state_from_platform(dextar, 1, -1, 9.0, 9.0, 0.0, 0.0)) == -1
+    assert elbow_side(0.0) == 1
+    assert (elbow_side(1e-9), elbow_side(-1e-9)) == (-1, 1)
