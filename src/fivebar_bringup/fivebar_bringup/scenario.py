@@ -117,8 +117,8 @@ class Scenario(StrictModel):
     waypoints: Annotated[
         tuple[Pair, ...],
         Setting(
-            "The points x, y through which the platform goes, at rest in each, from where it starts; with `start: seen`"
-            " those after the start.",
+            "The points x, y through which the platform goes, at rest in each that `blend_radius` does not round, from"
+            " where it starts; with `start: seen` those after the start.",
             "m",
         ),
     ]

@@ -79,9 +79,7 @@ class MotionSettings(NamedTuple):
         tuple[int, ...],
         Setting(f"{WORKING_MODE.description} Two signs, or two for every waypoint of a motion that may meet Type 1."),
     ] = (1, -1)
-    waypoints: Annotated[
-        tuple[float, ...], Setting("Waypoints of the path, with a rest at each: x1, y1, x2, y2, ...", "m")
-    ] = (
+    waypoints: Annotated[tuple[float, ...], Setting("Waypoints of the path: x1, y1, x2, y2, ...", "m")] = (
         *(0.0, 0.15),
         *(0.0, 0.02),
         *(0.0, 0.15),

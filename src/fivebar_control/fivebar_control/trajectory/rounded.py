@@ -150,7 +150,7 @@ def stretches(
         radii: at each waypoint between the first and the last one (m), 0 for a rest.
 
     Raises:
-        PlanRefused: a radius is impossible, a corner too sharp, or two corners do not fit on the leg between them.
+        PlanRefused: a corner is too sharp, or two corners do not fit on the leg between them.
     """
     found: list[RoundedSegment | None] = []
     first, time = 0, 0.0
@@ -170,16 +170,11 @@ def stretches(
 
 def _refuse_misfit(curve: RoundedPolyline, first: int) -> None:
     for corner in range(1, len(curve.points) - 1):
-        radius, number = curve.radii[corner], first + corner + 1
-        where = f"waypoint {number}: the corner at {place(*curve.points[corner])}"
-        if not (math.isfinite(radius) and radius >= LEAST_RADIUS):
-            raise PlanRefused(
-                f"{where}: blend_radius {radius:g} m: expected 0 for a rest, or at least {LEAST_RADIUS:g} m"
-            )
         if curve.turn(corner) > SHARPEST:
             raise PlanRefused(
-                f"{where} turns by {math.degrees(curve.turn(corner)):.0f} degrees: expected at most"
-                f" {math.degrees(SHARPEST):.0f}, or blend_radius 0 for a rest there"
+                f"waypoint {first + corner + 1}: the corner at {place(*curve.points[corner])} turns by"
+                f" {math.degrees(curve.turn(corner)):.0f} degrees: expected at most {math.degrees(SHARPEST):.0f}, or"
+                " blend_radius 0 for a rest there"
             )
     for leg, (a, b) in enumerate(pairwise(curve.radii)):
         room = curve.ways[leg + 1] - curve.ways[leg]
