@@ -32,6 +32,7 @@ from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import longest_hold
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.planner import (
+    BLEND_RADIUS,
     QUINTIC,
     Plan,
     PlanRefused,
@@ -116,8 +117,8 @@ class Scenario(StrictModel):
     waypoints: Annotated[
         tuple[Pair, ...],
         Setting(
-            "The points x, y through which the platform goes, at rest in each, from where it starts; with `start: seen`"
-            " those after the start.",
+            "The points x, y through which the platform goes, at rest in each that `blend_radius` does not round, from"
+            " where it starts; with `start: seen` those after the start.",
             "m",
         ),
     ]
@@ -142,6 +143,7 @@ class Scenario(StrictModel):
         Setting("Duration of each segment: one number for all, or a list with one per segment.", "s"),
     ] = 1.0
     time_law: TimeLaw = QUINTIC
+    blend_radius: Annotated[float | Annotated[tuple[float, ...], Field(strict=False)], BLEND_RADIUS] = 0.0
     rate_hz: RateHz = 500
     zone: Section[ZoneSettings] = ZoneSettings()
     vhc_resolution: Annotated[str, RESOLUTION] = "full_friction"
@@ -199,6 +201,8 @@ class Scenario(StrictModel):
     def _may_meet_type1(self) -> Scenario:
         if self.working_modes is None:
             return self
+        if self.rounded:
+            raise ValueError("blend_radius: a motion with working_modes rests at each waypoint: expected 0")
         if len(self.working_modes) != len(self.waypoints):
             raise ValueError(
                 f"working_modes: {len(self.working_modes)} given for {len(self.waypoints)} waypoints:"
@@ -251,6 +255,15 @@ class Scenario(StrictModel):
             )
         return self.segment_duration
 
+    def blend_radii(self) -> tuple[float, ...]:
+        """Return the blend radius (m) at each waypoint between the first and the last, or one number for all."""
+        return (float(self.blend_radius),) if isinstance(self.blend_radius, float | int) else self.blend_radius
+
+    @property
+    def rounded(self) -> bool:
+        """Whether the path rounds corners."""
+        return any(self.blend_radii())
+
     def five_bar(self) -> FiveBar:
         """Return the robot that the controllers believe in."""
         return load_robot(self.robot)
@@ -274,6 +287,7 @@ class Scenario(StrictModel):
             self.zone.as_rule(),
             self.time_law,
             self.min_authority,
+            self.blend_radii(),
         )
         if any(meeting.leg == 2 for meeting in plan.meetings):
             raise PlanRefused(

@@ -29,8 +29,7 @@ from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
 from fivebar_bringup.runs.bag.recording import IntArray
-from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.path import Segment
+from fivebar_control.trajectory.path import AnySegment
 
 FAR = "#8a93a5"
 
@@ -155,7 +154,7 @@ def _draw_posture(axes: Axes, run: RunAnalysis, row: int, color: str, alpha: flo
     draw_robot(axes, run.robot, (q11, q21), (x, y), color, alpha, zorder=zorder)
 
 
-def _segment(run: RunAnalysis) -> Segment | JointSegment:
+def _segment(run: RunAnalysis) -> AnySegment:
     """Return the first segment that crosses the locus, or the first one."""
     crossings = run.plan.crossings
     return run.plan.path.segments[crossings[0].segment if crossings else 0]

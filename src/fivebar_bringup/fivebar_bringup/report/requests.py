@@ -7,8 +7,7 @@ from typing import Any
 
 from fivebar_bringup.runs.bag.recording import BagError, Recording
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.path import Path, Segment
+from fivebar_control.trajectory.path import AnySegment, Path, Segment
 from fivebar_control.trajectory.planner import Plan, plan_motion
 from fivebar_description.interface import GOAL_STATUS, JOINT_STATES
 
@@ -26,7 +25,7 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
     try:
         statuses = [json.loads(text) for text in recording.texts(GOAL_STATUS)]
         moved = [status for status in statuses if status["state"] == "moving"]
-        segments: list[Segment | JointSegment] = list(plan.path.segments)
+        segments: list[AnySegment] = list(plan.path.segments)
         crossings = list(plan.crossings)
         for status in moved:
             motion = _requested(scenario, plan, status)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.report.workspace import Map, survey
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_control.trajectory.joint_segment import JointSegment
+from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 
@@ -37,7 +37,7 @@ def corner_times(plan: Plan) -> list[float]:
     """Return the times (s) between which the reference is a straight line: its rests, and much denser on a curve."""
     times = [0.0]
     for segment in plan.path.segments:
-        count = CURVE_POINTS if isinstance(segment, JointSegment) else 1
+        count = 1 if isinstance(segment, Segment) else CURVE_POINTS
         times += [segment.start_time + segment.duration * step / count for step in range(1, count + 1)]
     return times
 

@@ -75,7 +75,7 @@ def _advice(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
 
 def _quicker(scenario: Scenario) -> str:
     """Return how quick a motion would have to be for the loads: the speeds, and whether that is feasible."""
-    if scenario.working_modes is not None:
+    if scenario.working_modes is not None or scenario.rounded:
         return ""
     durations, words = [], []
     for number, (ends, duration) in enumerate(zip(pairwise(scenario.waypoints), scenario.durations(), strict=True)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from scipy.optimize import brentq, minimize_scalar
@@ -24,6 +25,7 @@ from fivebar_control.safety.forbidden import CLEAR, time_to_posture
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_description.forbidden import NamedBounds
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
@@ -454,11 +456,19 @@ class _ReferenceScan:
             first = math.ceil(segment.start_time * self._rate_hz - 1e-6)
             end = min(math.ceil((segment.start_time + segment.duration) * self._rate_hz - 1e-6), self._last)
             samples.update(range(first, end, max(1, (end - first) // COARSE_SAMPLES)))
+            if isinstance(segment, RoundedSegment):
+                samples.update(self._in_corners(segment))
         reach = math.ceil(CLOSE_RANGE * self._rate_hz)
         for crossing in self._plan.crossings:
             middle = round(crossing.time * self._rate_hz)
             samples.update(range(max(middle - reach, 0), min(middle + reach, self._last) + 1))
         return sorted(samples)
+
+    def _in_corners(self, segment: RoundedSegment) -> Iterator[int]:
+        """Yield the samples in the corners of a segment, which may be short against it."""
+        for corner in segment.curve.corners():
+            first, end = (segment.time_at(s) * self._rate_hz for s in corner)
+            yield from range(math.ceil(first), min(math.floor(end), self._last) + 1)
 
     def _with_near_passes(self, coarse: list[int]) -> list[int]:
         """Return the samples with all those around the minima of kappa near the locus."""

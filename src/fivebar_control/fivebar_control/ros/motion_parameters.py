@@ -66,6 +66,7 @@ def _planned(robot: FiveBar, settings: MotionSettings, zone: ZoneSettings) -> Pl
         zone.as_rule(),
         settings.time_law,
         settings.min_authority,
+        settings.blend_radius,
     )
 
 

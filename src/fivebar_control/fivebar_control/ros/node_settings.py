@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 from fivebar_control.laws.law import MIN_AUTHORITY, MOST_AHEAD
 from fivebar_control.laws.registry import CONDITION, SIGMOID, find_law, law_problem
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.trajectory.planner import QUINTIC, TimeLaw
+from fivebar_control.trajectory.planner import BLEND_RADIUS, QUINTIC, RESTS, TimeLaw
 from fivebar_description.interface import Topic
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import (
@@ -79,9 +79,7 @@ class MotionSettings(NamedTuple):
         tuple[int, ...],
         Setting(f"{WORKING_MODE.description} Two signs, or two for every waypoint of a motion that may meet Type 1."),
     ] = (1, -1)
-    waypoints: Annotated[
-        tuple[float, ...], Setting("Waypoints of the path, with a rest at each: x1, y1, x2, y2, ...", "m")
-    ] = (
+    waypoints: Annotated[tuple[float, ...], Setting("Waypoints of the path: x1, y1, x2, y2, ...", "m")] = (
         *(0.0, 0.15),
         *(0.0, 0.02),
         *(0.0, 0.15),
@@ -97,6 +95,7 @@ class MotionSettings(NamedTuple):
         ),
     ] = MIN_AUTHORITY
     lead_samples: LeadSamples = 0
+    blend_radius: Annotated[tuple[float, ...], BLEND_RADIUS] = RESTS
 
 
 class TrajectorySettings(NamedTuple):

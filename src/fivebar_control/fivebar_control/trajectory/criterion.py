@@ -6,7 +6,8 @@ crossing, which the fifth-order polynomial has at half of its way only and a sev
 
 Moments M_i of residual inertias are forces M_i p_i on the platform, dtheta_i = p_i . xdot, so that then
 t_s^T (m xddot + sum p_i M_i) = 0 on the locus: on a straight path s'' = rho s'^2 at the crossing, with a rho that the
-posture determines. The fifth-order polynomial has it near half of its way only.
+posture determines. The fifth-order polynomial has it near half of its way only. On a curve x(s) the acceleration is
+x' s'' + x'' s'^2, so that its curvature counts the same way: rho = - (t_s . x'') / (t_s . x') without such moments.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.polynomial import rest_to_rest
+from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_description.parameters import FiveBar
 
 MONOTONE_GRID = 400
@@ -139,6 +141,12 @@ def criterion_curvature(robot: FiveBar, mode1: int, mode2: int, x: float, y: flo
     at_unit_acceleration = Platform(x, y, 0.0, 0.0, d_x, d_y)
     force = criterion_residual(robot, mode1, mode2, at_unit_speed)
     return -force / criterion_residual(robot, mode1, mode2, at_unit_acceleration)
+
+
+def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: RoundedSegment, s: float) -> float:
+    """Return the s'' / s'^2 that a rounded path needs at a share of its way on the locus, for its own curvature too."""
+    unpushed = criterion_residual(robot, mode1, mode2, segment.moved(s, 1.0, 0.0))
+    return -unpushed / criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 1.0))
 
 
 def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> float:

@@ -1,4 +1,4 @@
-"""The time law of the quickest passage along a straight segment, rest to rest, under equal limits of both torques.
+"""The time law of the quickest passage along a straight or rounded path, rest to rest, under equal torque limits.
 
 Beyond friction the torque along a path is linear in sddot and sdot^2, so it goes with the inverse square of the
 duration: what is quickest as a share of the duration does not depend on the limit, which only decides how long it
@@ -12,7 +12,9 @@ that bounds the rate of the torque. What the average changes at the locus is cor
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +23,7 @@ from scipy.optimize import brentq, newton
 
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.trajectory.rounded import RoundedPolyline
 from fivebar_description.parameters import FiveBar
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +35,8 @@ OFF_LOCUS = 1e-7
 """Share of the way by which a point of the grid is moved that has no inverse dynamics."""
 
 WINDOW = 0.04
-"""Width of the average, as a share of the duration of what is averaged."""
+"""Width of the average, as a share of the duration of what is averaged; on a rounded path divided by its legs, so that
+it is as long as along the same legs with rests between them."""
 
 REACH = 0.1
 """Share of the duration on either side of the crossing within which a law is bent where a bump over all of it fails."""
@@ -44,15 +48,43 @@ CORRECTIONS = 20
 """Rounds of the secant method that make the acceleration at the crossing vanish, at most."""
 
 
+class StraightWay(NamedTuple):
+    """A straight path (m)."""
+
+    start_x: float
+    start_y: float
+    end_x: float
+    end_y: float
+
+    @property
+    def legs(self) -> int:
+        """Of how many legs it is."""
+        return 1
+
+    def at(self, s: float) -> tuple[float, float, float, float, float, float]:
+        """Return the place (m) at a share s of the way, with its first and second derivative by s (m)."""
+        d_x, d_y = self.end_x - self.start_x, self.end_y - self.start_y
+        return self.start_x + s * d_x, self.start_y + s * d_y, d_x, d_y, 0.0, 0.0
+
+
+class Hump(NamedTuple):
+    """Factor of w(u) between the instants `centre` - `reach` and `centre` + `reach`."""
+
+    factor: float
+    centre: float
+    reach: float
+
+
 class OptimalLaw(NamedTuple):
-    """A time law s(u) from 0 to 1: the average over `WINDOW` of a passage with constant sddot between its instants.
+    """A time law s(u) from 0 to 1: the average over a window of a passage with constant sddot between its instants.
 
     Attributes:
         times: of the instants, from 0 to 1.
         sums: the integral of the way over time up to each of them.
         ways, speeds: way and its derivative there.
         bump: factor of w(u) = u^3 (1 - u)^3, which is added.
-        local, centre, reach: factor of w that is added between the instants `centre` - `reach` and `centre` + `reach`.
+        humps: what is added besides, each about one instant.
+        window: its width, as a share of the duration of what is averaged.
     """
 
     times: tuple[float, ...]
@@ -60,9 +92,8 @@ class OptimalLaw(NamedTuple):
     ways: tuple[float, ...]
     speeds: tuple[float, ...]
     bump: float = 0.0
-    local: float = 0.0
-    centre: float = 0.5
-    reach: float = 0.5
+    humps: tuple[Hump, ...] = ()
+    window: float = WINDOW
 
     def __call__(self, u: float) -> tuple[float, float, float]:
         """Return s, ds/du, d2s/du2; outside [0, 1] the motion rests."""
@@ -70,24 +101,26 @@ class OptimalLaw(NamedTuple):
             return 0.0, 0.0, 0.0
         if u >= 1.0:
             return 1.0, 0.0, 0.0
-        stretched = 1.0 + WINDOW
+        window = self.window
+        stretched = 1.0 + window
         late = u * stretched
         sum1, way1, speed1 = self._at(late)
-        sum0, way0, speed0 = self._at(late - WINDOW)
-        s, ds, dds = (sum1 - sum0) / WINDOW, (way1 - way0) / WINDOW, (speed1 - speed0) / WINDOW
+        sum0, way0, speed0 = self._at(late - window)
+        s, ds, dds = (sum1 - sum0) / window, (way1 - way0) / window, (speed1 - speed0) / window
         v = u * (1.0 - u)
         s, ds, dds = (
             s + self.bump * v * v * v,
             stretched * ds + self.bump * 3.0 * v * v * (1.0 - 2.0 * u),
             stretched * stretched * dds + self.bump * 6.0 * v * ((1.0 - 2.0 * u) * (1.0 - 2.0 * u) - v),
         )
-        width = 2.0 * self.reach
-        within = (u - self.centre) / width + 0.5
-        if self.local != 0.0 and 0.0 < within < 1.0:
-            w, dw, ddw = _hump(within)
-            s += self.local * w
-            ds += self.local * dw / width
-            dds += self.local * ddw / (width * width)
+        for factor, centre, reach in self.humps:
+            width = 2.0 * reach
+            within = (u - centre) / width + 0.5
+            if 0.0 < within < 1.0:
+                w, dw, ddw = _hump(within)
+                s += factor * w
+                ds += factor * dw / width
+                dds += factor * ddw / (width * width)
         return s, ds, dds
 
     def _at(self, t: float) -> tuple[float, float, float]:
@@ -118,20 +151,22 @@ def optimal_law(
     robot: FiveBar,
     mode1: int,
     mode2: int,
-    start: tuple[float, float],
-    end: tuple[float, float],
+    way: StraightWay | RoundedPolyline,
     crossed: tuple[float, ...],
+    ratios: tuple[float, ...] = (),
 ) -> OptimalLaw | None:
     """Return the quickest time law of a segment; None where there is none that keeps going forwards.
 
     Args:
         robot: of the controllers.
         mode1, mode2: working mode.
-        start, end: of the segment (m).
-        crossed: shares of the way at which it crosses the Type 2 locus, one at most to have its acceleration corrected.
+        way: the path.
+        crossed: shares of the way at which it crosses the Type 2 locus.
+        ratios: the s'' / s'^2 that meets the dynamic criterion at each of them, for which the law is bent. Without them
+            the acceleration is made to vanish, if there is but one crossing.
     """
     grid = np.linspace(0.0, 1.0, GRID + 1)
-    speeds = _speeds(robot, mode1, mode2, start, end, grid)
+    speeds = _speeds(robot, mode1, mode2, way, grid)
     if speeds is None:
         return None
     durations = 2.0 * np.diff(grid) / (speeds[1:] + speeds[:-1])
@@ -142,14 +177,15 @@ def optimal_law(
     bends = np.diff(speeds) / durations
     parts = durations * (grid[:-1] + durations * (0.5 * speeds[:-1] + durations * bends / 6.0))
     sums = np.concatenate(([0.0], np.cumsum(parts)))
-    law = OptimalLaw(_numbers(times), _numbers(sums), _numbers(grid), _numbers(speeds))
-    if len(crossed) != 1:
-        return law if _goes_forwards(law) else None
-    bent = _coasting_at(law, crossed[0])
-    if bent is not None and _goes_forwards(bent):
-        return bent
-    bent = _coasting_about(law, crossed[0])
-    return bent if bent is not None and _goes_forwards(bent) else None
+    law = OptimalLaw(_numbers(times), _numbers(sums), _numbers(grid), _numbers(speeds), window=WINDOW / way.legs)
+    if len(crossed) == 1 and not ratios:
+        bent = _coasting_at(law, crossed[0])
+        if bent is not None and _goes_forwards(bent):
+            return bent
+    if ratios or len(crossed) == 1:
+        bent = _coasting_about(law, crossed, ratios or (0.0,))
+        return bent if bent is not None and _goes_forwards(bent) else None
+    return law if _goes_forwards(law) else None
 
 
 def _goes_forwards(law: OptimalLaw) -> bool:
@@ -172,34 +208,49 @@ def _coasting_at(law: OptimalLaw, way: float) -> OptimalLaw | None:
     return law._replace(bump=float(found)) if state.converged else None
 
 
-def _coasting_about(law: OptimalLaw, way: float) -> OptimalLaw | None:
-    """Return a law without acceleration where it has gone a share of the way, bent about there only.
+def _coasting_about(law: OptimalLaw, ways: Sequence[float], ratios: Sequence[float]) -> OptimalLaw | None:
+    """Return a law with s'' = rho s'^2 where it has gone each share of the way, bent about there only; None for none.
 
-    The hump's centre is the instant of the crossing: it takes away the acceleration of that instant and moves the way
-    by a fixed multiple of it, so that one equation gives the instant. None where that is too near an end, or where the
+    No two of the humps overlap.
+    """
+    instants = [float(brentq(lambda u, way=way: law(u)[0] - way, 0.0, 1.0, xtol=1e-15)) for way in ways]
+    least = min((after - before for before, after in pairwise(instants)), default=1.0)
+    humps = []
+    for crossed, way, rho in zip(instants, ways, ratios, strict=True):
+        reach = min(REACH, 0.5 * crossed, 0.5 * (1.0 - crossed), 0.25 * least)
+        hump = _hump_about(law, crossed, way, rho, reach)
+        if hump is None:
+            return None
+        humps.append(hump)
+    return law._replace(humps=tuple(humps))
+
+
+def _hump_about(law: OptimalLaw, crossed: float, way: float, rho: float, reach: float) -> Hump | None:
+    """Return what bends a law about the instant of a crossing.
+
+    The hump's centre is that instant: it changes the acceleration there and moves the way by a fixed multiple of the
+    change, so that one equation gives the instant. None where that is too near an end or another crossing, or where the
     platform would all but rest.
     """
-    crossed = float(brentq(lambda u: law(u)[0] - way, 0.0, 1.0, xtol=1e-15))
-    reach = min(REACH, 0.5 * crossed, 0.5 * (1.0 - crossed))
-    if reach < WINDOW:
+    if reach < law.window:
         return None
     top, _, curvature = _hump(0.5)
     per_acceleration = -4.0 * reach * reach / curvature
 
     def beyond(centre: float) -> float:
-        s, _, dds = law(centre)
-        return s + per_acceleration * dds * top - way
+        s, ds, dds = law(centre)
+        return s + per_acceleration * (dds - rho * ds * ds) * top - way
 
     first, last = crossed - 0.5 * reach, crossed + 0.5 * reach
     if beyond(first) * beyond(last) > 0.0:
         return None
     centre = float(brentq(beyond, first, last, xtol=1e-15))
-    bent = law._replace(local=per_acceleration * law(centre)[2], centre=centre, reach=reach)
-    return bent if bent(centre)[1] >= LEAST_SPEED else None
+    _, ds, dds = law(centre)
+    return Hump(per_acceleration * (dds - rho * ds * ds), centre, reach) if ds >= LEAST_SPEED else None
 
 
 def _speeds(
-    robot: FiveBar, mode1: int, mode2: int, start: tuple[float, float], end: tuple[float, float], grid: FloatArray
+    robot: FiveBar, mode1: int, mode2: int, path: StraightWay | RoundedPolyline, grid: FloatArray
 ) -> FloatArray | None:
     """Return the speeds ds/dt of the quickest passage under 1 Nm beyond friction on the grid, None for no passage."""
     # loaded by plans with this time law only
@@ -207,14 +258,13 @@ def _speeds(
     from toppra.algorithm import TOPPRA
     from toppra.constraint import DiscretizationType, SecondOrderConstraint
 
-    length_x, length_y = end[0] - start[0], end[1] - start[1]
-
     def torque(way: Any, speed: Any, acceleration: Any) -> FloatArray:
         for moved in (0.0, OFF_LOCUS):
             s, ds, dds = float(way[0]) + moved, float(speed[0]), float(acceleration[0])
-            place = start[0] + s * length_x, start[1] + s * length_y
-            state = state_from_platform(robot, mode1, mode2, *place, ds * length_x, ds * length_y)
-            found = np.array(inverse_dynamics_of_platform(robot, state, dds * length_x, dds * length_y, 0.0, 0.0))
+            x, y, d_x, d_y, b_x, b_y = path.at(s)
+            state = state_from_platform(robot, mode1, mode2, x, y, ds * d_x, ds * d_y)
+            a_x, a_y = dds * d_x + ds * ds * b_x, dds * d_y + ds * ds * b_y
+            found = np.array(inverse_dynamics_of_platform(robot, state, a_x, a_y, 0.0, 0.0))
             if np.all(np.isfinite(found)):
                 break
         return found
@@ -223,8 +273,8 @@ def _speeds(
     constraint = SecondOrderConstraint(
         torque, lambda way: both, lambda way: np.ones(4), 1, discretization_scheme=DiscretizationType.Collocation
     )
-    path = SplineInterpolator(grid[:: GRID // 4], grid[:: GRID // 4, None])
-    search = TOPPRA([constraint], path, gridpoints=grid, solver_wrapper="seidel")
+    share = SplineInterpolator(grid[:: GRID // 4], grid[:: GRID // 4, None])
+    search = TOPPRA([constraint], share, gridpoints=grid, solver_wrapper="seidel")
     _, speeds, _ = search.compute_parameterization(0.0, 0.0)
     if speeds is None or not np.all(np.isfinite(speeds)) or np.any(speeds[1:-1] <= 0.0):
         return None

@@ -1,19 +1,19 @@
-"""A path through waypoints, at rest in each of them: of straight segments, and of some planned in motor angles."""
+"""A path through waypoints, at rest between its segments: straight ones, polylines with rounded corners, and some that
+are planned in motor angles.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.polynomial import rest_to_rest
-
-TimeLaw = Callable[[float], tuple[float, float, float]]
-"""From the fraction u of the duration to the fraction s of the way and its two derivatives by u."""
+from fivebar_control.trajectory.polynomial import TimeLaw, rest_to_rest
+from fivebar_control.trajectory.rounded import RoundedSegment
 
 
 class Segment(NamedTuple):
@@ -30,10 +30,12 @@ class Segment(NamedTuple):
     def at(self, t: float) -> Platform:
         """Return the reference at time t (s); before and after the segment the platform rests at its ends."""
         s, ds, dds = self.time_law((t - self.start_time) / self.duration)
+        return self.moved(s, ds / self.duration, dds / (self.duration * self.duration))
+
+    def moved(self, s: float, ds: float, dds: float) -> Platform:
+        """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""
         dx, dy = self.end_x - self.start_x, self.end_y - self.start_y
-        rate = ds / self.duration
-        bend = dds / (self.duration * self.duration)
-        return Platform(self.start_x + dx * s, self.start_y + dy * s, dx * rate, dy * rate, dx * bend, dy * bend)
+        return Platform(self.start_x + dx * s, self.start_y + dy * s, dx * ds, dy * ds, dx * dds, dy * dds)
 
     def line(self) -> Line:
         """Return the segment as a line."""
@@ -42,17 +44,21 @@ class Segment(NamedTuple):
         return Line(self.start_x, self.start_y, dx / length, dy / length)
 
 
+AnySegment = Segment | RoundedSegment | JointSegment
+
+
 class Path:
     """The whole reference motion, as a function of the time since sample 0."""
 
-    def __init__(self, segments: Sequence[Segment | JointSegment], rest_until: float = 0.0) -> None:
+    def __init__(self, segments: Sequence[AnySegment], rest_until: float = 0.0) -> None:
         """Join segments, each beginning where the last one ends, and then or later, after a rest.
 
         After the last one the platform rests until a time (s), if that is later.
         """
         self.segments = tuple(segments)
         self.duration = max(segments[-1].start_time + segments[-1].duration, rest_until)
-        self._lines = tuple(segment.line() for segment in segments)
+        # of a straight segment once, since it is asked for at every sample
+        self._lines = tuple(None if isinstance(one, RoundedSegment) else one.line() for one in segments)
 
     @classmethod
     def through(cls, waypoints: Sequence[tuple[float, float]], durations: Sequence[float]) -> Path:
@@ -72,7 +78,7 @@ class Path:
         return index
 
     def straight(self, index: int) -> Segment:
-        """Return a segment that is known to be straight, as those are that cross the Type 2 locus."""
+        """Return a segment that is known to be straight."""
         segment = self.segments[index]
         assert isinstance(segment, Segment)
         return segment
@@ -82,8 +88,13 @@ class Path:
         return self.segments[self.segment_index(t)].at(t)
 
     def line_at(self, t: float) -> Line:
-        """Return the line of the segment at time t (s)."""
-        return self._lines[self.segment_index(t)]
+        """Return the line of the segment at time t (s), where it is rounded the tangent."""
+        index = self.segment_index(t)
+        line, segment = self._lines[index], self.segments[index]
+        if isinstance(segment, RoundedSegment):
+            return segment.line_at(t)
+        assert line is not None
+        return line
 
     def samples(self, rate_hz: int) -> int:
         """Return N, the number of the last sample: samples 0 to N cover the whole motion."""

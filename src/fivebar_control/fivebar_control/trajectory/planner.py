@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, NamedTuple
 
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import reach_margin
@@ -18,13 +18,14 @@ from fivebar_control.model.singularity import (
     parallel_svd,
 )
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.criterion import criterion_curvature, criterion_law
+from fivebar_control.trajectory.criterion import criterion_curvature, criterion_law, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.optimal import optimal_law
-from fivebar_control.trajectory.path import Path, Segment
+from fivebar_control.trajectory.optimal import StraightWay, optimal_law
+from fivebar_control.trajectory.path import AnySegment, Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
 from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.rounded import LEAST_RADIUS, RoundedSegment, stretches
 from fivebar_control.trajectory.type1 import (
     TYPE_1_CLEARANCE,
     Meeting,
@@ -78,6 +79,28 @@ class ZoneSettings(NamedTuple):
         """Return the rule for the planner."""
         return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == FIXED else None)
 
+
+def blend_radius_problem(radii: float | Sequence[float]) -> str | None:
+    """Return what is wrong with blend radii (m), None for nothing; whether they fit the path the planner knows."""
+    given = (radii,) if isinstance(radii, float | int) else radii
+    if given and all(math.isfinite(one) and (one == 0.0 or one >= LEAST_RADIUS) for one in given):
+        return None
+    return f"expected 0 for a rest, or at least {LEAST_RADIUS:g} m"
+
+
+BLEND_RADIUS = Setting(
+    "Radius within which the path rounds the corner at each waypoint between the first and the last one, so that the"
+    " platform need not rest there; 0 for a rest. One number for all, or one for each.",
+    "m",
+    check=blend_radius_problem,
+)
+"""How corners are rounded."""
+
+RESTS = (0.0,)
+"""Blend radii of a path with a rest at each waypoint."""
+
+MOST_BENT = 2.0
+"""Largest s'' / s'^2 at a crossing, by shares of the way, that a polynomial is sought for: in a corner it grows."""
 
 ON_LOCUS = 1e-6
 """Below this 1/cond(A) a rest is on the Type 2 locus."""
@@ -161,6 +184,7 @@ def plan_motion(
     rule: ZoneRule,
     time_law: str = QUINTIC,
     min_authority: float = MIN_AUTHORITY,
+    blend_radius: Sequence[float] = RESTS,
 ) -> Plan:
     """Check a rest-to-rest motion through waypoints (m) with one duration (s) per segment.
 
@@ -168,7 +192,9 @@ def plan_motion(
     motion meet Type 1: a waypoint within 0.1 mm of the boundary is a rest on it, and a segment there or between two
     working modes is planned in the motors' angles. With the time law "criterion", a segment between two assembly modes
     meets the dynamic criterion where it crosses. `min_authority` is the least |n . v1| at a crossing; a controller that
-    does not hold the path by its normal needs none, and has no blending zones.
+    does not hold the path by its normal needs none, and has no blending zones. `blend_radius` (m) is one number, or one
+    for each waypoint between the first and the last: with 0 the motion rests there, else it goes round the corner, and
+    both segments become one that takes the sum of their durations.
 
     Raises:
         PlanRefused: malformed waypoints, durations or rate; a point out of reach; a segment that meets Type 1; a
@@ -177,14 +203,17 @@ def plan_motion(
     """
     _refuse_malformed(working_mode, waypoints, durations, rate_hz, rule)
     modes = _modes_of_waypoints(working_mode, len(waypoints))
-    segments: list[Segment | JointSegment] = (
-        list(Path.through(waypoints, durations).segments)
+    radii = _radii(blend_radius, len(waypoints) - 2)
+    if any(radii) and len(working_mode) > 2:
+        raise PlanRefused("blend_radius: a motion that may meet Type 1 rests at each waypoint: expected 0")
+    segments: list[AnySegment] = (
+        _rounded(waypoints, durations, radii)
         if len(working_mode) == 2
-        else segments_between(robot, modes, waypoints, durations)
+        else [*segments_between(robot, modes, waypoints, durations)]
     )
     zone_time = max(rule.duration, MIN_ZONE_SAMPLES / rate_hz)
     crossings: list[Crossing] = []
-    for index, (segment, (mode1, mode2)) in enumerate(zip(segments, modes[:-1], strict=True)):
+    for index, (segment, (mode1, mode2)) in enumerate(zip(segments, modes[: len(segments)], strict=True)):
         if isinstance(segment, JointSegment):
             continue
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
@@ -194,9 +223,12 @@ def plan_motion(
         segments[index] = timed
         met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
+        if min_authority > 0.0 and isinstance(timed, RoundedSegment):
+            _refuse_zone_in_corner(robot, mode1, mode2, timed, index + 1, met)
         crossings += met
     # a law that holds the path by no normal is blended with none: it has no zones
-    _refuse_rest_in_zone(robot, crossings if min_authority > 0.0 else (), modes, waypoints)
+    rests = [number for number, radius in enumerate((0.0, *radii, 0.0)) if radius == 0.0]
+    _refuse_rest_in_zone(robot, crossings if min_authority > 0.0 else (), modes, waypoints, rests)
     if len(working_mode) == 2:
         return Plan(Path(segments), tuple(crossings), *modes[0], zone_time)
     return Plan(
@@ -213,6 +245,36 @@ def plan_motion(
         ),
         working_mode_changes=planned_mode_changes(segments),
     )
+
+
+def _radii(given: Sequence[float], count: int) -> tuple[float, ...]:
+    """Return one blend radius (m) for each waypoint between the first and the last."""
+    problem = blend_radius_problem(given)
+    if problem is not None:
+        raise PlanRefused(f"blend_radius: {list(given)}: {problem}")
+    if len(given) == 1:
+        return (given[0],) * count
+    if len(given) != count:
+        raise PlanRefused(
+            f"blend_radius: {len(given)} given for {count} waypoints between the first and the last: expected one"
+            " number or one for each"
+        )
+    return tuple(given)
+
+
+def _rounded(
+    waypoints: Sequence[tuple[float, float]], durations: Sequence[float], radii: Sequence[float]
+) -> list[AnySegment]:
+    """Return the segments between rests, rounded where a radius (m) is not 0."""
+    straight: list[AnySegment] = list(Path.through(waypoints, durations).segments)
+    if not any(radii):
+        return straight
+    segments: list[AnySegment] = []
+    last = 0
+    for one in stretches(waypoints, durations, radii):
+        segments.append(straight[last] if one is None else one)
+        last += 1 if one is None else len(one.curve.points) - 1
+    return segments
 
 
 def _modes_of_waypoints(working_mode: Sequence[int], count: int) -> list[Mode]:
@@ -256,11 +318,14 @@ def _refuse_malformed(
         raise PlanRefused(f"zone duration: {rule.duration} s: expected a positive number of seconds")
 
 
-def _refuse_unreachable(segment: Segment, number: int, leg: LegParameters, leg_number: int) -> None:
+def _refuse_unreachable(segment: Segment | RoundedSegment, number: int, leg: LegParameters, leg_number: int) -> None:
     """Raise where a leg cannot follow a segment: its reach is a ring around its base."""
-    nearest = _nearest_point(segment, leg.base_x)
-    ends = ((segment.start_x, segment.start_y), (segment.end_x, segment.end_y))
-    for x, y in (*ends, nearest):
+    if isinstance(segment, RoundedSegment):
+        decisive = [_least_margin(segment, leg)]
+    else:
+        ends = [(segment.start_x, segment.start_y), (segment.end_x, segment.end_y)]
+        decisive = [*ends, _nearest_point(segment, leg.base_x)]
+    for x, y in decisive:
         margin = reach_margin(leg, x, y)
         if margin < 0.0:
             raise PlanRefused(
@@ -280,30 +345,57 @@ def _nearest_point(segment: Segment, base_x: float) -> tuple[float, float]:
     return segment.start_x + dx * s, segment.start_y + dy * s
 
 
-def _state_on(robot: FiveBar, mode1: int, mode2: int, segment: Segment, s: float) -> State:
-    x = segment.start_x + (segment.end_x - segment.start_x) * s
-    y = segment.start_y + (segment.end_y - segment.start_y) * s
-    return state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
+def _least_margin(segment: RoundedSegment, leg: LegParameters) -> tuple[float, float]:
+    """Return the place (m) on a rounded segment at which a leg has the least reach left."""
+
+    def margin(s: float) -> float:
+        return reach_margin(leg, *segment.curve.at(s)[:2])
+
+    grid = _grid_along(segment)
+    worst = min(range(len(grid)), key=lambda number: margin(grid[number]))
+    around = grid[max(worst - 1, 0)], grid[min(worst + 1, len(grid) - 1)]
+    refined = float(minimize_scalar(margin, bounds=around, method="bounded").x)
+    return segment.curve.at(min((grid[worst], refined), key=margin))[:2]
 
 
-def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, segment: Segment) -> list[float]:
+def _grid_along(segment: Segment | RoundedSegment) -> list[float]:
+    """Return shares of the way at which a segment is searched: so many on each leg, the corners' ends among them."""
+    if isinstance(segment, Segment):
+        return [step / SEARCH_STEPS for step in range(SEARCH_STEPS + 1)]
+    count = SEARCH_STEPS * (len(segment.curve.points) - 1)
+    ends = (end for corner in segment.curve.corners() for end in corner)
+    return sorted({*(step / count for step in range(count + 1)), *ends})
+
+
+def _state_on(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> State:
+    place_on = segment.moved(s, 0.0, 0.0)
+    return state_from_platform(robot, mode1, mode2, place_on.x, place_on.y, 0.0, 0.0)
+
+
+def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment) -> list[float]:
     """Return the fractions of the way along a segment at which det A changes its sign."""
 
     def assembly(s: float) -> float:
         return det_a(_state_on(robot, mode1, mode2, segment, s))
 
-    grid = [step / SEARCH_STEPS for step in range(SEARCH_STEPS + 1)]
+    grid = _grid_along(segment)
     values = [assembly(s) for s in grid]
     return [
         float(brentq(assembly, grid[step], grid[step + 1], xtol=1e-15))
-        for step in range(SEARCH_STEPS)
+        for step in range(len(grid) - 1)
         if (values[step] > 0.0) != (values[step + 1] > 0.0)
     ]
 
 
 def _timed(
-    robot: FiveBar, mode1: int, mode2: int, segment: Segment, number: int, crossed: list[float], time_law: str
-) -> Segment:
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    segment: Segment | RoundedSegment,
+    number: int,
+    crossed: list[float],
+    time_law: str,
+) -> Segment | RoundedSegment:
     """Return a segment that crosses the locus at fractions of its way, with its time law."""
     if time_law == SEPTIC:
         return segment._replace(time_law=rest_to_rest_without_jerk)
@@ -316,11 +408,21 @@ def _timed(
             f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
             " segment to meet the dynamic criterion"
         )
-    dx, dy = segment.end_x - segment.start_x, segment.end_y - segment.start_y
-    length = math.hypot(dx, dy)
-    at_x, at_y = segment.start_x + dx * crossed[0], segment.start_y + dy * crossed[0]
-    rho = criterion_curvature(robot, mode1, mode2, at_x, at_y, dx / length, dy / length)
-    law = criterion_law(crossed[0], rho * length)
+    if isinstance(segment, RoundedSegment):
+        rho = criterion_ratio(robot, mode1, mode2, segment, crossed[0])
+        if abs(rho) > MOST_BENT:
+            at = segment.moved(crossed[0], 0.0, 0.0)
+            raise PlanRefused(
+                f"segment {number}: crosses the Type 2 locus in a corner, at {place(at.x, at.y)}: no polynomial that"
+                f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {rho:.3g}, expected at most"
+                f" {MOST_BENT:g}; the time law {OPTIMAL} may"
+            )
+    else:
+        dx, dy = segment.end_x - segment.start_x, segment.end_y - segment.start_y
+        length = math.hypot(dx, dy)
+        at_x, at_y = segment.start_x + dx * crossed[0], segment.start_y + dy * crossed[0]
+        rho = criterion_curvature(robot, mode1, mode2, at_x, at_y, dx / length, dy / length) * length
+    law = criterion_law(crossed[0], rho)
     if law is None:
         raise PlanRefused(
             f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
@@ -329,15 +431,43 @@ def _timed(
     return segment._replace(time_law=law.__call__)
 
 
-def _quickest(robot: FiveBar, mode1: int, mode2: int, segment: Segment, number: int, crossed: list[float]) -> Segment:
-    ends = (segment.start_x, segment.start_y), (segment.end_x, segment.end_y)
-    law = optimal_law(robot, mode1, mode2, *ends, tuple(crossed))
+def _quickest(
+    robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: list[float]
+) -> Segment | RoundedSegment:
+    if isinstance(segment, RoundedSegment):
+        ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
+        law = optimal_law(robot, mode1, mode2, segment.curve, tuple(crossed), ratios)
+    else:
+        straight = StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
+        law = optimal_law(robot, mode1, mode2, straight, tuple(crossed))
     if law is None:
         raise PlanRefused(
             f"segment {number}: has no passage of bounded torque that only goes forwards and meets the criterion:"
             " expected another time law, or a segment that crosses the Type 2 locus elsewhere"
         )
     return segment._replace(time_law=law.__call__)
+
+
+def _refuse_zone_in_corner(
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    segment: RoundedSegment,
+    number: int,
+    crossings: Sequence[Crossing],
+) -> None:
+    """Raise where a zone reaches into a corner: the constraint law holds the platform to a line, not to a curve."""
+    edge = 2.0 * max((crossing.epsilon for crossing in crossings), default=0.0)
+    grid = _grid_along(segment) if edge > 0.0 else []
+    for start, end in segment.curve.corners():
+        for s in (s for s in grid if start <= s <= end):
+            state = _state_on(robot, mode1, mode2, segment, s)
+            if inverse_condition(state) < edge:
+                raise PlanRefused(
+                    f"segment {number}: the corner at {place(state.x, state.y)} is inside the blending zone of the"
+                    f" Type 2 locus: 1/cond(A) = {inverse_condition(state):.4f}, expected at least {edge:.4f}: a"
+                    " controller that holds the platform to the path's normal crosses on straight parts only"
+                )
 
 
 def _refuse_uncontrollable(crossings: Sequence[Crossing], min_authority: float) -> None:
@@ -354,7 +484,7 @@ def _crossing(
     robot: FiveBar,
     mode1: int,
     mode2: int,
-    segment: Segment,
+    segment: Segment | RoundedSegment,
     index: int,
     s: float,
     zone_time: float,
@@ -364,23 +494,28 @@ def _crossing(
     reference = segment.at(time)
     state = state_from_platform(robot, mode1, mode2, reference.x, reference.y, reference.vx, reference.vy)
     svd = parallel_svd(state)
-    line = segment.line()
+    line = segment.line() if isinstance(segment, Segment) else segment.line_at(time)
     authority = abs(line.direction_y * svd.v_x - line.direction_x * svd.v_y)
     kappa_rate = inverse_condition_rate(state)
     epsilon = fixed_epsilon if fixed_epsilon is not None else 0.5 * zone_time * kappa_rate
     return Crossing(index, time, reference.x, reference.y, authority, kappa_rate, epsilon)
 
 
-def _time_fraction(segment: Segment, s: float) -> float:
+def _time_fraction(segment: Segment | RoundedSegment, s: float) -> float:
     """Return the fraction of a segment's duration after which it has gone the fraction s of its way."""
     return float(brentq(lambda u: segment.time_law(u)[0] - s, 0.0, 1.0, xtol=1e-15))
 
 
 def _refuse_rest_in_zone(
-    robot: FiveBar, crossings: Sequence[Crossing], modes: Sequence[Mode], waypoints: Sequence[tuple[float, float]]
+    robot: FiveBar,
+    crossings: Sequence[Crossing],
+    modes: Sequence[Mode],
+    waypoints: Sequence[tuple[float, float]],
+    rests: Sequence[int],
 ) -> None:
+    """Raise where a rest is in a zone; `rests` are the indices of the waypoints at which the motion rests."""
     widest = max((crossing.epsilon for crossing in crossings), default=0.0)
-    for number, (mode, (x, y)) in enumerate(zip(modes, waypoints, strict=True), start=1):
+    for number, mode, (x, y) in ((one + 1, modes[one], waypoints[one]) for one in rests):
         kappa = inverse_condition(state_from_platform(robot, *mode, x, y, 0.0, 0.0))
         if kappa < ON_LOCUS:
             raise PlanRefused(f"waypoint {number}: a rest at {place(x, y)} is on the Type 2 locus")

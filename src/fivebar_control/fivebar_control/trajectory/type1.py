@@ -18,7 +18,7 @@ from fivebar_control.model.kinematics import state_from_motors
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.path import Segment
+from fivebar_control.trajectory.path import AnySegment, Segment
 from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_description.parameters import FiveBar, LegParameters
 
@@ -169,7 +169,7 @@ def meetings_of(segment: JointSegment) -> list[Meeting]:
     return found
 
 
-def planned_mode_changes(segments: Sequence[Segment | JointSegment]) -> int:
+def planned_mode_changes(segments: Sequence[AnySegment]) -> int:
     """Return how often the working mode changes on segments; straight ones keep it."""
     return working_mode_changes(
         [

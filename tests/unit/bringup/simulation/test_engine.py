@@ -76,6 +76,15 @@ def test_eight_crossings_in_one_run_are_those_of_the_offline_runner(controller: 
     assert outcome.mode_changes == 8
 
 
+def test_a_path_with_rounded_corners_is_that_of_the_offline_runner() -> None:
+    path = {"waypoints": [[0.0, 0.15], [0.02, 0.075], [0.03, 0.02], [-0.02, 0.03], [0.0, 0.15]], "blend_radius": 0.02}
+    fields = {**path, "controller": "unified", "time_law": "optimal", "segment_duration": 0.8}
+    scenario = changed("middle", DIFFERENT, **fields)
+    assert len(scenario.plan().path.segments) == 1
+    _, outcome = expect_agreement(scenario)
+    assert outcome.mode_changes == 2
+
+
 @pytest.mark.parametrize("name", ["type1_boundary", "type1_working_mode", "type2_and_type1"])
 def test_motions_through_type_1_are_those_of_the_offline_runner(name: str) -> None:
     """Planned in the motors' angles in part; twice as fast as shipped."""

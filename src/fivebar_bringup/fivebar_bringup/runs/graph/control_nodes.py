@@ -59,6 +59,7 @@ def motion_parameters(scenario: Scenario) -> dict[str, Any]:
         time_law=scenario.time_law,
         min_authority=scenario.min_authority,
         lead_samples=scenario.lead_samples,
+        blend_radius=scenario.blend_radii(),
     )
     return {**to_parameters(motion), **to_parameters(scenario.zone, ZONE_PREFIX)}
 

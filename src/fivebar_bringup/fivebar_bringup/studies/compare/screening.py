@@ -23,10 +23,10 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     They are found for ballistic blending zones.
 
     Raises:
-        PlanRefused: a segment has none, or the motion is not one of fifth-order segments in one working mode.
+        PlanRefused: a segment has none, or the motion is not one of straight fifth-order segments in one working mode.
     """
-    if scenario.time_law != QUINTIC or scenario.working_modes is not None:
-        raise PlanRefused("the quickest pace is only known for fifth-order segments in one working mode")
+    if scenario.time_law != QUINTIC or scenario.working_modes is not None or scenario.rounded:
+        raise PlanRefused("the quickest pace is only known for straight fifth-order segments in one working mode")
     robot, mode = scenario.five_bar(), scenario.working_mode
     task = Task(robot, mode, scenario.rate_hz, scenario.tuned(), _limits(scenario))
     durations = []

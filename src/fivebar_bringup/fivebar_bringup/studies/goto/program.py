@@ -35,7 +35,16 @@ from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import InputError, validate
 
-OF_THE_MOTION = ("name", "waypoints", "segment_duration", "working_modes", "time_law", "start", "stands")
+OF_THE_MOTION = (
+    "name",
+    "waypoints",
+    "segment_duration",
+    "working_modes",
+    "time_law",
+    "blend_radius",
+    "start",
+    "stands",
+)
 """Keys of a scenario that a program gives itself."""
 
 PROGRAM_FILE = "program.yaml"
