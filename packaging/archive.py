@@ -29,6 +29,7 @@ FROM_THE_TREE = (
     "docs/reference/summary.schema.json",
     "docs/reference/scenario.schema.json",
     "docs/reference/robot.schema.json",
+    "docs/reference/program.schema.json",
     "src/fivebar_bringup/config/benchmark/crossings.csv",
 )
 STAMP = (1980, 1, 1, 0, 0, 0)
@@ -41,7 +42,7 @@ reproduce.html        the page: every figure and claim of the thesis, what was f
 reproduce.json        all of it as data; claims.csv, runs.csv and table-*.csv are its parts
 figures/              the figures of the page
 crossings.csv         the crossings of the benchmark
-*.schema.json         JSON Schemas of scenario, robot file and summary
+*.schema.json         JSON Schemas of scenario, robot file, program and summary
 environment.json      machine, Python, and every installed distribution with its version
 requirements.lock     what was installed from, and requirements.hashed.lock with digests
 SHA256SUMS            digests of all these files: sha256sum -c SHA256SUMS

@@ -1,4 +1,4 @@
-"""JSON Schemas of scenarios and robot files, from the models that read them; for editors, and for other programs.
+"""JSON Schemas of scenarios, robot files and programs, from the models that read them; for editors and others.
 
 They hold types, ranges and keys. What one key demands of another is checked by the model only.
 """
@@ -13,6 +13,7 @@ from typing import Any
 
 from fivebar_bringup.report.summary_schema import summary_schema
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.program import Program
 from fivebar_description.file_format import KEY, NEWEST
 from fivebar_description.parameters import RobotFile
 from fivebar_description.strict_yaml import StrictModel
@@ -31,6 +32,7 @@ def schemas() -> dict[str, str]:
     return {
         "scenario.schema.json": file_schema(Scenario, "Scenario of fivebar"),
         "robot.schema.json": file_schema(RobotFile, "Robot file of fivebar"),
+        "program.schema.json": file_schema(Program, "Program of fivebar"),
         "summary.schema.json": summary_schema(),
     }
 

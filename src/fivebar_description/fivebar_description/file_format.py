@@ -23,7 +23,7 @@ M = TypeVar("M", bound=StrictModel)
 
 KEY = "format"
 NEWEST = 1
-"""Of scenarios and robot files."""
+"""Of scenarios, robot files and programs."""
 
 UNNAMED = 1
 """Of files without the key, which it stays: whatever was shipped before there were numbers is valid in it."""
@@ -75,7 +75,15 @@ def read_versioned(path: Path, model: type[M], rules: Sequence[Sequence[Rule]]) 
     Raises:
         InputError: the file is missing, not YAML, of an unknown format, or does not fit the model.
     """
-    source, text = str(path), read_text(path)
+    return parse_versioned(read_text(path), str(path), model, rules)
+
+
+def parse_versioned(text: str, source: str, model: type[M], rules: Sequence[Sequence[Rule]]) -> M:
+    """Read the text of a file as `read_versioned` does; `source` starts every error.
+
+    Raises:
+        InputError: it is not YAML, of an unknown format, or does not fit the model.
+    """
     content = parse_yaml(text, source)
     named = format_in(content, source)
     number = UNNAMED if named is None else named

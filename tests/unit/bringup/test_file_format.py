@@ -16,6 +16,7 @@ from fivebar_bringup.file_schemas import schemas
 from fivebar_bringup.scenario import load_scenario, scenario_directory
 from fivebar_description.file_format import NEWEST
 from fivebar_description.parameters import load_robot, read_robot, robot_path
+from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, load_yaml
 from fivebar_sim.effects.mechanism import mechanism_of
 
@@ -142,7 +143,10 @@ def test_an_unknown_number_is_refused_in_one_line(kind: str, number: str, unders
 
 def test_migrate_leaves_alone_what_it_does_not_understand(old: Path) -> None:
     for text, words in (
-        ("a: 1\n", "expected a scenario, which has waypoints, or a robot file, which has lengths_m"),
+        (
+            "a: 1\n",
+            "expected a scenario, which has waypoints, a robot file, which has lengths_m, or a program with steps",
+        ),
         (FORMAT_0.replace("seed", "sead"), "plant.sead: unknown key"),
         (FORMAT_1, "format: 1: --from 0 says otherwise"),
     ):
@@ -163,8 +167,16 @@ def test_a_robot_file_is_migrated_too(tmp_path: Path) -> None:
     assert path.read_text() == robot_path("dextar").read_text()
 
 
+def test_a_program_is_migrated_too(tmp_path: Path) -> None:
+    path = tmp_path / "work.yaml"
+    path.write_text("# what to do\nname: work\nsteps:\n- dwell: 1.0   # s\n", encoding="utf-8")
+    assert fivebar_command("migrate", path)[0] == 0
+    assert path.read_text() == "# what to do\nformat: 1\nname: work\nsteps:\n- dwell: 1.0   # s\n"
+
+
 def test_every_shipped_file_names_its_format_and_so_do_saved_ones(tmp_path: Path) -> None:
-    shipped = [*scenario_directory().glob("*.yaml"), *robot_path("dextar").parent.glob("*.yaml")]
+    programs = share_file("fivebar_bringup", "config", "programs")
+    shipped = [*scenario_directory().glob("*.yaml"), *robot_path("dextar").parent.glob("*.yaml"), *programs.iterdir()]
     for path in shipped:
         content = load_yaml(path)
         assert isinstance(content, dict)
@@ -180,7 +192,7 @@ def test_a_scenario_that_a_run_saved_without_a_number_is_read(tmp_path: Path) ->
     assert load_scenario(str(saved)) == scenario
 
 
-@pytest.mark.parametrize("name", ["scenario.schema.json", "robot.schema.json"])
+@pytest.mark.parametrize("name", ["scenario.schema.json", "robot.schema.json", "program.schema.json"])
 def test_the_published_schemas_are_those_of_the_models(name: str) -> None:
     text = (REFERENCE / name).read_text(encoding="utf-8")
     assert text == schemas()[name], "stale: .venv/bin/python -m fivebar_bringup.file_schemas docs/reference"

@@ -43,6 +43,16 @@ NamespaceOption = Annotated[
     str, typer.Option(metavar="NAME", help="Namespace of all nodes, for several robots in one domain [default: none]")
 ]
 
+RealtimeOption = Annotated[
+    bool, typer.Option("--realtime", help="Follow the clock instead of waiting for every node (lockstep).")
+]
+OwnDomainOption = Annotated[
+    int | None,
+    typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one, for this run only]"),
+]
+PageOption = Annotated[
+    bool, typer.Option("--page/--no-page", help="Draw the figures and the page, or write summary and bag only.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output, nothing else.")]
 
 

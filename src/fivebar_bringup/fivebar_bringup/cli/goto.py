@@ -17,6 +17,8 @@ from fivebar_bringup.cli.app import (
     JsonOption,
     NamespaceOption,
     OutOption,
+    OwnDomainOption,
+    RealtimeOption,
     ScenarioArgument,
     app,
     ending_on_sigterm,
@@ -184,10 +186,8 @@ def stand(
         float | None,
         typer.Option(min=0.0, help="How long the robot rests afterwards, in simulated time [default: until Ctrl-C]"),
     ] = None,
-    realtime: Annotated[bool, typer.Option("--realtime", help="Follow the clock instead of lockstep.")] = False,
-    domain: Annotated[
-        int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one]")
-    ] = None,
+    realtime: RealtimeOption = False,
+    domain: OwnDomainOption = None,
     view: ViewOption = False,
     namespace: NamespaceOption = "",
     out: OutOption = None,

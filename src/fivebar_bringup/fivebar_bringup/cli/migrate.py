@@ -1,4 +1,4 @@
-"""Subcommand that writes scenarios and robot files in the newest format."""
+"""Subcommand that writes scenarios, robot files and programs in the newest format."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import typer
 from fivebar_bringup.cli.app import app, input_errors
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_format import SCENARIO_RULES
+from fivebar_control.planning.program import PROGRAM_RULES, Program
 from fivebar_description.file_format import NEWEST, UNNAMED, Migrated, Rule, format_in
 from fivebar_description.file_format import migrate as migrated_text
 from fivebar_description.parameters import ROBOT_RULES, RobotFile
@@ -20,6 +21,7 @@ from fivebar_description.strict_yaml import InputError, StrictModel, parse_yaml,
 KINDS: dict[str, tuple[type[StrictModel], Sequence[Sequence[Rule]]]] = {
     "waypoints": (Scenario, SCENARIO_RULES),
     "lengths_m": (RobotFile, ROBOT_RULES),
+    "steps": (Program, PROGRAM_RULES),
 }
 """Model and rules by a key that only files of that kind have."""
 
@@ -27,7 +29,7 @@ KINDS: dict[str, tuple[type[StrictModel], Sequence[Sequence[Rule]]]] = {
 @app.command()
 def migrate(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Scenarios and robot files.", show_default=False)
+        list[Path], typer.Argument(metavar="FILE...", help="Scenarios, robot files and programs.", show_default=False)
     ],
     number: Annotated[
         int | None,
@@ -58,15 +60,18 @@ def migrate(
 
 
 def migrated_file(text: str, source: str, number: int | None) -> Migrated:
-    """Return a scenario or robot file in the newest format; `number` is the format of a file that names none.
+    """Return a scenario, robot file or program in the newest format; `number` is the format of a file that names none.
 
     Raises:
-        InputError: it is neither, or not valid in the newest format either.
+        InputError: it is none of them, or not valid in the newest format either.
     """
     content = parse_yaml(text, source)
     kind = next((kind for key, kind in KINDS.items() if isinstance(content, dict) and key in content), None)
     if kind is None:
-        raise InputError(f"{source}: expected a scenario, which has waypoints, or a robot file, which has lengths_m")
+        raise InputError(
+            f"{source}: expected a scenario, which has waypoints, a robot file, which has lengths_m, or a program with"
+            " steps"
+        )
     model, rules = kind
     named = format_in(content, source)
     if named is None:

@@ -15,15 +15,17 @@ from fivebar_bringup.cli.app import (
     JsonOption,
     NamespaceOption,
     OutOption,
+    OwnDomainOption,
+    PageOption,
+    RealtimeOption,
     app,
     ending_on_sigterm,
     input_errors,
     progress_bar,
     verdict_of,
 )
-from fivebar_bringup.cli.running import PageOption
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.studies.goto.program import (
     PlannedStep,
@@ -35,6 +37,7 @@ from fivebar_bringup.studies.goto.program import (
     words_of,
 )
 from fivebar_control.planning.program import load_program
+from fivebar_description.strict_yaml import InputError
 
 
 @app.command()
@@ -43,10 +46,14 @@ def program(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Plan and screen every step, print how long it takes, and move nothing.")
     ] = False,
-    realtime: Annotated[bool, typer.Option("--realtime", help="Follow the clock instead of lockstep.")] = False,
-    domain: Annotated[
-        int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one]")
-    ] = None,
+    realtime: RealtimeOption = False,
+    hardware: Annotated[
+        Hardware,
+        typer.Option(
+            help="The simulated robot, or the rehearsal of an experiment, as for `fivebar run`; usb is refused."
+        ),
+    ] = Hardware.SIMULATED,
+    domain: OwnDomainOption = None,
     view: ViewOption = False,
     namespace: NamespaceOption = "",
     out: OutOption = None,
@@ -64,10 +71,13 @@ def program(
     """
     with input_errors(), ending_on_sigterm():
         within = read_namespace(namespace)
+        if hardware is Hardware.USB:
+            raise InputError("--hardware usb: a program does not run on a real motor board: expected emulated")
         path = program_path(file)
         loaded = load_program(path)
         scenario = scenario_of_program(loaded, str(path))
-        mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
+        rehearse = hardware is Hardware.EMULATED
+        mode = Mode.REALTIME if realtime or rehearse else Mode.LOCKSTEP
         steps = plan_program(loaded, scenario, str(path), mode)
         if not as_json:
             _show(steps)
@@ -76,7 +86,9 @@ def program(
                 print(json.dumps({"steps": steps_as_json(steps)}, indent=2, allow_nan=False))
             raise typer.Exit(COMPLETED)
         with live_page(view, domain, within) as chosen, progress_bar(loaded.program.name, as_json) as progress:
-            directory, summary, last = run_program(loaded, scenario, steps, mode, out, chosen, progress, within, page)
+            directory, summary, last = run_program(
+                loaded, scenario, steps, mode, out, chosen, progress, within, page, rehearse
+            )
     if as_json:
         content = {"steps": steps_as_json(steps), "program": last, "summary": summary.as_json()}
         print(json.dumps(content, indent=2, allow_nan=False))

@@ -16,6 +16,9 @@ from fivebar_bringup.cli.app import (
     JsonOption,
     NamespaceOption,
     OutOption,
+    OwnDomainOption,
+    PageOption,
+    RealtimeOption,
     ScenarioArgument,
     app,
     ending_on_sigterm,
@@ -43,21 +46,12 @@ from fivebar_description.strict_yaml import InputError
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import USAGE
 
-PageOption = Annotated[
-    bool, typer.Option("--page/--no-page", help="Draw the figures and the page, or write summary and bag only.")
-]
-
 
 @app.command()
 def run(
     scenario: ScenarioArgument,
-    realtime: Annotated[
-        bool, typer.Option("--realtime", help="Follow the clock instead of waiting for every node (lockstep).")
-    ] = False,
-    domain: Annotated[
-        int | None,
-        typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one, for this run only]"),
-    ] = None,
+    realtime: RealtimeOption = False,
+    domain: OwnDomainOption = None,
     separate: Annotated[
         bool, typer.Option("--separate", help="With --realtime: every node in a process of its own.")
     ] = False,

@@ -12,8 +12,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from fivebar_description.file_format import NEWEST, Format, Rule, parse_versioned
 from fivebar_description.parameters import MOST_PAYLOAD
-from fivebar_description.strict_yaml import InputError, StrictModel, parse_yaml, read_text, validate, yaml_nodes
+from fivebar_description.strict_yaml import InputError, StrictModel, read_text, yaml_nodes
 
 MOST_INSTRUCTIONS = 10_000
 """Instructions of a program, loops written out."""
@@ -34,6 +35,9 @@ ASSEMBLY = {"+": 1, "-": -1}
 
 SAME_PAYLOAD = 1e-9
 """Mass (kg) up to which what is put down may exceed what is carried: sums of decimal fractions."""
+
+PROGRAM_RULES: tuple[tuple[Rule, ...], ...] = ((),)
+"""What older programs said otherwise: format 0 nothing, since it had none."""
 
 Place = Annotated[tuple[float, float], Field(strict=False)]
 Share = Annotated[float, Field(gt=0.0, le=1.0)]
@@ -82,12 +86,14 @@ class Program(StrictModel):
     """A program file.
 
     Attributes:
+        format: version of the file's format.
         name: of the run, and of its directory.
         scenario: keys of the scenario that it runs in, but those of the motion: robot, controller, estimator, plant...
         start: where the robot rests at the beginning (m); that of its file by default.
         steps: what it does.
     """
 
+    format: Format = NEWEST
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")]
     scenario: dict[str, Any] = Field(default_factory=dict)
     start: Place | None = None
@@ -182,7 +188,7 @@ def read_program(text: str, source: str) -> LoadedProgram:
         raise InputError(f"{source}: {len(text)} characters: expected at most {MOST_CHARACTERS}")
     # before the content, which may be exponentially larger than the text where it refers to itself
     tree = yaml_nodes(text, source)
-    program = validate(parse_yaml(text, source), Program, source)
+    program = parse_versioned(text, source, Program, PROGRAM_RULES)
     lines = _lines(tree)
     count = _count(program.steps, 0, source)
     if count > MOST_INSTRUCTIONS:

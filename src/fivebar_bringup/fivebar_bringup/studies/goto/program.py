@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,10 +13,11 @@ from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph.control_nodes import goal_parameters
 from fivebar_bringup.runs.graph.crossing_graph import Work
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.launcher import Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.results import write_results
 from fivebar_bringup.runs.run import RunFailed, write_outcome
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
@@ -30,6 +31,7 @@ from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, 
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
 from fivebar_control.planning.sight import Point
 from fivebar_control.ros.goal_conditions import conditions_of
+from fivebar_description.interface import PAYLOAD
 from fivebar_description.parameters import read_robot
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.share import share_file, yaml_path
@@ -174,6 +176,21 @@ def steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
     ]
 
 
+def refuse_payload(loaded: LoadedProgram, nodes: Sequence[NodeSpec]) -> None:
+    """Check that the robot that is moved, simulated or emulated, can carry the program's payload.
+
+    Raises:
+        InputError: it cannot.
+    """
+    robot = next(node for node in nodes if node.executable in (PLANT, EMULATED_ROBOT))
+    first = next((one for one in loaded.instructions if isinstance(one.action, Carry)), None)
+    if first is not None and PAYLOAD not in robot.subscribes:
+        raise InputError(
+            f"{loaded.program.name}: {first.place}: {robot.executable} carries no payload: expected a program"
+            " without pick and place, or --hardware simulated"
+        )
+
+
 def run_program(
     loaded: LoadedProgram,
     scenario: Scenario,
@@ -184,11 +201,15 @@ def run_program(
     progress: Progress,
     namespace: str = "",
     with_page: bool = True,
+    rehearse: bool = False,
 ) -> tuple[RunDirectory, Summary, Mapping[str, Any]]:
     """Carry out a planned program with all nodes; return the directory, the summary and the program's last status.
 
+    With `rehearse`, bridge and emulated drives replace the plant.
+
     Raises:
-        InputError: the output directory cannot be used.
+        InputError: the output directory cannot be used, the scenario cannot be rehearsed, or the robot that would be
+            moved cannot carry the program's payload.
         RunFailed: the run left no bag that can be reported on.
     """
     first = steps[0]
@@ -197,7 +218,9 @@ def run_program(
     file = run.path / PROGRAM_FILE
     write_results(run.path, {file.name: loaded.text})
     compile_for(timed, mode)
-    nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins))
+    rehearsal = Rehearsal(write_drive_files(timed, run.path)) if rehearse else None
+    nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)
+    refuse_payload(loaded, nodes)
     specs = processes(nodes, mode, timed.rate_hz, Scheduling(DEFAULT_PRIORITY))
     last: dict[str, Any] = {}
 

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph.crossing_graph import Work, crossing_graph
-from fivebar_bringup.runs.graph.node_spec import PLANT, Mode, NodeSpec
+from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
@@ -63,15 +64,17 @@ def check_takes_goals(scenario: Scenario) -> None:
         )
 
 
-def standing_graph(scenario: Scenario, mode: Mode, run: RunDirectory, resting: int, work: Work) -> tuple[NodeSpec, ...]:
+def standing_graph(
+    scenario: Scenario, mode: Mode, run: RunDirectory, resting: int, work: Work, rehearsal: Rehearsal | None = None
+) -> tuple[NodeSpec, ...]:
     """Return the nodes of a run whose robot rests for some samples after its plan and does what it is asked to."""
-    return tuple(_standing(node, resting) for node in crossing_graph(scenario, mode, run.bag, work=work))
+    return tuple(_standing(node, resting) for node in crossing_graph(scenario, mode, run.bag, rehearsal, work=work))
 
 
 def _standing(node: NodeSpec, samples: int) -> NodeSpec:
     if node.executable == GENERATOR:
         # a robot that stands is to be found there again after a fault, in lockstep too
         return node._replace(parameters={**node.parameters, "after_fault": HOLD})
-    if node.executable != PLANT:
+    if node.executable not in (PLANT, EMULATED_ROBOT):
         return node
     return node._replace(parameters={**node.parameters, "samples": min(node.parameters["samples"] + samples, LONGEST)})
