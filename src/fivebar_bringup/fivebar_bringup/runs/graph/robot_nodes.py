@@ -126,7 +126,7 @@ def emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[st
             **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
             **to_parameters(scenario.passive, PASSIVE_PREFIX),
         },
-        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN, RUN_EPOCH),
+        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, PAYLOAD, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (GROUND_TRUTH, IMU_DATA, *passive_states(scenario), FAULTS, RUN_STATUS),
     )
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
