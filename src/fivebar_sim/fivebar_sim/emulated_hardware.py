@@ -52,6 +52,10 @@ class EmulatedHardware(Protocol):
         """Break, mend or reset something as a line of text says; return the reply."""
         ...
 
+    def carry(self, payload: float) -> None:
+        """Go on with a payload (kg) on the platform; for the thread that serves."""
+        ...
+
     def close(self) -> None:
         """Leave the bus or the port."""
         ...

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from bench_robot import board_content
+from bench_robot import board_content, robot_file
 from served_board import DEADLINE, Served, made, wait_for
 
 from fivebar_control.hardware.board_faults import CAUSES
 from fivebar_control.hardware.board_file import BoardFile
-from fivebar_control.hardware.drive_interface import ZERO, Exchange
+from fivebar_control.hardware.drive_interface import ZERO, Exchange, JointTarget
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.motor_board import MotorBoard, open_board
+from fivebar_sim.boards.protocol import CommandFrame, CommandReader, MotorCommand
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 """The driver's reading thread dies with its port, and says so."""
@@ -100,6 +102,48 @@ def test_torque_goes_through_the_board_and_its_clock_dates_what_comes_back(serve
     board.disable(DEADLINE)
     assert not board.enabled
     assert served.board.motors[0].state.target == 0.0
+
+
+def test_the_frame_carries_the_inner_loop_and_none_once_the_motors_are_stopped(
+    served: Served, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames: list[CommandFrame] = []
+    reader, take = CommandReader(), served.board.take
+
+    def recorded(data: bytes, now: float) -> Iterator[bytes]:
+        frames.extend(reader.read(data))
+        return take(data, now)
+
+    monkeypatch.setattr(served.board, "take", recorded)
+    opened = open_board(
+        file(tmp_path, inner_loop={"stiffness": 2.0, "damping": 0.02, "robot": str(robot_file(tmp_path))})
+    )
+    (q11, _, q21, _), _ = served.board.plant.seen()
+    target = JointTarget(0.5, (q11 + 0.01, q21 - 0.01 + math.tau), (0.1, -0.1))
+
+    def sent(target: JointTarget | None) -> tuple[MotorCommand, MotorCommand]:
+        opened.write(PUSH, target)
+        before = len(frames)
+        opened.exchange()
+        wait_for(lambda: len(frames) > before)
+        return frames[-1].motors
+
+    off = [(0.0,) * 5] * 2
+    assert [tuple(one._replace(current=0.0)) for one in sent(target)] == off
+    opened.enable(DEADLINE)
+    for motor, joint, step, torque in zip(sent(target), (q11, q21), (0.01, -0.01), PUSH, strict=True):
+        # the board counts clockwise from the north; what it is fed forward is the torque as without an inner loop
+        assert (motor.kp, motor.kd) == pytest.approx((1.0, 0.01))
+        assert motor.angle == pytest.approx(math.pi / 2 - joint - step, abs=2e-3)
+        assert motor.speed == pytest.approx(-10.0 * step)
+        assert motor.current == pytest.approx(-torque / 0.062)
+    assert [tuple(one._replace(current=0.0)) for one in sent(None)] == off
+    sent(target)
+    opened.quick_stop()
+    wait_for(lambda: frames[-1].enabled == 0)
+    assert [tuple(one) for one in frames[-1].motors] == off
+    assert [tuple(one) for one in sent(target)] == off
+    opened.close()
 
 
 @pytest.mark.parametrize("cause", sorted(CAUSES))

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+
+import can
 import numpy as np
 import pytest
+from bench_robot import emulation_content
+from emulation_file import load_emulation
 
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar, laden
+from fivebar_sim.boards.board import EmulatedBoard
+from fivebar_sim.boards.configuration import BoardEmulationFile
+from fivebar_sim.drives.emulation import Emulation
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.plant import Plant
 from fivebar_sim.settings import MUJOCO, PlantSettings
@@ -34,3 +43,31 @@ def test_a_plant_goes_on_with_the_mass_that_it_is_given(settings: PlantSettings,
     speeds = loaded.joint_velocities
     loaded.carry(dextar)
     np.testing.assert_array_equal(loaded.joint_velocities, speeds)
+
+
+@pytest.fixture(params=["board", "drives"])
+def emulated(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[EmulatedBoard | Emulation]:
+    if request.param == "board":
+        yield EmulatedBoard(BoardEmulationFile.model_validate(emulation_content(tmp_path), strict=False), 0.0)
+        return
+    with can.Bus(interface="virtual", channel="payload") as bus:
+        yield Emulation(load_emulation("dextar_emulated"), bus)
+
+
+def test_the_robot_on_emulated_hardware_carries_a_payload_and_keeps_it_at_home(
+    emulated: EmulatedBoard | Emulation,
+) -> None:
+    def pushed() -> np.ndarray:
+        start = emulated.plant.joints
+        for _ in range(5):
+            emulated.plant.advance((0.9, -0.9))
+        return emulated.plant.joints - start
+
+    empty = pushed()
+    emulated.carry(0.5)
+    emulated.go_home()
+    loaded = pushed()
+    assert np.abs(loaded).max() < 0.9 * np.abs(empty).max()
+    emulated.carry(0.0)
+    emulated.go_home()
+    np.testing.assert_array_equal(pushed(), empty)

@@ -37,6 +37,7 @@ from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
+from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import load_scenario
@@ -86,8 +87,8 @@ def run(
         ),
     ] = None,
     drives: Annotated[
-        str, typer.Option(metavar="FILE", help="With --hardware usb: configuration of the board, by name or path.")
-    ] = "motkin",
+        str, typer.Option(metavar="FILE", help="Configuration of the bridge to a motor board, by name or path.")
+    ] = DEFAULT_BOARD,
     scene: Annotated[
         bool, typer.Option("--scene", help="Publish and record pictures of the run for RViz and Foxglove.")
     ] = False,
@@ -113,6 +114,10 @@ def run(
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
         if (port is not None) is not (hardware is Hardware.USB):
             raise InputError("--port: expected together with --hardware usb, and only there")
+        if drives != DEFAULT_BOARD and (hardware is Hardware.SIMULATED or not board):
+            raise InputError(
+                "--drives: expected --hardware emulated or usb, and a robot whose drives are a motor board"
+            )
         mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
         injections = [read_injection(text, board) for text in inject or ()] if emulated else None
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
@@ -128,7 +133,8 @@ def run(
                 page,
                 scene,
                 within,
-                None if port is None else (port, drives),
+                port,
+                drives,
             )
     _finish(directory, summary, as_json)
 

@@ -26,6 +26,9 @@ from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 
 SHIPPED = "dextar_emulated.yaml"
+DEFAULT_BOARD = "motkin"
+"""Configuration of the bridge to a motor board from which a run's own is made."""
+
 TORQUE_STEPS = 1000
 """Resolution of 0x6071: steps per rated torque."""
 
@@ -51,8 +54,8 @@ class Rehearsal(NamedTuple):
     inject: tuple[str, ...] = ()
 
 
-def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
-    """Write both files of a scenario into a folder.
+def write_drive_files(scenario: Scenario, folder: Path, board: str = DEFAULT_BOARD) -> DriveFiles:
+    """Write both files of a scenario into a folder; the bridge's of a motor board from a named one.
 
     Raises:
         InputError: the scenario cannot be rehearsed on emulated drives; the text says what to change.
@@ -66,7 +69,7 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
             "period_us": MICROSECONDS // scenario.rate_hz,
         }
         _write(files.emulation, emulation, BoardEmulationFile)
-        write_board_file(scenario, port, files.drives, pace="commands")
+        write_board_file(scenario, port, files.drives, board, pace="commands")
         return files
     emulation, drives = _can_files(scenario)
     _write(files.emulation, emulation, EmulationFile)
@@ -74,7 +77,7 @@ def write_drive_files(scenario: Scenario, folder: Path) -> DriveFiles:
     return files
 
 
-def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "motkin", pace: str = CLOCK) -> None:
+def write_board_file(scenario: Scenario, port: str, path: Path, board: str = DEFAULT_BOARD, pace: str = CLOCK) -> None:
     """Write the bridge's file of a motor board on a port, real or emulated: a named one, changed for this scenario.
 
     With the pace `commands` time waits for the bridge, as it can with an emulated board alone.
@@ -99,6 +102,12 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str = "mo
         # is time for the frame that takes the current
         "missing_limit": cycles - 3,
         "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
+    }
+    crossings = scenario.plan().crossings
+    content["inner_loop"] |= {
+        "robot": scenario.robot,
+        # no narrower than the plan's blending zones
+        "epsilon": max([content["inner_loop"]["epsilon"], *(crossing.epsilon for crossing in crossings)]),
     }
     for motor in content["motors"].values():
         # the lesser one, so that a file for the first power-on holds whatever the scenario says

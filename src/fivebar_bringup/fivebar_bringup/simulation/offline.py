@@ -169,10 +169,16 @@ def initial_joints(scenario: Scenario) -> JointAngles:
     return JointAngles(legs[0].q1, legs[0].q2, legs[1].q1, legs[1].q2)
 
 
-def simulate(scenario: Scenario, progress: Callable[[int], None] = lambda sample: None) -> OfflineRun:
-    """Run a scenario in this process; `progress` is called with each finished sample's number."""
+def simulate(
+    scenario: Scenario, progress: Callable[[int], None] = lambda sample: None, plant: Plant | None = None
+) -> OfflineRun:
+    """Run a scenario in this process; `progress` is called with each finished sample's number.
+
+    `plant` is the robot to be moved, by default the one that the scenario describes.
+    """
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
-    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant, scenario.imu)
+    if plant is None:
+        plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant, scenario.imu)
     imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu)
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings = cycle_settings(scenario)

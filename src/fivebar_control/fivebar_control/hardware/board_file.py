@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds
+from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.board_file import CLOCK, PEAK_CURRENT, BoardMotor
 from fivebar_description.parameters import Positive
 from fivebar_description.share import share_file, yaml_path
@@ -48,6 +49,29 @@ class StartPosture(StrictModel):
     tolerance_rad: Positive = 0.05
 
 
+class BoardInnerLoop(StrictModel):
+    """Section `inner_loop`: the board's own control of angle and speed, besides the law's torque; off by default.
+
+    Attributes:
+        stiffness: the board's kp (A/rad).
+        damping: the board's kd (A/(rad/s)).
+        share: largest part of a motor's current limit that both may command together.
+        epsilon: kappa = 1/cond(A) up to which there is none of either; from twice that on they are whole.
+        robot: parameter file of the robot, for the joint angles of the reference.
+    """
+
+    stiffness: Annotated[float, Field(ge=0.0, le=50.0)] = 0.0
+    damping: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    share: Annotated[float, Field(gt=0.0, le=0.5)] = 0.2
+    epsilon: Annotated[float, Field(gt=0.0, lt=0.5)] = NEAR_LOCUS
+    robot: Annotated[str, Field(min_length=1)] = "motkin"
+
+    @property
+    def on(self) -> bool:
+        """Whether there is an inner loop."""
+        return self.stiffness > 0.0 or self.damping > 0.0
+
+
 class BoardFile(StrictModel):
     """One configuration file.
 
@@ -63,6 +87,7 @@ class BoardFile(StrictModel):
         missing_limit: cycles in a row without a new state, or without an echo, beyond which it is a fault.
         set_up_timeout_ms: longest wait for the first echo.
         posture: where the robot must stand when a run starts; not checked when left out.
+        inner_loop: the board's own control of angle and speed.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -74,6 +99,7 @@ class BoardFile(StrictModel):
     missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
     set_up_timeout_ms: Milliseconds = 2000
     posture: StartPosture | None = None
+    inner_loop: BoardInnerLoop = BoardInnerLoop()
     motors: BoardDrivePair
 
     @property

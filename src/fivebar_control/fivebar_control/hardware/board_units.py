@@ -25,6 +25,11 @@ def joint_torque(drive: BoardDrive, current: float) -> float:
     return drive.sign * drive.torque_constant * current
 
 
+def current_limit(drive: BoardDrive) -> float:
+    """Return the largest current (A) that may be commanded, of a motor's limits of torque and current."""
+    return min(drive.torque_limit_nm / drive.torque_constant, drive.current_limit)
+
+
 def motor_current(drive: BoardDrive, torque: float) -> float:
     """Return the board's current (A) for a torque (Nm), within the limits of both.
 

@@ -18,7 +18,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
-from fivebar_control.hardware.drive_interface import ZERO, Exchange, Torques, set_up_or_closed
+from fivebar_control.hardware.drive_interface import ZERO, Exchange, JointTarget, Torques, set_up_or_closed
 from fivebar_control.hardware.drive_link import DriveLink
 from fivebar_control.hardware.drive_setup import DriveSetup
 from fivebar_control.hardware.fault import DriveError
@@ -304,7 +304,7 @@ class DriveBus:
                 return Fault("drive_dropped_out", f"{link.place}: {link.state.value}, expected operation enabled")
         return None
 
-    def write(self, torques: Torques) -> None:
+    def write(self, torques: Torques, target: JointTarget | None = None) -> None:
         """Send each drive its controlword and torque (Nm), which act from the next SYNC on.
 
         Zero torque goes out unless both drives are enabled and should be. Once one has dropped out or does not answer

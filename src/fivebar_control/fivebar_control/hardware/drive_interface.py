@@ -15,6 +15,19 @@ Torques = tuple[float, float]
 ZERO: Torques = (0.0, 0.0)
 
 
+class JointTarget(NamedTuple):
+    """Where the motors should be, for drives with an inner loop of their own.
+
+    Attributes:
+        weight: how much of the inner loop's gains acts, from 0 to 1.
+        positions, velocities: of both motors (rad, rad/s).
+    """
+
+    weight: float
+    positions: tuple[float, float]
+    velocities: tuple[float, float]
+
+
 class DriveReading(NamedTuple):
     """One drive at one measurement: joint angle (rad), velocity (rad/s) and torque (Nm)."""
 
@@ -96,8 +109,10 @@ class DriveInterface(Protocol):
         """Exchange one cycle: measurements against the torques that were written last."""
         ...
 
-    def write(self, torques: Torques) -> None:
+    def write(self, torques: Torques, target: JointTarget | None = None) -> None:
         """Have both drives apply torques (Nm) from the next exchange on; zero unless both are enabled.
+
+        With a target, drives that have an inner loop close it besides; without one there is none.
 
         Raises:
             ValueError: a torque is not finite; zero is applied instead.

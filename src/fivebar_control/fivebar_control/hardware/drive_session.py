@@ -10,7 +10,14 @@ from typing import NamedTuple
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.command_watch import CommandWatch
-from fivebar_control.hardware.drive_interface import ZERO, DriveInterface, DriveReading, Exchange, Torques
+from fivebar_control.hardware.drive_interface import (
+    ZERO,
+    DriveInterface,
+    DriveReading,
+    Exchange,
+    JointTarget,
+    Torques,
+)
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.interface import ALL_WELL
 
@@ -86,7 +93,7 @@ class DriveSession:
         """Number of the present sample."""
         self.overdue = False
         """Whether a cycle is due that waits for its torque."""
-        self._written = False
+        self._written = self._led = False
         self._brakes: Fault | None = None
         self._brakes_until = 0.0
         self._overruns = self._incomplete = 0
@@ -213,14 +220,18 @@ class DriveSession:
             return None
         return MeasuredSample(self.sample, (first, second))
 
-    def command(self, sample: int | None, torques: Torques, now: float) -> bool:
-        """Take the torques (Nm) that answer a sample; return whether they answer one that may be answered now."""
+    def command(self, sample: int | None, torques: Torques, now: float, target: JointTarget | None = None) -> bool:
+        """Take the torques (Nm) that answer a sample; return whether they answer one that may be answered now.
+
+        The target of drives with an inner loop holds until the next cycle alone, and not while the robot is braked.
+        """
         if not self.active or sample is None or not self._watch.accepts(sample, self.sample):
             return False
         self._watch.take(sample, torques, now)
         self._end_of_braking()
         if self.fault is None:
-            self.drives.write(torques)
+            self._led = target is not None and self._brakes is None
+            self.drives.write(torques, target if self._led else None)
             self._written = True
         return True
 
@@ -228,6 +239,9 @@ class DriveSession:
         """Latch another node's fault once that node, which brakes the robot, commands zero torque, or at a time (s)."""
         if self.fault is None and self._brakes is None:
             self._brakes, self._brakes_until = fault, until
+            if self._led and self._written:
+                # what was written and not exchanged yet, without a target
+                self.drives.write(self._watch.torques)
             self._end_of_braking()
 
     def _end_of_braking(self) -> None:

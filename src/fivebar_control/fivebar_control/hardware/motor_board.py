@@ -1,6 +1,6 @@
 """The motor board of the MOTKIN bench as two drives, through its own driver from PyPI.
 
-Torque is fed forward as a current, with both of the board's own gains at zero.
+Torque is fed forward as a current. Both of the board's own gains are zero unless there is an inner loop.
 """
 
 from __future__ import annotations
@@ -18,8 +18,16 @@ from fivebar_control.hardware.board_faults import fault_of
 from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
 from fivebar_control.hardware.configuration import MICROSECONDS
-from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, Torques, set_up_or_closed
+from fivebar_control.hardware.drive_interface import (
+    ZERO,
+    DriveReading,
+    Exchange,
+    JointTarget,
+    Torques,
+    set_up_or_closed,
+)
 from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.inner_loop import OPEN, MotorSetPoint, set_point
 from fivebar_control.hardware.sample_clock import SampleClock
 from fivebar_description.interface import ACTIVE_JOINTS
 
@@ -65,6 +73,7 @@ class MotorBoard:
         self._next_cycle = 0.0
         self._enabled = False
         self._torques: Torques = ZERO
+        self._target: JointTarget | None = None
         self._sequence: int | None = None
         self._silent = 0
         self._lost = self._unanswered = self._without_state = 0
@@ -170,24 +179,27 @@ class MotorBoard:
     def switch_off(self) -> None:
         """Take both enabled bits back with a frame that is sent now."""
         self._enabled = False
-        self._torques = ZERO
+        self._write_zero()
         self._send()
 
     def quick_stop(self) -> None:
         """Take both enabled bits back with a frame that is sent now: without current the robot coasts."""
         self.switch_off()
 
-    def write(self, torques: Torques) -> None:
-        """Keep torques (Nm) for the next exchange; zero unless both motors are enabled.
+    def write(self, torques: Torques, target: JointTarget | None = None) -> None:
+        """Keep torques (Nm) and target for the next exchange; zero and none unless both motors are enabled.
 
         Raises:
             ValueError: a torque is not finite; zero is kept instead.
         """
-        self._torques = ZERO
+        self._write_zero()
         if not all(math.isfinite(torque) for torque in torques):
             raise ValueError(f"torques {torques} Nm: expected finite numbers")
         if self._enabled:
-            self._torques = torques
+            self._torques, self._target = torques, target
+
+    def _write_zero(self) -> None:
+        self._torques, self._target = ZERO, None
 
     def exchange(self) -> Exchange:
         """Send the command and take the state that comes with its echo, or else the newest since the last cycle."""
@@ -215,7 +227,7 @@ class MotorBoard:
         now = time.monotonic()
         self._pause.wait(max(0.0, self._next_cycle - now))
         self._next_cycle = max(self._next_cycle, now) + self._period
-        self._torques = ZERO
+        self._write_zero()
         return self.exchange()
 
     def reset(self, timeout: float) -> None:
@@ -225,7 +237,7 @@ class MotorBoard:
             DriveError: the board still reports a fault, or does not answer; the text says what clears it.
         """
         self._enabled = False
-        self._torques = ZERO
+        self._write_zero()
         self._lost += self._client.state_drops
         self._shut()
         self._link_fault, self._refusal = None, ""
@@ -269,10 +281,10 @@ class MotorBoard:
         """Send a command, and wait for its echo for a time (s); return whether it has come."""
         if self._link_fault is not None or self._silent > min(self._board.missing_limit + LAST_WORDS, MOST_UNANSWERED):
             return False
-        for motor, drive, torque in zip(
-            (self._client.m0, self._client.m1), self._board.pair, self._torques, strict=True
-        ):
-            motor.set(q=0.0, v=0.0, kp=0.0, kd=0.0, iff=motor_current(drive, torque), enabled=self._enabled)
+        for number, (motor, torque) in enumerate(zip((self._client.m0, self._client.m1), self._torques, strict=True)):
+            current = motor_current(self._board.pair[number], torque)
+            kp, kd, angle, speed = self._set_point(number, current)
+            motor.set(q=angle, v=speed, kp=kp, kd=kd, iff=current, enabled=self._enabled)
         try:
             self._client.update(block=wait > 0.0, timeout_s=wait)
         except TimeoutError:
@@ -285,6 +297,18 @@ class MotorBoard:
         else:
             return wait > 0.0
         return False
+
+    def _set_point(self, number: int, current: float) -> MotorSetPoint:
+        """Return the inner loop of a motor for the current (A) of the law's torque."""
+        state, target, drive = self._client.state, self._target, self._board.pair[number]
+        if target is None or not state:
+            return OPEN
+        reading = state[f"m{number}_q"]
+        # the turn on which the robot is makes no difference to the board
+        missing = math.remainder(target.positions[number] - joint_angle(drive, reading, self._near[number]), math.tau)
+        angle = reading, reading + drive.sign * missing
+        speed = state[f"m{number}_v"], drive.sign * target.velocities[number]
+        return set_point(self._board, drive, current, target.weight, angle, speed)
 
     def _readings(self, state: dict[str, Any]) -> tuple[DriveReading, DriveReading]:
         first, second = (

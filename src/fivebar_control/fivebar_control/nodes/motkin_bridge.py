@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 
 from fivebar_control.hardware.board_file import load_board
+from fivebar_control.hardware.inner_loop import InnerLoop
 from fivebar_control.hardware.motor_board import open_board
 from fivebar_control.ros.drive_bridge import DriveBridge, DriveConnection
 from fivebar_control.ros.node_settings import BridgeSettings
@@ -17,7 +18,8 @@ TEND_PERIOD = 0.1
 def _load(settings: BridgeSettings) -> DriveConnection:
     board = load_board(settings.drives)
     opening = functools.partial(open_board, board)
-    return DriveConnection(board.period_us, "period_us", TEND_PERIOD, opening, board.paced_by_commands)
+    inner_loop = InnerLoop(board) if board.inner_loop.on else None
+    return DriveConnection(board.period_us, "period_us", TEND_PERIOD, opening, board.paced_by_commands, inner_loop)
 
 
 class MotkinBridge(DriveBridge):

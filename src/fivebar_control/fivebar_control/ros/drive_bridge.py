@@ -12,7 +12,7 @@ import functools
 import json
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -26,6 +26,8 @@ from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import MICROSECONDS
 from fivebar_control.hardware.drive_interface import DriveInterface
 from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
+from fivebar_control.hardware.inner_loop import InnerLoop
+from fivebar_control.ros.inner_loop_targets import InnerLoopTargets
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.safety.brake import BRAKED_FAULTS
 from fivebar_description.interface import (
@@ -79,6 +81,7 @@ class DriveConnection(NamedTuple):
         tend_period: how often (s) they are tended while inactive.
         open: opens and sets up both, or raises a `DriveError`.
         waits: whether the robot moves on with the commands alone, so that a cycle may wait for its torque.
+        inner_loop: that of the drives, where they are to close one.
     """
 
     period_us: int
@@ -86,6 +89,7 @@ class DriveConnection(NamedTuple):
     tend_period: float
     open: Callable[[], DriveInterface]
     waits: bool = False
+    inner_loop: InnerLoop | None = None
 
 
 class DriveBridge(LifecycleNodeMixin, GraphNode):
@@ -131,6 +135,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self.create_service(Trigger, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
         self.listen(TORQUE_COMMAND, self._on_command)
+        self._targets = None if known.inner_loop is None else InnerLoopTargets(self, known.inner_loop)
         # volatile on this side: faults from before this node started must not be latched again
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         if settings.autostart:
@@ -221,6 +226,10 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         warning = self._session.warning
         return super().health() if warning is None else (DiagnosticStatus.WARN, warning)
 
+    def metrics(self) -> Mapping[str, object]:
+        """Return in how many samples the drives closed an inner loop, where they are to."""
+        return {} if self._targets is None else self._targets.counts
+
     def _run_every(self, period: float, callback: Callable[[], None]) -> None:
         """Replace the timer: tending while inactive, control cycles while active."""
         self._cancel_timer()
@@ -286,7 +295,8 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
             self.drop(TORQUE_COMMAND, str(error))
             return
         sample = self._run.sample(stamp_of(message))
-        if not self._session.command(sample, (tau1, tau2), time.monotonic()):
+        target = None if self._targets is None else self._targets.of(stamp_of(message))
+        if not self._session.command(sample, (tau1, tau2), time.monotonic(), target):
             self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._session.sample}")
         elif self._session.overdue:
             self._tick()

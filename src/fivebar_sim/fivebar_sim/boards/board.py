@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from fivebar_description.board_file import CLOCK
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import laden, load_robot
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import OFF, EmulatedMotor
 from fivebar_sim.boards.protocol import BUTTON, CommandFrame, CommandReader, StateFrame, fault_flags, write_state
@@ -53,20 +53,29 @@ class EmulatedBoard:
         """State frames to lose, state frames to corrupt, and command frames to lose from now on."""
         self.silent = False
         """Whether no state frame is sent."""
+        self._payload = 0.0
         self.go_home()
         self.reboot(now)
 
     def go_home(self) -> None:
-        """Put the robot into its initial posture, at rest.
+        """Put the robot into its initial posture, at rest; it keeps its payload.
 
         Raises:
             InputError: the robot or its posture cannot be.
         """
         file = self._file
-        self.plant = Plant(load_robot(file.robot), file.initial_joints, round(1.0 / file.tick), file.plant())
+        self._robot = load_robot(file.robot)
+        self.plant = Plant(self._robot, file.initial_joints, round(1.0 / file.tick), file.plant())
+        if self._payload:
+            self.carry(self._payload)
         (q11, _, q21, _), _ = self.plant.seen()
         self.motors[0].place(q11)
         self.motors[1].place(q21)
+
+    def carry(self, payload: float) -> None:
+        """Go on with a payload (kg) on the platform."""
+        self._payload = payload
+        self.plant.carry(laden(self._robot, payload))
 
     def reboot(self, now: float) -> None:
         """Reset the board: faults and commands are cleared, its clock and frame numbers start again at zero."""

@@ -86,6 +86,10 @@ class BoardEmulation:
         self._execute(order)
         return f"done: {line.strip()}"
 
+    def carry(self, payload: float) -> None:
+        """Go on with a payload (kg) on the platform."""
+        self.board.carry(payload)
+
     def close(self) -> None:
         """Take the port away."""
         self.port.unplug()

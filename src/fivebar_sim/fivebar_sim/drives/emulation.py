@@ -10,7 +10,7 @@ from collections.abc import Callable
 import can
 
 from fivebar_description.drive_file import CanChannel
-from fivebar_description.parameters import load_robot
+from fivebar_description.parameters import laden, load_robot
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
@@ -48,6 +48,7 @@ class Emulation:
         self._bus = bus
         self._clock = clock
         self._file = emulation
+        self._payload = 0.0
         self.go_home()
         first, second = emulation.pair
         self.drives = EmulatedDrive(first, bus, clock), EmulatedDrive(second, bus, clock)
@@ -61,14 +62,22 @@ class Emulation:
         self._sense()
 
     def go_home(self) -> None:
-        """Reset the robot to its initial posture, at rest.
+        """Reset the robot to its initial posture, at rest; it keeps its payload.
 
         Raises:
             InputError: the robot or its posture cannot be.
         """
         file = self._file
         rate_hz = round(1e6 / file.sync_period_us)
-        self.plant = Plant(load_robot(file.robot), file.initial_joints, rate_hz, file.plant())
+        self._robot = load_robot(file.robot)
+        self.plant = Plant(self._robot, file.initial_joints, rate_hz, file.plant())
+        if self._payload:
+            self.carry(self._payload)
+
+    def carry(self, payload: float) -> None:
+        """Go on with a payload (kg) on the platform."""
+        self._payload = payload
+        self.plant.carry(laden(self._robot, payload))
 
     def take(self, can_id: int, data: bytes) -> None:
         """Process a frame from the bus."""

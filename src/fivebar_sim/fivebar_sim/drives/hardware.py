@@ -50,6 +50,10 @@ class DrivesOnBus:
         """Execute one line of the drives' protocol and return the reply to its author."""
         return execute(self.emulation, line)
 
+    def carry(self, payload: float) -> None:
+        """Go on with a payload (kg) on the platform."""
+        self.emulation.carry(payload)
+
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()

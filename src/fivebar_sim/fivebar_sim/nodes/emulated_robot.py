@@ -27,6 +27,7 @@ from fivebar_description.joint_sample import joint_sample
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -65,6 +66,7 @@ class EmulatedRobot(GraphNode):
         self._tolerance = FITTING_COUNTS * self._emulation.resolution
         self._ahead = 0
         self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._payloads: queue.SimpleQueue[float] = queue.SimpleQueue()
         self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._ending = threading.Event()
         self._faulty = False
@@ -81,6 +83,7 @@ class EmulatedRobot(GraphNode):
         self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)
         self.listen(MOTOR_STATES, self._on_states)
         self.listen(TORQUE_COMMAND, self._on_command)
+        listen_to_payload(self, self._payloads.put)
         self.create_subscription(String, FAULTS.name, self._on_fault, qos_profile(FAULTS.qos))
         self.create_subscription(String, RUN_READY.name, self._progress.on_ready, qos_profile(RUN_READY.qos))
         self.every(STATUS_PERIOD, self._check_clock)
@@ -103,6 +106,8 @@ class EmulatedRobot(GraphNode):
 
     def _execute_orders(self) -> None:
         # in the thread of the drives, which must not spend time on logging
+        while not self._payloads.empty():
+            self._emulation.carry(self._payloads.get())
         while not self._orders.empty():
             self._replies.put(self._emulation.obey(self._orders.get()))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, Torques
+from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, JointTarget, Torques
 from fivebar_control.hardware.drive_session import DriveSession
 
 PERIOD = 0.002
@@ -20,6 +20,7 @@ class Drives:
         self.notes: tuple[str, ...] = ()
         self.told: list[Torques] = []
         self._torques = ZERO
+        self.target: JointTarget | None = None
 
     def tend(self) -> None:
         """Nothing to do."""
@@ -40,8 +41,8 @@ class Drives:
 
     switch_off = release = close = quick_stop
 
-    def write(self, torques: Torques) -> None:
-        self._torques = torques
+    def write(self, torques: Torques, target: JointTarget | None = None) -> None:
+        self._torques, self.target = torques, target
 
     def exchange(self) -> Exchange:
         self.told.append(self._torques)
@@ -83,6 +84,31 @@ def test_a_torque_that_does_not_come_is_waited_for_no_longer_than_half_its_time_
     assert session.fault is not None
     assert session.fault.name == "command_stale"
     assert not drives.enabled
+
+
+def test_an_inner_loop_follows_the_reference_of_the_present_sample_alone() -> None:
+    target = JointTarget(1.0, (0.1, 0.2), (0.0, 0.0))
+    braked = Fault("tracking_lost", "at sample 3")
+    for fault, brakes in ((None, False), (braked, True), (braked, False)):
+        session, drives = running(waits=False)
+        assert session.command(1, TORQUES, 1.5 * PERIOD, target)
+        assert drives.target == target
+        if fault is None:
+            # no new torque in time: the last one holds, without the target of another sample
+            session.cycle(2 * PERIOD)
+            assert drives.target == target
+            session.cycle(3 * PERIOD)
+            assert (drives.told[-1], drives.target) == (TORQUES, None)
+            continue
+        if brakes:
+            session.follow_brake(fault, 1.0)
+        else:
+            session.latch(fault)
+        # the torque of the brake is followed, nothing else
+        assert session.command(1, TORQUES, 1.6 * PERIOD, target)
+        session.cycle(2 * PERIOD)
+        assert drives.told[-1] == (TORQUES if brakes else ZERO)
+        assert drives.target is None
 
 
 def test_drives_that_follow_the_clock_are_not_kept_waiting() -> None:

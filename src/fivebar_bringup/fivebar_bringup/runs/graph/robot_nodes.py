@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.runs.bridges import bridge_of
+from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.graph.sensor_nodes import announced, awaited_sights, passive_states
 from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import initial_joints
+from fivebar_control.hardware.board_file import load_board
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_description.camera import CAMERA_PREFIX
 from fivebar_description.imu import IMU_PREFIX
@@ -23,11 +24,13 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     PAYLOAD,
     READINGS_RELEASED,
+    REFERENCE,
     RUN_EPOCH,
     RUN_PLAN,
     RUN_READY,
     RUN_STATUS,
     TORQUE_COMMAND,
+    Topic,
 )
 from fivebar_description.passive_encoder import PASSIVE_PREFIX
 from fivebar_description.settings import to_parameters
@@ -86,10 +89,10 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str], last_sample:
 
     With `last_sample` it publishes the progress of the run, and when the motion has ended.
     """
-    safety, cycles = scenario.safety, scenario.stop_cycles()
+    safety, cycles, executable = scenario.safety, scenario.stop_cycles(), bridge_of(scenario)
     return NodeSpec(
         "fivebar_control",
-        bridge_of(scenario),
+        executable,
         to_parameters(
             BridgeSettings(
                 rate_hz=scenario.rate_hz,
@@ -102,9 +105,16 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str], last_sample:
                 samples=scenario.plan().path.samples(scenario.rate_hz) if last_sample else 0,
             )
         ),
-        (TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN),
+        (TORQUE_COMMAND, *_led_by(executable, drives), FAULTS, RUN_READY, RUN_PLAN),
         (MOTOR_STATES, FAULTS, DRIVES_STATE, RUN_EPOCH, *((RUN_STATUS,) if last_sample else ())),
     )
+
+
+def _led_by(executable: str, drives: str) -> tuple[Topic, ...]:
+    """Return what a bridge follows besides the torque, where its drives close an inner loop."""
+    if executable != BOARD_BRIDGE or not load_board(drives).inner_loop.on:
+        return ()
+    return REFERENCE, JOINT_STATES
 
 
 def emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[str]) -> tuple[NodeSpec, NodeSpec]:
@@ -126,7 +136,7 @@ def emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[st
             **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
             **to_parameters(scenario.passive, PASSIVE_PREFIX),
         },
-        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, RUN_READY, RUN_PLAN, RUN_EPOCH),
+        (MOTOR_STATES, TORQUE_COMMAND, FAULTS, PAYLOAD, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (GROUND_TRUTH, IMU_DATA, *passive_states(scenario), FAULTS, RUN_STATUS),
     )
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot
