@@ -23,6 +23,7 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_description.parameters import FiveBar
@@ -143,8 +144,8 @@ def criterion_curvature(robot: FiveBar, mode1: int, mode2: int, x: float, y: flo
     return -force / criterion_residual(robot, mode1, mode2, at_unit_acceleration)
 
 
-def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: RoundedSegment, s: float) -> float:
-    """Return the s'' / s'^2 that a rounded path needs at a share of its way on the locus, for its own curvature too."""
+def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> float:
+    """Return the s'' / s'^2 that a path needs at a share of its way on the locus, for its own curvature too."""
     unpushed = criterion_residual(robot, mode1, mode2, segment.moved(s, 1.0, 0.0))
     return -unpushed / criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 1.0))
 

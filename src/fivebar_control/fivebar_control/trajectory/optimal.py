@@ -153,7 +153,7 @@ def optimal_law(
     mode2: int,
     way: StraightWay | RoundedPolyline,
     crossed: tuple[float, ...],
-    ratios: tuple[float, ...] = (),
+    ratios: tuple[float, ...],
 ) -> OptimalLaw | None:
     """Return the quickest time law of a segment; None where there is none that keeps going forwards.
 
@@ -162,8 +162,7 @@ def optimal_law(
         mode1, mode2: working mode.
         way: the path.
         crossed: shares of the way at which it crosses the Type 2 locus.
-        ratios: the s'' / s'^2 that meets the dynamic criterion at each of them, for which the law is bent. Without them
-            the acceleration is made to vanish, if there is but one crossing.
+        ratios: the s'' / s'^2 that meets the dynamic criterion at each of them, for which the law is bent.
     """
     grid = np.linspace(0.0, 1.0, GRID + 1)
     speeds = _speeds(robot, mode1, mode2, way, grid)
@@ -178,14 +177,13 @@ def optimal_law(
     parts = durations * (grid[:-1] + durations * (0.5 * speeds[:-1] + durations * bends / 6.0))
     sums = np.concatenate(([0.0], np.cumsum(parts)))
     law = OptimalLaw(_numbers(times), _numbers(sums), _numbers(grid), _numbers(speeds), window=WINDOW / way.legs)
-    if len(crossed) == 1 and not ratios:
-        bent = _coasting_at(law, crossed[0])
+    if len(crossed) == way.legs == 1:
+        # on a straight way one bump over all of it is milder than a hump about the crossing
+        bent = _bent_at(law, crossed[0], ratios[0])
         if bent is not None and _goes_forwards(bent):
             return bent
-    if ratios or len(crossed) == 1:
-        bent = _coasting_about(law, crossed, ratios or (0.0,))
-        return bent if bent is not None and _goes_forwards(bent) else None
-    return law if _goes_forwards(law) else None
+    met = _bent_about(law, crossed, ratios)
+    return met if met is not None and _goes_forwards(met) else None
 
 
 def _goes_forwards(law: OptimalLaw) -> bool:
@@ -196,19 +194,20 @@ def _numbers(values: FloatArray) -> tuple[float, ...]:
     return tuple(map(float, values))
 
 
-def _coasting_at(law: OptimalLaw, way: float) -> OptimalLaw | None:
-    """Return a law without acceleration where it has gone a share of the way; None where none is found."""
+def _bent_at(law: OptimalLaw, way: float, rho: float) -> OptimalLaw | None:
+    """Return a law with s'' = rho s'^2 where it has gone a share of the way, bent over all of it; None for none."""
 
-    def acceleration(bump: float) -> float:
+    def beyond(bump: float) -> float:
         bent = law._replace(bump=bump)
-        return bent(float(brentq(lambda u: bent(u)[0] - way, 0.0, 1.0, xtol=1e-15)))[2]
+        _, ds, dds = bent(float(brentq(lambda u: bent(u)[0] - way, 0.0, 1.0, xtol=1e-15)))
+        return dds - rho * ds * ds
 
     # the bump moves the crossing too, so that its effect is not that of its curvature alone
-    found, state = newton(acceleration, 0.0, x1=1e-2, tol=1e-9, maxiter=CORRECTIONS, full_output=True, disp=False)
+    found, state = newton(beyond, 0.0, x1=1e-2, tol=1e-9, maxiter=CORRECTIONS, full_output=True, disp=False)
     return law._replace(bump=float(found)) if state.converged else None
 
 
-def _coasting_about(law: OptimalLaw, ways: Sequence[float], ratios: Sequence[float]) -> OptimalLaw | None:
+def _bent_about(law: OptimalLaw, ways: Sequence[float], ratios: Sequence[float]) -> OptimalLaw | None:
     """Return a law with s'' = rho s'^2 where it has gone each share of the way, bent about there only; None for none.
 
     No two of the humps overlap.

@@ -434,12 +434,13 @@ def _timed(
 def _quickest(
     robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: list[float]
 ) -> Segment | RoundedSegment:
-    if isinstance(segment, RoundedSegment):
-        ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
-        law = optimal_law(robot, mode1, mode2, segment.curve, tuple(crossed), ratios)
-    else:
-        straight = StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
-        law = optimal_law(robot, mode1, mode2, straight, tuple(crossed))
+    way = (
+        segment.curve
+        if isinstance(segment, RoundedSegment)
+        else StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
+    )
+    ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
+    law = optimal_law(robot, mode1, mode2, way, tuple(crossed), ratios)
     if law is None:
         raise PlanRefused(
             f"segment {number}: has no passage of bounded torque that only goes forwards and meets the criterion:"

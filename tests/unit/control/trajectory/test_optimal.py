@@ -12,7 +12,7 @@ from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, load_robot
 
 RATE_HZ = 500
 MIDDLE = ((0.0, 0.15), (0.0, 0.02))
@@ -53,6 +53,22 @@ def test_it_takes_little_more_than_half_the_torque_and_meets_the_criterion(dexta
     # what is quickest does not depend on the duration, and the torque goes with its inverse square
     half = torque_beyond_friction(dextar, planned(dextar, 0.5, OPTIMAL))
     assert half == pytest.approx(4.0 * torque_beyond_friction(dextar, quickest), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "crossings"),
+    [("motkin", ((0.0, 0.12), (0.006, 0.008)), 1), ("dextar", ((-0.08, 0.07), (0.07, 0.06)), 2)],
+    ids=["residual inertias", "two crossings"],
+)
+def test_it_meets_the_criterion_at_every_crossing(
+    name: str, ends: tuple[tuple[float, float], ...], crossings: int
+) -> None:
+    robot = load_robot(name)
+    plan = plan_motion(robot, (1, -1), ends, [0.8], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
+    assert len(plan.crossings) == crossings
+    for crossing in plan.crossings:
+        there = plan.path.at(crossing.time)
+        assert abs(criterion_residual(robot, 1, -1, there)) < 1e-9
 
 
 def test_the_predictive_law_follows_at_the_limit_of_its_torque(dextar: FiveBar) -> None:
