@@ -9,7 +9,18 @@ import pytest
 
 from fivebar_control.estimation.ekf import Belief, EkfSettings, advanced, guessed, predicted
 from fivebar_control.estimation.encoder import MOST_REPETITIONS, Angle
-from fivebar_control.estimation.history import LAG, PERIODS, RATE, SAMPLE, TAU1, TAU2, angle_at, keep_belief, row_of
+from fivebar_control.estimation.history import (
+    ELBOW,
+    LAG,
+    PERIODS,
+    RATE,
+    SAMPLE,
+    TAU1,
+    TAU2,
+    angle_at,
+    keep_belief,
+    row_of,
+)
 from fivebar_control.estimation.measurements import corrected, motor_speeds, seen_at, turn_rate
 from fivebar_control.estimation.step import (
     Drives,
@@ -147,6 +158,14 @@ def test_a_rate_is_put_where_its_clock_is_estimated_to_have_been(clock: float, e
     assert placed.start == entry
     lag = placed.memory.history.inputs[row_of(placed.memory.history, entry), LAG]
     assert lag * RATE_HZ == pytest.approx(3.5 - entry, abs=1e-12)
+
+
+@pytest.mark.parametrize("zero", [0.0, 0.1])
+def test_the_passive_encoders_zero_is_taken_off_its_reading(zero: float) -> None:
+    model = model_of(known=KnownSensors(passive_zero=zero))
+    placed = with_elbow(model, started(model), 4.0, ANGLES.q22 + zero)
+    kept = placed.memory.history.inputs[row_of(placed.memory.history, placed.start)]
+    assert kept[ELBOW] == pytest.approx(ANGLES.q22, abs=1e-12)
 
 
 @pytest.mark.parametrize("add", [with_rate, lambda *rest: with_seen(*rest, 0.15, 1e-8), with_elbow])

@@ -33,6 +33,7 @@ from fivebar_control.model.kinematics import (
     state_from_platform,
 )
 from fivebar_control.model.kinematics import platform_acceleration as platform_acceleration_of_motors
+from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import MotorMotion, Platform, State
 from fivebar_control.trajectory.criterion import criterion_residual
@@ -257,6 +258,12 @@ def test_constraint_laws_get_the_acceleration_along_v1(resolution: int, case: Ca
     place = Platform(state.x, state.y, state.vx, state.vy, *(alpha * v + beta * t).tolist())
     modes = elbow_side(state.leg1.sin_q2), elbow_side(state.leg2.sin_q2)
     assert abs(criterion_residual(robot, *modes, place)) <= 1e-9 * robot.mass * size
+
+
+@pytest.mark.parametrize("inertias", [(0.0, 0.0), (1e-6, 0.0), (0.0, -1e-6), (1e-6, -1e-6)])
+def test_one_residual_inertia_is_enough_to_have_some(inertias: tuple[float, float]) -> None:
+    legs = (leg._replace(residual=one) for leg, one in zip(load_robot("motkin")[:2], inertias, strict=True))
+    assert has_residual(FiveBar(*legs, 0.01)) == any(inertias)
 
 
 def test_a_time_law_meets_the_criterion_with_residual_inertias() -> None:
