@@ -30,6 +30,9 @@ from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import laden, read_robot
 from fivebar_description.strict_yaml import InputError
 
+NICENESS = 10
+"""By how much the planning process gives way to others."""
+
 
 class Conditions(NamedTuple):
     """What requests are planned for.
@@ -129,6 +132,8 @@ def _leave_priority_to_this_thread() -> None:
 
 def _prepare(lifeline: Connection) -> None:
     """Prepare the planning process."""
+    # a plan takes a processor for seconds, and the cycle may have no higher priority than any other process
+    os.nice(NICENESS)
     # an interrupt is for the parent, who then ends this process
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(lifeline,), name="lifeline", daemon=True).start()

@@ -57,6 +57,8 @@ def test_it_answers_one_request_after_the_other_in_the_same_process(planning: Pl
     assert first.refused == "" and first.waypoints == (NEAR.start, NEAR.goal)
     assert first.path().at(first.path().duration)[:2] == NEAR.goal
     process = worker().pid
+    # the cycle comes first
+    assert os.getpriority(os.PRIO_PROCESS, process or 0) > os.getpriority(os.PRIO_PROCESS, 0)
     planning.ask(FAR)
     assert "out of reach" in answer_of(planning).refused
     assert worker().pid == process
