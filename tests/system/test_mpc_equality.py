@@ -1,4 +1,4 @@
-"""The predictive law as a node graph and without ROS, to the last bit, from an estimate: references ahead included."""
+"""The predictive law as a node graph and without ROS, to the last bit, from an estimate, quickly round a corner."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from fivebar_description.interface import JOINT_STATES, REFERENCE, TORQUE_COMMAN
 SCENARIO = """
 name: short_mpc
 controller: mpc
-waypoints: [[0.0, 0.15], [0.0, 0.02]]
-segment_duration: 0.3
+waypoints: [[0.0, 0.15], [0.02, 0.11], [0.0, 0.02]]
+segment_duration: [0.15, 0.25]
+time_law: optimal
+blend_radius: 0.02
 estimator: ekf
 plant: {encoder_counts: 20000, delay_samples: 1, friction_scale: 1.3, mass_scale: 0.9, torque_limit: 2.0}
 safety: {torque_rate_limit: 60.0}
 law: {horizon: 20}
 """
-SAMPLES = 151
+SAMPLES = 201
 
 
 # a process for each of eight nodes, for what the nodes' own tests and those of the law cover in parts
