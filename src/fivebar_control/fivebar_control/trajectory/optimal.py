@@ -24,6 +24,7 @@ from scipy.optimize import brentq, newton
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.rounded import RoundedPolyline
+from fivebar_control.trajectory.time_law import time_fraction
 from fivebar_description.parameters import FiveBar
 
 FloatArray = NDArray[np.float64]
@@ -199,7 +200,7 @@ def _bent_at(law: OptimalLaw, way: float, rho: float) -> OptimalLaw | None:
 
     def beyond(bump: float) -> float:
         bent = law._replace(bump=bump)
-        _, ds, dds = bent(float(brentq(lambda u: bent(u)[0] - way, 0.0, 1.0, xtol=1e-15)))
+        _, ds, dds = bent(time_fraction(bent.__call__, way))
         return dds - rho * ds * ds
 
     # the bump moves the crossing too, so that its effect is not that of its curvature alone
@@ -212,7 +213,7 @@ def _bent_about(law: OptimalLaw, ways: Sequence[float], ratios: Sequence[float])
 
     No two of the humps overlap.
     """
-    instants = [float(brentq(lambda u, way=way: law(u)[0] - way, 0.0, 1.0, xtol=1e-15)) for way in ways]
+    instants = [time_fraction(law.__call__, way) for way in ways]
     least = min((after - before for before, after in pairwise(instants)), default=1.0)
     humps = []
     for crossed, way, rho in zip(instants, ways, ratios, strict=True):

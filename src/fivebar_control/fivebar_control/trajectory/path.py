@@ -12,8 +12,9 @@ from typing import NamedTuple
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.polynomial import TimeLaw, rest_to_rest
+from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
+from fivebar_control.trajectory.time_law import TimeLaw, progress
 
 
 class Segment(NamedTuple):
@@ -29,8 +30,7 @@ class Segment(NamedTuple):
 
     def at(self, t: float) -> Platform:
         """Return the reference at time t (s); before and after the segment the platform rests at its ends."""
-        s, ds, dds = self.time_law((t - self.start_time) / self.duration)
-        return self.moved(s, ds / self.duration, dds / (self.duration * self.duration))
+        return self.moved(*progress(self.time_law, t - self.start_time, self.duration))
 
     def moved(self, s: float, ds: float, dds: float) -> Platform:
         """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""

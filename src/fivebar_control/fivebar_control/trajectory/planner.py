@@ -26,6 +26,7 @@ from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
 from fivebar_control.trajectory.refusal import place
 from fivebar_control.trajectory.rounded import LEAST_RADIUS, RoundedSegment, stretches
+from fivebar_control.trajectory.time_law import time_fraction
 from fivebar_control.trajectory.type1 import (
     TYPE_1_CLEARANCE,
     Meeting,
@@ -491,7 +492,7 @@ def _crossing(
     zone_time: float,
     fixed_epsilon: float | None,
 ) -> Crossing:
-    time = segment.start_time + _time_fraction(segment, s) * segment.duration
+    time = segment.start_time + time_fraction(segment.time_law, s) * segment.duration
     reference = segment.at(time)
     state = state_from_platform(robot, mode1, mode2, reference.x, reference.y, reference.vx, reference.vy)
     svd = parallel_svd(state)
@@ -500,11 +501,6 @@ def _crossing(
     kappa_rate = inverse_condition_rate(state)
     epsilon = fixed_epsilon if fixed_epsilon is not None else 0.5 * zone_time * kappa_rate
     return Crossing(index, time, reference.x, reference.y, authority, kappa_rate, epsilon)
-
-
-def _time_fraction(segment: Segment | RoundedSegment, s: float) -> float:
-    """Return the fraction of a segment's duration after which it has gone the fraction s of its way."""
-    return float(brentq(lambda u: segment.time_law(u)[0] - s, 0.0, 1.0, xtol=1e-15))
 
 
 def _refuse_rest_in_zone(

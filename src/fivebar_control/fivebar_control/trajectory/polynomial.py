@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-TimeLaw = Callable[[float], tuple[float, float, float]]
-"""From the fraction u of the duration to the fraction s of the way and its two derivatives by u."""
-
 
 def rest_to_rest(u: float) -> tuple[float, float, float]:
     """Return s, ds/du, d2s/du2 of s = 10 u^3 - 15 u^4 + 6 u^5.

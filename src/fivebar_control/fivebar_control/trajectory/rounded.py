@@ -15,12 +15,11 @@ from collections.abc import Sequence
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
-from scipy.optimize import brentq
-
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
-from fivebar_control.trajectory.polynomial import TimeLaw, rest_to_rest
+from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.refusal import PlanRefused, place
+from fivebar_control.trajectory.time_law import TimeLaw, progress, time_fraction
 
 LEAST_RADIUS = 1e-3
 """Least blend radius (m), but for 0, a rest at the via point."""
@@ -119,8 +118,7 @@ class RoundedSegment(NamedTuple):
 
     def at(self, t: float) -> Platform:
         """Return the reference at time t (s); before and after the segment the platform rests at its ends."""
-        s, ds, dds = self.time_law((t - self.start_time) / self.duration)
-        return self.moved(s, ds / self.duration, dds / (self.duration * self.duration))
+        return self.moved(*progress(self.time_law, t - self.start_time, self.duration))
 
     def moved(self, s: float, ds: float, dds: float) -> Platform:
         """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""
@@ -129,8 +127,7 @@ class RoundedSegment(NamedTuple):
 
     def time_at(self, s: float) -> float:
         """Return when the platform has gone a share of the way (s)."""
-        share = float(brentq(lambda u: self.time_law(u)[0] - s, 0.0, 1.0, xtol=1e-15))
-        return self.start_time + share * self.duration
+        return self.start_time + time_fraction(self.time_law, s) * self.duration
 
     def line_at(self, t: float) -> Line:
         """Return the tangent at time t (s)."""
