@@ -134,18 +134,8 @@ def _law_through(u: float, s: float, rho: float) -> CriterionLaw:
     return CriterionLaw(c3, c4, c5, c6, c7)
 
 
-def criterion_curvature(robot: FiveBar, mode1: int, mode2: int, x: float, y: float, d_x: float, d_y: float) -> float:
-    """Return rho (1/m) of a straight path along the unit vector d through a point (m) of the Type 2 locus."""
-    if not has_residual(robot):
-        return 0.0
-    at_unit_speed = Platform(x, y, d_x, d_y, 0.0, 0.0)
-    at_unit_acceleration = Platform(x, y, 0.0, 0.0, d_x, d_y)
-    force = criterion_residual(robot, mode1, mode2, at_unit_speed)
-    return -force / criterion_residual(robot, mode1, mode2, at_unit_acceleration)
-
-
 def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> float:
-    """Return the s'' / s'^2 that a path needs at a share of its way on the locus, for its own curvature too."""
+    """Return rho, the s'' / s'^2 that a path needs at a share of its way on the locus, for its own curvature too."""
     unpushed = criterion_residual(robot, mode1, mode2, segment.moved(s, 1.0, 0.0))
     return -unpushed / criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 1.0))
 

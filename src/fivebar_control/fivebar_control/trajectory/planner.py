@@ -18,7 +18,7 @@ from fivebar_control.model.singularity import (
     parallel_svd,
 )
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.criterion import criterion_curvature, criterion_law, criterion_ratio
+from fivebar_control.trajectory.criterion import criterion_law, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.optimal import StraightWay, optimal_law
 from fivebar_control.trajectory.path import AnySegment, Path, Segment
@@ -409,20 +409,14 @@ def _timed(
             f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
             " segment to meet the dynamic criterion"
         )
-    if isinstance(segment, RoundedSegment):
-        rho = criterion_ratio(robot, mode1, mode2, segment, crossed[0])
-        if abs(rho) > MOST_BENT:
-            at = segment.moved(crossed[0], 0.0, 0.0)
-            raise PlanRefused(
-                f"segment {number}: crosses the Type 2 locus in a corner, at {place(at.x, at.y)}: no polynomial that"
-                f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {rho:.3g}, expected at most"
-                f" {MOST_BENT:g}; the time law {OPTIMAL} may"
-            )
-    else:
-        dx, dy = segment.end_x - segment.start_x, segment.end_y - segment.start_y
-        length = math.hypot(dx, dy)
-        at_x, at_y = segment.start_x + dx * crossed[0], segment.start_y + dy * crossed[0]
-        rho = criterion_curvature(robot, mode1, mode2, at_x, at_y, dx / length, dy / length) * length
+    rho = criterion_ratio(robot, mode1, mode2, segment, crossed[0])
+    if isinstance(segment, RoundedSegment) and abs(rho) > MOST_BENT:
+        at = segment.moved(crossed[0], 0.0, 0.0)
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus in a corner, at {place(at.x, at.y)}: no polynomial that"
+            f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {rho:.3g}, expected at most"
+            f" {MOST_BENT:g}; the time law {OPTIMAL} may"
+        )
     law = criterion_law(crossed[0], rho)
     if law is None:
         raise PlanRefused(
