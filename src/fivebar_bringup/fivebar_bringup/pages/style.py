@@ -18,6 +18,7 @@ from fivebar_bringup.runs.bag.recording import FloatArray
 
 INK, GREY, PALE = "#1f2430", "#6b7280", "#d5d9e0"
 BLUE, VERMILION, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#9b4f96"
+AMBER, SKY = "#b8860b", "#56b4e9"
 ZONE = "#f6d776"
 MOTORS = (BLUE, VERMILION)
 

@@ -12,16 +12,8 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark, drawn_crossings
 from fivebar_bringup.studies.benchmark.running import NOT_STARTED, run_benchmark
-from fivebar_bringup.studies.benchmark.scoring import (
-    HEAD,
-    Interval,
-    Result,
-    as_line,
-    clopper_pearson,
-    read_results,
-    scores,
-    success,
-)
+from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results, scores, success
+from fivebar_bringup.studies.intervals import Interval, clopper_pearson
 from fivebar_description.strict_yaml import InputError
 
 CROSSING = BenchmarkCrossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)

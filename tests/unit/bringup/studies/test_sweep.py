@@ -23,7 +23,7 @@ from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, S
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
 from fivebar_bringup.studies.sweep.program import deciding_files, matching
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, SweepRow, as_lines, from_lines
-from fivebar_bringup.studies.sweep.running import CONTROLLERS, Batch, run_batch, run_case, shortcomings, use_of
+from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, shortcomings, use_of
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
 from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
@@ -125,7 +125,7 @@ def test_every_case_has_a_row_per_controller_or_one_refusal(rows: list[SweepRow]
     assert numbers == list(range(len(numbers))) and len(numbers) % BATCH == 0
     for number in numbers:
         own = [row for row in rows if row.case == number]
-        assert tuple(row.controller for row in own) in (CONTROLLERS, ("",))
+        assert tuple(row.controller for row in own) in (SWEPT, ("",))
         assert {row.draw for row in own} == {draw(SEED, number)}
     feasible = [row.case for row in rows if (row.controller, row.status) == ("unified", FEASIBLE)]
     assert len(feasible) >= CASES > sum(number < numbers[-1] + 1 - BATCH for number in feasible)
@@ -210,11 +210,43 @@ def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path
     assert (path / "sweep.csv").read_bytes() == (made / "sweep.csv").read_bytes()
 
 
+@pytest.mark.usefixtures("no_figures")
+def test_a_sweep_of_one_controller_has_its_rows_of_the_sweep_of_all(rows: list[SweepRow], tmp_path: Path) -> None:
+    path = tmp_path / "one"
+    done = CliRunner().invoke(
+        app,
+        [
+            "sweep",
+            "--seed",
+            str(SEED),
+            "--cases",
+            str(CASES),
+            "--jobs",
+            "1",
+            "--controller",
+            "unified",
+            "--out",
+            str(path),
+        ],
+    )
+    assert done.exit_code == 0, done.output
+    alone = [row for found in SweepDirectory(path).complete_rows(("unified",)).values() for row in found]
+    assert alone == [row for row in rows if row.controller in ("", "unified")]
+    assert f"fivebar sweep --seed {SEED} --controller unified --cases {CASES}" in (path / "sweep.html").read_text()
+    with pytest.raises(InputError, match="controllers unified, not ctc, unified"):
+        opened(path, None, None, None, ("ctc", "unified"))
+    assert opened(path, None, None)[1].controllers == ("unified",)
+
+
+def test_the_crossings_that_count_are_those_of_unified_or_of_the_first_controller() -> None:
+    assert [counted(names) for names in (SWEPT, ("lqr", "unified"), ("mpc", "lqr"))] == ["unified", "unified", "mpc"]
+
+
 def test_the_order_in_which_batches_come_does_not_matter() -> None:
     def batch(number: int, feasible: bool) -> list[SweepRow]:
         plain = draw(SEED, number * BATCH)[1:]
         status = FEASIBLE if feasible else SCREENED_OUT
-        return [SweepRow(number * BATCH, controller, status, "", True, "", *plain) for controller in CONTROLLERS]
+        return [SweepRow(number * BATCH, controller, status, "", True, "", *plain) for controller in SWEPT]
 
     batches = [batch(number, number in (1, 3, 4)) for number in range(6)]
     found = []
@@ -279,7 +311,15 @@ def test_tables_count_what_the_rows_say() -> None:
     ]
     out = SweepRow(1000, "unified", SCREENED_OUT, "motor speed is 60; reference torque is 3", False, "peak", *plain)
     overview = {row[0].text: row for row in overview_table([*runs, out]).rows}["unified"]
-    assert [cell.text for cell in overview[1:]] == ["1000", "999", "99.90 %", "1001", "999", "99.80 %"]
+    assert [cell.text for cell in overview[1:]] == [
+        "1000",
+        "999",
+        "99.90 %",
+        "99.44 to 100.00 %",
+        "1001",
+        "999",
+        "99.80 %",
+    ]
     assert overview[3].good is True
     errors = next(row for row in error_table(runs).rows if row[0].text == "peak error" and row[1].text == "unified")
     assert errors[2].value == pytest.approx(0.4995) and errors[-1].value == pytest.approx(0.999)
@@ -335,8 +375,8 @@ def test_the_command_prints_a_case_and_writes_what_runs_it_again(rows: list[Swee
     ("arguments", "expected"),
     [
         (["--quick", "--cases", "5"], "--quick"),
-        (["--controller", "unified"], "--case"),
-        (["--case", "1", "--controller", "nobody"], "expected one of ctc"),
+        (["--controller", "unified,nobody"], "'nobody': expected some of ctc"),
+        (["--case", "1", "--controller", "nobody"], "expected some of ctc"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], expected: str) -> None:

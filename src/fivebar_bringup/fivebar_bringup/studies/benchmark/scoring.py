@@ -9,14 +9,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import betaincinv
 
 from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing
+from fivebar_bringup.studies.intervals import Interval, clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT
 from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_description.strict_yaml import InputError
-
-CONFIDENCE = 0.95
 
 RULES = (
     "A crossing is a success if the robot is never stopped, changes its assembly mode as often as the crossing does,"
@@ -58,13 +56,6 @@ HEAD = ",".join(Result._fields) + "\n"
 _READERS = (int, str, str, str, int, float, float, float)
 
 
-class Interval(NamedTuple):
-    """An interval of shares."""
-
-    low: float
-    high: float
-
-
 class Score(NamedTuple):
     """A controller's score on a rig.
 
@@ -98,14 +89,6 @@ def success(result: Result, crossing: BenchmarkCrossing) -> bool:
         and result.error_final < FINAL_LIMIT
         and result.torque <= TORQUE_LIMIT + 1e-9
     )
-
-
-def clopper_pearson(successes: int, runs: int) -> Interval:
-    """Return the exact interval of a share for 95 %."""
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low = 0.0 if successes == 0 else float(betaincinv(successes, runs - successes + 1, tail))
-    high = 1.0 if successes == runs else float(betaincinv(successes + 1, runs - successes, 1.0 - tail))
-    return Interval(low, high)
 
 
 def scores(results: Sequence[Result], crossings: Sequence[BenchmarkCrossing]) -> list[Score]:

@@ -9,11 +9,13 @@ from matplotlib.ticker import NullLocator
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import (
+    AMBER,
     BLUE,
     GREEN,
     GREY,
     INK,
     PURPLE,
+    SKY,
     VERMILION,
     WIDTH,
     house_style,
@@ -30,11 +32,10 @@ LOOKS = {
     "multi_cartesian": (GREEN, "o"),
     "multi_model_ctc": (PURPLE, "^"),
     "unified": (VERMILION, "D"),
+    "lqr": (AMBER, "X"),
+    "mpc": (SKY, "*"),
 }
-"""Colour and marker of each controller, the same in all panels."""
-
-ANOTHER_LOOK = ("black", "P")
-"""Of a controller from elsewhere."""
+"""Colour and marker of each controller, the same in all figures."""
 
 CAPTION = (
     "Above: largest distance from the reference. Middle: largest torque requested. Crosses: the run was not completed."
@@ -85,6 +86,11 @@ def _figure(motion: str, results: Sequence[ComparisonResult]) -> Picture:
         return Picture(f"{motion}_over_duration", f"{motion}. {CAPTION}", png(figure))
 
 
+def look_of(controller: str) -> tuple[str, str]:
+    """Return colour and marker of a controller; those from elsewhere share one look."""
+    return LOOKS.get(controller, ("black", "P"))
+
+
 def _scaled(error: float | None) -> float | None:
     return None if error is None else 1e3 * error
 
@@ -93,7 +99,7 @@ def _lines(
     axes: Axes, runs: Sequence[ComparisonResult], controllers: Sequence[str], values: Sequence[float | None]
 ) -> None:
     for controller in controllers:
-        colour, marker = LOOKS.get(controller, ANOTHER_LOOK)
+        colour, marker = look_of(controller)
         points = sorted(
             (run.case.duration or 0.0, value, run.completed)
             for run, value in zip(runs, values, strict=True)

@@ -15,7 +15,7 @@ from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.program import program_digest
 from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines
-from fivebar_bringup.studies.sweep.running import CONTROLLERS
+from fivebar_bringup.studies.sweep.running import SWEPT
 from fivebar_description.strict_yaml import InputError, read_text
 
 DEFAULT_SEED, DEFAULT_CASES = 1, 2000
@@ -26,15 +26,17 @@ class SweepSettings(NamedTuple):
 
     Attributes:
         seed: of all cases.
-        cases: crossings judged feasible for unified after which the sweep is done.
+        cases: crossings judged feasible for the controller that counts (:func:`counted`) after which the sweep is done.
         program: digest of the code that decides the rows.
         rig: whose robots are drawn, "" for none.
+        controllers: that make each crossing.
     """
 
     seed: int
     cases: int
     program: str
     rig: str = VARIED
+    controllers: tuple[str, ...] = SWEPT
 
 
 class SweepDirectory(StudyDirectory):
@@ -57,7 +59,11 @@ class SweepDirectory(StudyDirectory):
         try:
             content = json.loads(self.content.read_text(encoding="utf-8"))["settings"]
             return SweepSettings(
-                int(content["seed"]), int(content["cases"]), str(content["program"]), str(content["rig"])
+                int(content["seed"]),
+                int(content["cases"]),
+                str(content["program"]),
+                str(content["rig"]),
+                tuple(str(name) for name in content["controllers"]),
             )
         except OSError as error:
             raise InputError(f"{self.content}: cannot be read: {error.strerror}") from error
@@ -78,8 +84,8 @@ class SweepDirectory(StudyDirectory):
                 raise InputError(f"{self.path}: another sweep is writing here") from error
             yield
 
-    def complete_rows(self) -> dict[int, list[SweepRow]]:
-        """Return the rows of each case that has all of them; a case with a torn last line is left out.
+    def complete_rows(self, controllers: tuple[str, ...] = SWEPT) -> dict[int, list[SweepRow]]:
+        """Return the rows of each case that has those of all controllers; one with a torn last line is left out.
 
         Raises:
             InputError: the file holds something else.
@@ -96,7 +102,7 @@ class SweepDirectory(StudyDirectory):
                 by_case.setdefault(row.case, []).append(row)
         except ValueError as error:
             raise InputError(f"{self.rows}: {error}") from error
-        return {number: rows for number, rows in by_case.items() if _is_complete(rows)}
+        return {number: rows for number, rows in by_case.items() if _is_complete(rows, controllers)}
 
     def replace_rows(self, rows: Sequence[SweepRow]) -> None:
         """Write these rows and no others, in one step."""
@@ -109,7 +115,11 @@ class SweepDirectory(StudyDirectory):
 
 
 def opened(
-    out: Path | None, seed: int | None, cases: int | None, rig: str | None = None
+    out: Path | None,
+    seed: int | None,
+    cases: int | None,
+    rig: str | None = None,
+    controllers: tuple[str, ...] | None = None,
 ) -> tuple[SweepDirectory, SweepSettings]:
     """Return a new sweep's directory, or that of one to resume, with its settings.
 
@@ -118,6 +128,7 @@ def opened(
         seed: by default that of the resumed sweep, else 1.
         cases: by default those of the resumed sweep, else 2000.
         rig: by default that of the resumed sweep, else none.
+        controllers: by default those of the resumed sweep, else `SWEPT`.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
@@ -126,12 +137,13 @@ def opened(
     if out is not None and SweepDirectory(out).content.is_file():
         begun = SweepDirectory(out)
         settings = begun.read_settings()
-        wanted = {"seed": seed, "cases": cases, "program": program, "rig": rig}
+        wanted = {"seed": seed, "cases": cases, "program": program, "rig": rig, "controllers": controllers}
         for name, value in wanted.items():
             found = getattr(settings, name)
             if value is not None and value != found:
+                theirs, ours = (", ".join(one) if isinstance(one, tuple) else one for one in (found, value))
                 raise InputError(
-                    f"{out}: holds a sweep with {name} {found}, not {value}: expected the same or another directory"
+                    f"{out}: holds a sweep with {name} {theirs}, not {ours}: expected the same or another directory"
                 )
         return begun, settings
     new = SweepDirectory(new_directory(out, "sweep"))
@@ -140,12 +152,13 @@ def opened(
         DEFAULT_CASES if cases is None else cases,
         program,
         VARIED if rig is None else rig,
+        SWEPT if controllers is None else controllers,
     )
     write_results(new.path, {new.content.name: json_text({"settings": settings._asdict(), "finished": False})})
     return new, settings
 
 
-def _is_complete(rows: Sequence[SweepRow]) -> bool:
+def _is_complete(rows: Sequence[SweepRow], controllers: tuple[str, ...]) -> bool:
     """Return whether these are all rows of a case."""
     names = tuple(row.controller for row in rows)
-    return names in (("",), CONTROLLERS)
+    return names in (("",), controllers)

@@ -12,10 +12,10 @@ from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import GREEN, GREY, INK, VERMILION, house_style, log_axis, new_figure, png
 from fivebar_bringup.report.workspace import draw_map, survey
 from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.studies.compare.figures import LOOKS
+from fivebar_bringup.studies.compare.figures import look_of
 from fivebar_bringup.studies.sweep.drawing import VARIED, robot_of
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow
-from fivebar_bringup.studies.sweep.running import CONTROLLERS, FINAL_LIMIT, PEAK_LIMIT
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow, controllers_of
+from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.studies.sweep.statistics import runs_of
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_description.parameters import load_robot
@@ -30,7 +30,9 @@ LEAST_ERROR = 1e-5
 
 
 def sweep_figures(rows: Sequence[SweepRow]) -> list[Picture]:
-    """Return the figures."""
+    """Return the figures; there are none without a run."""
+    if not controllers_of(rows):
+        return []
     with house_style():
         return [_distributions(rows), _factors(rows), _maps(rows)]
 
@@ -46,8 +48,8 @@ def _distributions(rows: Sequence[SweepRow]) -> Picture:
     )
     most = 1
     for axes, (title, error, limit) in zip(panels, kinds, strict=True):
-        for controller in CONTROLLERS:
-            colour = LOOKS[controller][0]
+        for controller in controllers_of(rows):
+            colour = look_of(controller)[0]
             for statuses, line in (((FEASIBLE,), "-"), ((FEASIBLE, SCREENED_OUT), ":")):
                 runs = runs_of(rows, controller, *statuses)
                 known = np.sort([max(value, LEAST_ERROR) for row in runs if (value := error(row)) is not None])
@@ -71,22 +73,23 @@ def _distributions(rows: Sequence[SweepRow]) -> Picture:
 
 
 def _factors(rows: Sequence[SweepRow]) -> Picture:
+    controllers = controllers_of(rows)
     figure = new_figure(
         "What the peak error depends on",
         "crossings judged feasible; crosses: not a success",
-        2.0 + 1.9 * len(CONTROLLERS),
+        2.0 + 1.9 * len(controllers),
     )
-    panels = figure.subplots(len(CONTROLLERS), 3, sharex="col", sharey=True, squeeze=False)
+    panels = figure.subplots(len(controllers), 3, sharex="col", sharey=True, squeeze=False)
     kinds: tuple[tuple[str, Callable[[SweepRow], float | None]], ...] = (
         ("duration in s", lambda row: row.duration),
         ("|n.v1| where it crosses", lambda row: row.authority),
         ("1/cond(A) at rest", lambda row: row.rest_kappa),
     )
-    for line, controller in zip(panels, CONTROLLERS, strict=True):
+    for line, controller in zip(panels, controllers, strict=True):
         runs = runs_of(rows, controller, FEASIBLE)
         line[0].set_ylabel(f"{controller}\nerror in mm")
         for axes, (_, factor) in zip(line, kinds, strict=True):
-            _cloud(axes, [row for row in runs if row.success], factor, LOOKS[controller][0], "o", 3.0)
+            _cloud(axes, [row for row in runs if row.success], factor, look_of(controller)[0], "o", 3.0)
             _cloud(axes, [row for row in runs if not row.success], factor, INK, "x", 16.0)
             axes.axhline(1e3 * PEAK_LIMIT, color=INK, linewidth=1.0, linestyle="--")
     known = [max(row.error_peak, LEAST_ERROR) for row in rows if row.status == FEASIBLE and row.error_peak is not None]
@@ -128,14 +131,15 @@ def _points(rows: Sequence[SweepRow], place: Callable[[SweepRow], tuple[float | 
 
 
 def _maps(rows: Sequence[SweepRow]) -> Picture:
+    controllers = controllers_of(rows)
     robot = load_robot(robot_of(rows[0].rig if rows else VARIED))
     figure = new_figure(
         "Where crossings fail", "working modes from top to bottom, in mm", 1.2 + 2.3 * len(WORKING_MODES)
     )
-    panels = figure.subplots(len(WORKING_MODES), len(CONTROLLERS), sharex=True, sharey=True, squeeze=False)
+    panels = figure.subplots(len(WORKING_MODES), len(controllers), sharex=True, sharey=True, squeeze=False)
     for line, modes in enumerate(WORKING_MODES):
         plane = survey(robot, modes, LOWEST)
-        for column, controller in enumerate(CONTROLLERS):
+        for column, controller in enumerate(controllers):
             axes = panels[line, column]
             draw_map(axes, plane)
             runs = [row for row in runs_of(rows, controller, FEASIBLE, SCREENED_OUT) if (row.mode1, row.mode2) == modes]

@@ -103,6 +103,11 @@ class SweepRow(NamedTuple):
         return Draw(self.case, *(getattr(self, name) for name in Draw._fields[1:]))
 
 
+def controllers_of(rows: Iterable[SweepRow]) -> tuple[str, ...]:
+    """Return the controllers that made crossings, in the order of their rows."""
+    return tuple(dict.fromkeys(row.controller for row in rows if row.controller))
+
+
 HEAD = ",".join(SweepRow._fields) + "\n"
 """First line of sweep.csv."""
 

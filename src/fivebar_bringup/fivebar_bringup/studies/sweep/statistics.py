@@ -9,13 +9,14 @@ import numpy as np
 
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.studies.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS
-from fivebar_bringup.studies.sweep.explanations import CONTROLLER, Explanation
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
-from fivebar_bringup.studies.sweep.running import CONTROLLERS
+from fivebar_bringup.studies.sweep.explanations import Explanation
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow, controllers_of
+from fivebar_bringup.studies.sweep.running import counted
 
 TARGET = 0.999
-"""Share of the feasible crossings that `CONTROLLER` is required to complete."""
+"""Share of the feasible crossings that the counted controller is required to complete."""
 
 PERCENTILES = (50.0, 90.0, 99.0, 99.9, 100.0)
 
@@ -42,16 +43,18 @@ def runs_of(rows: Iterable[SweepRow], controller: str, *statuses: str) -> list[S
 def overview_table(rows: Sequence[SweepRow]) -> Table:
     """Return success with and without the screen."""
     lines = []
-    for controller in CONTROLLERS:
+    for controller in controllers_of(rows):
         good, all_feasible = rate_of(runs_of(rows, controller, FEASIBLE))
         made, all_planned = rate_of(runs_of(rows, controller, FEASIBLE, SCREENED_OUT))
-        met = good >= TARGET * all_feasible if controller == CONTROLLER and all_feasible else None
+        judged = all_feasible and controller == counted(controllers_of(rows))
+        met = good >= TARGET * all_feasible if judged else None
         lines.append(
             (
                 Cell(controller, controller),
                 Cell(str(all_feasible), all_feasible),
                 Cell(str(good), good),
                 _share(good, all_feasible, met),
+                _interval(good, all_feasible),
                 Cell(str(all_planned), all_planned),
                 Cell(str(made), made),
                 _share(made, all_planned),
@@ -62,6 +65,7 @@ def overview_table(rows: Sequence[SweepRow]) -> Table:
         "called feasible",
         "of them made",
         "share",
+        "95 %",
         "planned at all",
         "of these made",
         "share without the screen",
@@ -71,7 +75,7 @@ def overview_table(rows: Sequence[SweepRow]) -> Table:
         "Success",
         "Feasible cases are accepted by the planner and judged feasible by the controller's own screen before the run."
         " The screen of a blended controller is stricter than that of unified, so the sets differ; the planned"
-        " cases are the same for all.",
+        " cases are the same for all. Intervals are those of Clopper and Pearson.",
         columns,
         tuple(lines),
     )
@@ -80,7 +84,7 @@ def overview_table(rows: Sequence[SweepRow]) -> Table:
 def silence_table(rows: Sequence[SweepRow]) -> Table:
     """Return how many runs were lost, and how many of them silently, with and without those that were screened out."""
     lines = []
-    for controller in CONTROLLERS:
+    for controller in controllers_of(rows):
         for words, statuses in (("feasible", (FEASIBLE,)), ("all planned", (FEASIBLE, SCREENED_OUT))):
             runs = runs_of(rows, controller, *statuses)
             lost = sum(row.left_time is not None or row.mode_changes != row.crossings for row in runs)
@@ -93,6 +97,7 @@ def silence_table(rows: Sequence[SweepRow]) -> Table:
                     Cell(str(lost), lost),
                     Cell(str(silent), silent),
                     _share(silent, len(runs)),
+                    _interval(silent, len(runs)),
                 )
             )
     return Table(
@@ -100,7 +105,7 @@ def silence_table(rows: Sequence[SweepRow]) -> Table:
         "Silent failures",
         "A run is lost where the robot leaves its reference by more than 5 mm or ends in another assembly mode than"
         " planned. It is lost silently where no fault comes within 50 ms.",
-        ("controller", "of the crossings", "runs", "lost", "silently", "share of runs"),
+        ("controller", "of the crossings", "runs", "lost", "silently", "share of runs", "95 %"),
         tuple(lines),
     )
 
@@ -116,7 +121,7 @@ def error_table(rows: Sequence[SweepRow]) -> Table:
     )
     lines = []
     for title, figure, unit in figures:
-        for controller in CONTROLLERS:
+        for controller in controllers_of(rows):
             known = [value for row in runs_of(rows, controller, FEASIBLE) if (value := figure(row)) is not None]
             marks = np.percentile(known, PERCENTILES).tolist() if known else [None] * len(PERCENTILES)
             lines.append((Cell(title, title), Cell(controller, controller), *(_figure(mark, unit) for mark in marks)))
@@ -135,7 +140,7 @@ def equipment_table(rows: Sequence[SweepRow]) -> Table:
     if any(row.rig for row in rows):
         kinds = list(dict.fromkeys((row.encoder_counts, row.delay_samples) for row in rows))
     lines = []
-    for controller in CONTROLLERS:
+    for controller in controllers_of(rows):
         runs = runs_of(rows, controller, FEASIBLE)
         cells = [Cell(controller, controller)]
         for kind in kinds:
@@ -159,7 +164,7 @@ def refusals_table(rows: Sequence[SweepRow]) -> Table:
         (Cell("planner", "planner"), Cell("all", "all"), Cell(reason, reason), Cell(str(count), count))
         for reason, count in planner.most_common()
     ]
-    for controller in CONTROLLERS:
+    for controller in controllers_of(rows):
         out = runs_of(rows, controller, SCREENED_OUT)
         # a reason begins with the name of its figure
         names = Counter(part.partition(" is ")[0] for row in out for part in row.reason.split("; "))
@@ -184,7 +189,7 @@ def planner_reason(text: str) -> str:
 def failures_table(rows: Sequence[SweepRow]) -> Table:
     """Return how feasible runs failed, by their worst shortcoming."""
     lines = []
-    for controller in CONTROLLERS:
+    for controller in controllers_of(rows):
         failed = [row for row in runs_of(rows, controller, FEASIBLE) if not row.success]
         kinds = Counter(kind_of(row) for row in failed)
         lines += [
@@ -204,7 +209,7 @@ def kind_of(row: SweepRow) -> str:
 
 
 def explanations_table(explanations: Sequence[Explanation], command: Callable[[int], str]) -> Table:
-    """Return the failures of `CONTROLLER` one by one; `command` gives the command that repeats a case."""
+    """Return the failures of the counted controller one by one; `command` gives the command that repeats a case."""
     lines = []
     for explanation in explanations:
         row = explanation.row
@@ -223,7 +228,7 @@ def explanations_table(explanations: Sequence[Explanation], command: Callable[[i
         )
     return Table(
         "explanations",
-        f"Every failure of {CONTROLLER} among the feasible crossings",
+        "Every failure among the feasible crossings",
         "Each was repeated with one condition changed at a time.",
         ("case", "equipment", "duration", "|n.v1|", "mass, inertia, friction", "what happened", "look at it"),
         tuple(lines),
@@ -235,6 +240,14 @@ def _share(good: int, everything: int, met: bool | None = None) -> Cell:
         return Cell("–", None)
     # rounded down: 99.996 % are not 100 %
     return Cell(f"{np.floor(1e4 * good / everything) / 100.0:.2f} %", good / everything, met)
+
+
+def _interval(some: int, everything: int) -> Cell:
+    if not everything:
+        return Cell("–", None)
+    low, high = clopper_pearson(some, everything)
+    # outwards, so that nothing is claimed that does not hold
+    return Cell(f"{np.floor(1e4 * low) / 100.0:.2f} to {np.ceil(1e4 * high) / 100.0:.2f} %", [low, high])
 
 
 def _figure(value: float | None, unit: str) -> Cell:

@@ -15,11 +15,11 @@ from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSettings, opened
 from fivebar_bringup.studies.sweep.drawing import VARIED
-from fivebar_bringup.studies.sweep.explanations import CONTROLLER, explained
+from fivebar_bringup.studies.sweep.explanations import explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
 from fivebar_bringup.studies.sweep.rigs import rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
-from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, Batch, run_batch, run_case
+from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, SWEPT, Batch, counted, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
     TARGET,
     equipment_table,
@@ -55,6 +55,7 @@ def sweep(
     workers: int = 1,
     progress: Callable[[int, int], None] = lambda done, total: None,
     rig: str | None = None,
+    controllers: tuple[str, ...] | None = None,
 ) -> Sweep:
     """Start or resume a sweep, and write sweep.csv, sweep.json, sweep.html and the figures.
 
@@ -63,30 +64,32 @@ def sweep(
     Args:
         out: new or empty directory, or that of a sweep to resume; by default runs/sweep-<date>-<time>.
         seed: by default that of the resumed sweep, else 1.
-        cases: crossings that the screen has to call feasible for `CONTROLLER`; by default those of the resumed
-            sweep, else 2000.
+        cases: crossings that the screen has to call feasible for the counted controller; by default those of the
+            resumed sweep, else 2000.
         workers: processes to use; fewer than two run everything in this one.
         progress: called with the number of feasible crossings so far and of those requested.
         rig: whose robots to draw; by default that of the resumed sweep, else none.
+        controllers: that make each crossing; by default those of the resumed sweep, else all that the engine takes.
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
     """
-    directory, settings = opened(out, seed, cases, rig)
+    directory, settings = opened(out, seed, cases, rig, controllers)
     with directory.alone(), write_errors(directory.path):
         rows = _all_rows(directory, settings, workers, progress)
         return _written(directory, settings, rows)
 
 
 class Tally:
-    """The finished batches, and how many crossings the screen has called feasible for `CONTROLLER`.
+    """The finished batches, and how many crossings the screen has called feasible for the counted controller.
 
     Only batches before the first missing one count, so that the order of completion does not matter.
     """
 
-    def __init__(self, cases: int) -> None:
-        """Start without batches."""
+    def __init__(self, cases: int, controllers: Sequence[str] = SWEPT) -> None:
+        """Start without batches of a sweep with these controllers."""
         self._cases = cases
+        self._controllers = controllers
         self._batches: dict[int, list[SweepRow]] = {}
         self._counted = 0
         self.feasible = 0
@@ -105,20 +108,20 @@ class Tally:
         """Add the rows of a batch; batches beyond the requested number do not count."""
         self._batches[rows[0].case // BATCH] = rows
         while not self.enough and self._counted in self._batches:
-            self.feasible += len(runs_of(self._batches[self._counted], CONTROLLER, FEASIBLE))
+            self.feasible += len(runs_of(self._batches[self._counted], counted(self._controllers), FEASIBLE))
             self._counted += 1
 
     def missing(self, seed: int, rig: str = VARIED) -> Iterator[Batch]:
         """Yield the missing batches, endlessly."""
         there = frozenset(self._batches)
-        return (Batch(seed, BATCH * n, BATCH * (n + 1), rig) for n in count() if n not in there)
+        return (Batch(seed, BATCH * n, BATCH * (n + 1), rig, self._controllers) for n in count() if n not in there)
 
 
 def _all_rows(
     directory: SweepDirectory, settings: SweepSettings, workers: int, progress: Callable[[int, int], None]
 ) -> list[SweepRow]:
-    found = directory.complete_rows()
-    tally = Tally(settings.cases)
+    found = directory.complete_rows(settings.controllers)
+    tally = Tally(settings.cases, settings.controllers)
     kept: list[SweepRow] = []
     for first in sorted({number - number % BATCH for number in found}):
         if all(number in found for number in range(first, first + BATCH)):
@@ -129,7 +132,8 @@ def _all_rows(
     if not tally.enough:
         directory.replace_rows(kept)
         # compile the closed loop once, not in every process
-        next(rows for number in count() if len(rows := run_case(settings.seed, number, settings.rig)) > 1)
+        every_case = (run_case(settings.seed, number, settings.rig, settings.controllers) for number in count())
+        next(rows for rows in every_case if rows[0].controller)
         with closing(stream(run_batch, tally.missing(settings.seed, settings.rig), workers)) as coming:
             for batch in coming:
                 directory.append_rows(batch)
@@ -142,17 +146,18 @@ def _all_rows(
 
 
 def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
-    explanations = [explained(row) for row in runs_of(rows, CONTROLLER, FEASIBLE) if not row.success]
+    explanations = [explained(row) for row in runs_of(rows, counted(settings.controllers), FEASIBLE) if not row.success]
     overview = overview_table(rows)
     tables = [overview, silence_table(rows), error_table(rows), equipment_table(rows)]
     on_rig, of_rig = (f" --rig {settings.rig}", f"rig {settings.rig} · ") if settings.rig else ("", "")
-    command = f"fivebar sweep --seed {settings.seed}{on_rig}"
+    with_these = "" if settings.controllers == SWEPT else f" --controller {','.join(settings.controllers)}"
+    command = f"fivebar sweep --seed {settings.seed}{on_rig}{with_these}"
     details = [
         explanations_table(explanations, lambda number: f"{command} --case {number}"),
         failures_table(rows),
         refusals_table(rows),
     ]
-    met, verdict = _verdict(rows)
+    met, verdict = _verdict(rows, counted(settings.controllers))
     drawn = len({row.case for row in rows})
     runs = sum(row.status != REFUSED for row in rows)
     content = finite(
@@ -178,16 +183,16 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
         tables=tables,
         pictures=pictures,
         details=details,
-        command=f"fivebar sweep --seed {settings.seed} --cases {settings.cases}{on_rig}",
+        command=f"{command} --cases {settings.cases}",
     )
     directory.write(page, content, pictures)
     return Sweep(directory.page, overview, content)
 
 
-def _verdict(rows: Sequence[SweepRow]) -> tuple[bool, str]:
-    good, everything = rate_of(runs_of(rows, CONTROLLER, FEASIBLE))
+def _verdict(rows: Sequence[SweepRow], controller: str) -> tuple[bool, str]:
+    good, everything = rate_of(runs_of(rows, controller, FEASIBLE))
     text = (
-        f"{CONTROLLER} completed {good} of the {everything} crossings that were judged feasible before the run;"
+        f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run;"
         f" required are {100.0 * TARGET:g} %. Success means: {SUCCESS_RULE}."
     )
     return good >= TARGET * everything, text
