@@ -225,7 +225,7 @@ def test_bytes_instead_of_json(tmp_path: Path) -> None:
 
 
 def test_the_file_of_a_sweep(tmp_path: Path) -> None:
-    whole = b'{"settings": {"seed": 1, "cases": 10, "program": "unified", "rig": "ideal"}}'
+    whole = b'{"settings": {"seed": 1, "cases": 10, "program": "a", "rig": "ideal", "controllers": ["mpc"]}}'
     directory = SweepDirectory(tmp_path)
     fuzz_files(directory.content, lambda _: directory.read_settings(), spliced(whole, TOKENS))
 

@@ -296,6 +296,9 @@ def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:
     begun.rows.write_text(HEAD + "1,2\n")
     with pytest.raises(InputError, match="expected"):
         begun.complete_rows()
+    begun.content.write_text(begun.content.read_text().replace('"unified"', '"nobody"'))
+    with pytest.raises(InputError, match="not the file of a sweep"):
+        opened(begun.path, None, None)
     begun.content.write_text("{}")
     with pytest.raises(InputError, match="not the file of a sweep"):
         opened(begun.path, None, None)

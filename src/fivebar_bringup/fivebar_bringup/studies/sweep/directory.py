@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +16,7 @@ from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.program import program_digest
 from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import SWEPT
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.strict_yaml import InputError, read_text
 
 DEFAULT_SEED, DEFAULT_CASES = 1, 2000
@@ -63,7 +64,7 @@ class SweepDirectory(StudyDirectory):
                 int(content["cases"]),
                 str(content["program"]),
                 str(content["rig"]),
-                tuple(str(name) for name in content["controllers"]),
+                _controllers(content["controllers"]),
             )
         except OSError as error:
             raise InputError(f"{self.content}: cannot be read: {error.strerror}") from error
@@ -156,6 +157,18 @@ def opened(
     )
     write_results(new.path, {new.content.name: json_text({"settings": settings._asdict(), "finished": False})})
     return new, settings
+
+
+def _controllers(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of a sweep's controllers.
+
+    Raises:
+        ValueError: there are none, or one that is not known.
+    """
+    found = tuple(names)
+    if not found or not set(found) <= set(CONTROLLERS):
+        raise ValueError(f"{found}: expected some of {', '.join(CONTROLLERS)}")
+    return found
 
 
 def _is_complete(rows: Sequence[SweepRow], controllers: tuple[str, ...]) -> bool:

@@ -176,7 +176,7 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
     page = render(
         "sweep.html",
         title="Random crossings",
-        setting=f"{of_rig}seed {settings.seed} · {drawn} cases drawn, {runs} runs · simulated by the compiled engine",
+        setting=f"{of_rig}seed {settings.seed} · {drawn} cases drawn, {runs} runs, all simulated",
         drawn=_drawn_words(settings.rig),
         met=met,
         verdict=verdict,
