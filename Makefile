@@ -85,14 +85,11 @@ mutants: setup ## break the core in small ways and list what no unit test notice
 	    $(if $(SAMPLE),--sample $(SAMPLE) --seed $(or $(SEED),0))
 
 .PHONY: fuzz
-fuzz: setup ## feed every parser random input: make fuzz EXAMPLES=20000; a short run is part of test
-	@# an input that fails is kept in .fuzz/, and is the first to be tried the next time; no limit of time, which many
-	@# inputs on a busy machine reach
-	export FUZZ_EXAMPLES=$(or $(EXAMPLES),20000)
-	$(BIN)/python -m pytest tests/unit/test_parsers_refuse.py -q -n 2 --timeout 0 || {
-	    echo "fuzz: inputs that failed are in .fuzz/, as text" >&2
-	    exit 1
-	}
+fuzz: setup ## feed every parser random input: make fuzz INPUTS=1000000; a short run is part of test
+	@# PARSERS="scenario bag" is a part of it; an input that fails is kept in .fuzz/, beside those that reach new code,
+	@# from which the next run begins
+	[ -d .fuzz/packages ] || $(BIN)/pip install --quiet --no-deps --target .fuzz/packages -r tests/fuzz/requirements.lock
+	PYTHONPATH=.fuzz/packages OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/fuzz/run.py $(PARSERS) --inputs $(or $(INPUTS),20000)
 
 .PHONY: bench
 bench: setup ## measure speed on this machine

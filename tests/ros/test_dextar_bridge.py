@@ -7,7 +7,7 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,9 @@ pytestmark = pytest.mark.clock
 RATE_HZ = 100
 """Slow enough for a machine that has other work to do."""
 
+HEARTBEAT_TIMEOUT_MS = 5000
+"""Age at which a heartbeat counts as lost, longer than a shared machine stands still."""
+
 BRIDGE = "/dextar_bridge"
 
 
@@ -53,7 +56,7 @@ class Rig:
         # before the bridge, which looks for them as soon as it starts where it is to start by itself
         self.probe = bench.probe()
         self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
-        path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 100})
+        path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 100}, patient)
         self.process = bench.start(
             "dextar_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=1000.0, **parameters
         )
@@ -101,8 +104,21 @@ class Rig:
         )
 
 
-def rewritten(package: str, folder: Path, changes: dict[str, Any]) -> Path:
+def patient(content: dict[str, Any]) -> None:
+    """Let drives and bridge wait for each other's heartbeats."""
+    content["master"]["timeout_ms"] = HEARTBEAT_TIMEOUT_MS
+    for drive in content["drives"].values():
+        drive["heartbeat_timeout_ms"] = HEARTBEAT_TIMEOUT_MS
+
+
+def rewritten(
+    package: str,
+    folder: Path,
+    changes: dict[str, Any],
+    change: Callable[[dict[str, Any]], None] = lambda content: None,
+) -> Path:
     content = yaml.safe_load(share_file(package, "config", "drives", "dextar_emulated.yaml").read_text())
+    change(content)
     path = folder / f"{package}.yaml"
     path.write_text(yaml.safe_dump({**content, **changes}))
     return path

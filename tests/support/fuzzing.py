@@ -1,57 +1,35 @@
-"""Random input: how much of it, and where an input that failed is kept.
-
-The short run of `make test` has the same inputs every time. With FUZZ_EXAMPLES (`make fuzz`) inputs are new ones, and
-what fails is kept in `.fuzz/`: hypothesis' own database, from which the next run begins, and the input as text.
-"""
+"""What has to come of any input: it is understood, or refused in one line."""
 
 from __future__ import annotations
 
-import os
-import traceback
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
-from hypothesis.database import DirectoryBasedExampleDatabase
+from parsers import Parser
 
-KEPT = Path(__file__).parents[2] / ".fuzz"
-EXAMPLES = os.environ.get("FUZZ_EXAMPLES", "")
-
-_SLOW = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.data_too_large]
-FUZZED = (
-    settings(
-        max_examples=int(EXAMPLES),
-        suppress_health_check=_SLOW,
-        derandomize=False,
-        database=DirectoryBasedExampleDatabase(KEPT / "database"),
-        print_blob=True,
-    )
-    if EXAMPLES
-    else settings(max_examples=15, suppress_health_check=_SLOW)
+FUZZED = settings(
+    max_examples=15,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.data_too_large],
 )
+"""A short run, with the same inputs every time; `make fuzz` is the long one."""
 
 
-def expect_understood_or_refused(
-    read: Callable[[], object], refusals: tuple[type[Exception], ...], content: Any, name: str
-) -> None:
-    """Read something; what is neither understood nor refused in one line is kept under a name, the smallest last."""
+def understand_or_refuse(parser: Parser, content: bytes, folder: Path) -> bool:
+    """Let a parser read, with a folder of its own for files; return whether it understood.
+
+    Raises:
+        AssertionError: it refused in several lines, or with characters by which an input could speak to the terminal.
+        Exception: of any kind: neither understood nor refused.
+    """
     try:
-        try:
-            read()
-        except refusals as refusal:
-            lines = str(refusal).splitlines()
-            assert len(lines) == 1, f"not one line: {lines}"
-            # nothing by which a file could speak to the terminal
-            assert "\x1b" not in lines[0]
-    except Exception as error:
-        if EXAMPLES:
-            KEPT.mkdir(exist_ok=True)
-            kept = KEPT / f"{name}.txt"
-            kept.write_text(f"{content!r}\n\n{traceback.format_exc()}", encoding="utf-8", errors="backslashreplace")
-            error.add_note(f"the input is kept in {kept}")
-        raise
+        parser.read(content, folder)
+    except parser.refusals as refusal:
+        lines = str(refusal).splitlines()
+        assert len(lines) == 1, f"not one line: {lines}"
+        assert "\x1b" not in lines[0]
+        return False
+    return True
 
 
 @st.composite
