@@ -137,18 +137,18 @@ def rig(bench: Bench, tmp_path: Path, bus_section: dict[str, Any]) -> Iterator[R
 
 
 def activated(rig: Rig) -> None:
-    assert rig.change(Transition.TRANSITION_CONFIGURE)
-    assert rig.change(Transition.TRANSITION_ACTIVATE)
+    assert rig.change(Transition.TRANSITION_CONFIGURE), rig.faults()
+    assert rig.change(Transition.TRANSITION_ACTIVATE), rig.faults()
 
 
 def test_a_life_from_configure_to_cleanup(rig: Rig) -> None:
     assert rig.state() == State.PRIMARY_STATE_UNCONFIGURED
     # what cannot be done in this state is refused, and is not the end of the node
     assert not rig.change(Transition.TRANSITION_DEACTIVATE)
-    assert rig.change(Transition.TRANSITION_CONFIGURE)
+    assert rig.change(Transition.TRANSITION_CONFIGURE), rig.faults()
     assert rig.state() == State.PRIMARY_STATE_INACTIVE
     assert rig.states == []
-    assert rig.change(Transition.TRANSITION_ACTIVATE)
+    assert rig.change(Transition.TRANSITION_ACTIVATE), rig.faults()
     # sample 0 until it is answered, at zero torque
     rig.probe.wait_for(lambda: len(rig.states) > 3, "repeats of sample 0")
     # a stamp is the time: of sample 0 the present one, and where the machine is slow an earlier one
@@ -172,7 +172,7 @@ def test_a_life_from_configure_to_cleanup(rig: Rig) -> None:
     count = len(rig.states)
     # begins anew where the robot stands, and now
     before = rig.probe.epoch_ns
-    assert rig.change(Transition.TRANSITION_ACTIVATE)
+    assert rig.change(Transition.TRANSITION_ACTIVATE), rig.faults()
     rig.probe.wait_for(lambda: len(rig.states) > count, "sample 0 again")
     assert stamp_of(rig.states[-1]) == rig.probe.epoch_ns > before
     assert rig.states[-1].position[0] > 1.67
