@@ -10,7 +10,8 @@ from fivebar_bringup.scenario import load_scenario as _load_scenario
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
 from fivebar_bringup.studies.goto.start import HOME_MODE, Start
 from fivebar_control.laws import registry
-from fivebar_control.planning.transfer import Speed, Transfer
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import Transfer
 from fivebar_description.strict_yaml import validate
 
 

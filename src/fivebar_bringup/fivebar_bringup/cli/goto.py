@@ -42,7 +42,7 @@ from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after, st
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
 from fivebar_bringup.studies.goto.transfer_report import show
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.transfer import Speed
+from fivebar_control.planning.timing import Speed
 from fivebar_description.parameters import read_robot
 from fivebar_description.strict_yaml import InputError
 

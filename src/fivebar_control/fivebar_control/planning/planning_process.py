@@ -22,7 +22,8 @@ from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
-from fivebar_control.planning.transfer import Speed, plan_transfer
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import plan_transfer
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.forbidden import named_bounds

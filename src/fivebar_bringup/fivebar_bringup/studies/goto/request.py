@@ -12,7 +12,8 @@ from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
-from fivebar_control.planning.transfer import Speed, Transfer, plan_transfer
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import Transfer, plan_transfer
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.parameters import load_robot, loads_of, read_robot
 from fivebar_description.strict_yaml import InputError, validate
