@@ -139,6 +139,10 @@ def plan_transfer(
             which, is_ = ("goal", "rests") if number > len(via) else (f"via point {number}", "is")
             raise TransferRefused(f"{which}: the platform {is_} at {place(*after)} already")
     signs = [place_at(robot, working_mode, *point).assembly for point in (start, goal)]
+    if not via and any(blend_radius):
+        raise TransferRefused(
+            f"blend_radius: {list(blend_radius)}: expected with via points, whose corners are rounded"
+        )
     if via:
         found = _given(task, Course.through(points, radii_at(blend_radius, len(via))), duration)
     else:

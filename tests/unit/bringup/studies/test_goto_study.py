@@ -52,6 +52,22 @@ def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
     assert slow["duration_s"] > 2.0 * quick["duration_s"]
 
 
+def test_it_goes_round_the_corners_at_via_points_and_is_quicker_than_with_rests() -> None:
+    way = ("0", "0.02", "--from", "0.03", "0.12", "--via", "0.03,0.14", "--via", "0.0,0.14")
+    rests, rounded = plan(*way), plan(*way, "--blend-radius", "0.01")
+    assert rests["waypoints"] == rounded["waypoints"] == [[0.03, 0.12], [0.03, 0.14], [0.0, 0.14], [0.0, 0.02]]
+    assert (rests["blend_radius"], rests["time_law"]) == ([0.0, 0.0], "quintic")
+    assert (rounded["blend_radius"], rounded["time_law"]) == ([0.01, 0.01], "optimal")
+    assert rounded["duration_s"] < 0.85 * rests["duration_s"]
+    code, out, _ = goto(*way, "--blend-radius", "0.01", "--blend-radius", "0", "--plan-only")
+    assert code == 0
+    assert "in 2 segments" in out
+    assert (
+        "segment 1: (0.0300, 0.1200) m to (0.0300, 0.1400) m to (0.0000, 0.1400) m, corners rounded within 0.01" in out
+    )
+    assert "segment 2: (0.0000, 0.1400) m to (0.0000, 0.0200) m in" in out
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
@@ -66,6 +82,13 @@ def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
         (("0", "0.02", "--torque-limit", "0.4"), "reference torque is 0.4"),
         (("0", "0.02", "--duration", "9"), "in 9 s time near the Type 2 locus"),
         (("0", "0.02", "--duration", "2", "--fastest"), "--fastest and --duration"),
+        (("0", "0.02", "--via", "0.03"), "--via: '0.03': expected two coordinates in m, such as 0.04,0.13"),
+        (("0", "0.02", "--blend-radius", "0.01"), "--blend-radius: expected with --via, whose corners are rounded"),
+        (
+            ("0", "0.02", "--via", "0,0.14", "--blend-radius", "0.0001"),
+            "--blend-radius: [0.0001]: expected 0 for",
+        ),
+        (("0", "0.02", "--via", "0.03,0.14", "--blend-radius", "0.05"), "do not fit on the 0.03162 m between them"),
         (("0", "0.02", "--after", "nowhere"), "nowhere: is not a run directory"),
         (("0", "0.02", "--after", "nowhere", "--from", "0", "0.1"), "--after and --from"),
     ],
