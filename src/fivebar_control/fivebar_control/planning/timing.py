@@ -43,7 +43,7 @@ class Timed(NamedTuple):
     durations: tuple[float, ...]
 
 
-class Timing:
+class DurationSearch:
     """Chooses durations. Where something is not feasible its methods return the reason, a text."""
 
     def __init__(self, task: Task, duration: float | Speed) -> None:

@@ -29,7 +29,7 @@ from fivebar_control.planning.postures import (
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.planning.sight import Point, look_along
-from fivebar_control.planning.timing import Speed, Timed, Timing
+from fivebar_control.planning.timing import DurationSearch, Speed, Timed
 from fivebar_control.planning.via_points import along
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
 from fivebar_control.trajectory.refusal import place
@@ -169,7 +169,7 @@ class _Search:
 
     def __init__(self, task: Task, start: Point, goal: Point, duration: float | Speed) -> None:
         self._task, self._start, self._goal, self._duration = task, start, goal, duration
-        self._timing = Timing(task, duration)
+        self._durations = DurationSearch(task, duration)
         self._slowest: dict[tuple[Point, Point], Plan | NoPace] = {}
 
     def found(self, needed: int) -> Timed:
@@ -254,7 +254,7 @@ class _Search:
             if isinstance(found, NoPace):
                 return found.reason
             slowest.append(found)
-        return self._timing.timed(Course.through(waypoints), slowest)
+        return self._durations.timed(Course.through(waypoints), slowest)
 
 
 def _branch(task: Task, plan: Plan, crossing: Crossing) -> Branch:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.pacing import LONGEST, NoPace, Task, slowest_pace
-from fivebar_control.planning.timing import Speed, Timed, Timing
+from fivebar_control.planning.timing import DurationSearch, Speed, Timed
 from fivebar_control.trajectory.planner import PlanRefused
 
 
@@ -37,4 +37,4 @@ def _tried(task: Task, course: Course, duration: float | Speed) -> Timed | str:
         if isinstance(found, NoPace):
             return found.reason
         slowest.append(found)
-    return Timing(task, duration).timed(course, slowest)
+    return DurationSearch(task, duration).timed(course, slowest)

@@ -13,10 +13,12 @@ from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import ERROR
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.planning_process import Conditions, plan_order
 from fivebar_control.planning.sight import Point
-from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.timing import Speed, Timed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
+from fivebar_control.planning.via_points import along
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.path import Path, Segment
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
@@ -92,6 +94,17 @@ def test_round_the_corners_it_never_rests_crosses_by_the_criterion_and_is_quicke
     assert sum(found.durations) < 0.85 * sum(rests.durations)
     error = found.feasibility.figure(ERROR)
     assert error is not None and error.value < 0.5e-3
+
+
+def test_corners_save_time_beyond_what_their_time_law_saves(dextar: FiveBar) -> None:
+    points, follower = (START, OVER_PARTS, OVER_BIN, GOAL), default_tuning(CONTROLLERS["unified"])
+    task = Task(dextar, (1, -1), RATE_HZ, follower, limits_of(follower), min_authority=0.0)
+    rests, rounded = (
+        sum(found.durations)
+        for radius in (0.0, 0.01)
+        if isinstance(found := along(task, Course(points, (radius,) * 2, OPTIMAL), Speed.COMFORTABLE), Timed)
+    )
+    assert rounded < 0.96 * rests
 
 
 def test_a_corner_may_hold_the_crossing_near_which_no_rest_is_possible(dextar: FiveBar) -> None:
