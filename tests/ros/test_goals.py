@@ -127,6 +127,8 @@ def test_what_cannot_be_is_refused_and_moves_nothing(bench: Bench) -> None:
         ({"x": 0.3}, "expected x and y"),
         ({"x": math.nan, "y": 0.1}, "finite"),
         ({"x": 0.0, "y": 0.03, "mode1": -1.0}, "Type 1"),
+        ({"x": 0.0, "y": 0.03, "blend_radius": 0.01}, "expected with via points"),
+        ({"x": 0.0, "y": 0.03, "via1_x": 0.0}, "via point 1"),
     ):
         driver.request(**fields)
         assert reason in driver.wait_for_status("refused")["reason"]

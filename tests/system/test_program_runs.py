@@ -7,11 +7,23 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fivebar_command import FivebarCommand
 
+from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_description.interface import GOAL_STATUS, PAYLOAD, PROGRAM_STATUS, output_topic
+from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.interface import (
+    GOAL_STATUS,
+    JOINT_STATES,
+    JOINTS,
+    PAYLOAD,
+    PROGRAM_STATUS,
+    REFERENCE,
+    output_topic,
+)
 
 WORK = """\
 name: short
@@ -70,3 +82,55 @@ def test_nothing_moves_where_a_step_cannot_be(
     assert reason in command.stderr
     assert command.stderr.count("\n") == 1
     assert not out.exists()
+
+
+OVER_PARTS, OVER_BIN, RADIUS = (0.03, 0.14), (0.0, 0.14), 0.01
+"""Where the rectangle of `ROUND` has its corners, and within what they are rounded (m)."""
+
+ROUND = f"""\
+name: round
+start: [0.03, 0.12]
+steps:
+  - {{move: [0.0, 0.02], mode: "-", via: [{[*OVER_PARTS]}, {[*OVER_BIN]}], blend_radius: {RADIUS}}}
+  - pick: 0.1
+  - {{move: [0.03, 0.12], mode: "+", via: [{[*OVER_BIN]}, {[*OVER_PARTS]}], blend_radius: {RADIUS}}}
+"""
+
+
+@pytest.mark.extra
+def test_it_goes_round_via_points_without_a_rest_through_the_locus_and_back(
+    fivebar: Callable[..., FivebarCommand], tmp_path: Path
+) -> None:
+    """As the plan of the run, which every node makes, and as a request, with a payload."""
+    file, with_rests, out = tmp_path / "round.yaml", tmp_path / "rests.yaml", tmp_path / "out"
+    file.write_text(ROUND, encoding="utf-8")
+    with_rests.write_text(ROUND.replace(f"blend_radius: {RADIUS}", "blend_radius: 0"), encoding="utf-8")
+    command = fivebar("program", str(file), "--json", "--no-page", "--out", str(out))
+    assert command.finish() == 0, command.stderr
+    printed = command.json()
+    summary, steps = printed["summary"], printed["steps"]
+    assert printed["program"]["state"] == "completed"
+    assert summary["assembly_mode_changes"] == summary["planned_mode_changes"] == 2
+    assert summary["tracking_error_peak_m"] < 0.3e-3
+    assert [step["blend_radius"] for step in steps] == [[RADIUS] * 2, [], [RADIUS] * 2]
+    rests = fivebar("program", str(with_rests), "--json", "--dry-run")
+    assert rests.finish() == 0, rests.stderr
+    assert sum(step["duration_s"] for step in steps) < 0.85 * sum(step["duration_s"] for step in rests.json()["steps"])
+
+    run = RunDirectory(out)
+    scenario, recording = run.read_scenario(), read_bag(run.bag)
+    names = recording.joint_names(JOINT_STATES)
+    order = [names.index(joint) for joint in JOINTS]
+    seen = np.hstack([recording.field(JOINT_STATES, field)[:, order] for field in ("position", "velocity")])
+    states = [state_from_joints(scenario.five_bar(), *row) for row in seen.tolist()]
+    for corner in (OVER_PARTS, OVER_BIN):
+        near = [np.hypot(one.vx, one.vy) for one in states if np.hypot(one.x - corner[0], one.y - corner[1]) < RADIUS]
+        # there and back
+        assert len(near) > 50
+        assert min(near) > 0.04
+    # the report plans the request again as it was planned, for what the platform carried
+    plan, numbers = plan_with_requests(recording, scenario), recording.samples(REFERENCE, scenario.rate_hz)
+    planned = np.array([plan.path.at(number / scenario.rate_hz)[:4] for number in numbers.tolist()])
+    assert recording.field(REFERENCE, "position") == pytest.approx(planned, abs=1e-12)
+    (moving,) = (one for one in map(json.loads, recording.texts(GOAL_STATUS)) if one["state"] == "moving")
+    assert (moving["blend_radius"], moving["time_law"], moving["payload_kg"]) == ([RADIUS] * 2, "optimal", 0.1)

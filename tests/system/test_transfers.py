@@ -12,7 +12,8 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.limits import limits_of
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
-from fivebar_control.planning.transfer import Speed, plan_transfer
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import plan_transfer
 from fivebar_description.parameters import load_robot
 
 RATE_HZ = 500

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 from fivebar.robot import Robot, load_robot
@@ -10,7 +11,8 @@ from fivebar_bringup.scenario import load_scenario as _load_scenario
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
 from fivebar_bringup.studies.goto.start import HOME_MODE, Start
 from fivebar_control.laws import registry
-from fivebar_control.planning.transfer import Speed, Transfer
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import Transfer
 from fivebar_description.strict_yaml import validate
 
 
@@ -27,7 +29,7 @@ class Motion(NamedTuple):
 
     @property
     def waypoints(self) -> tuple[tuple[float, float], ...]:
-        """Where the platform rests on the way, start and goal included (m)."""
+        """Start, points on the way and goal (m); the platform rests there, unless a blend radius says otherwise."""
         return self.transfer.waypoints
 
     @property
@@ -46,6 +48,8 @@ def plan(
     goal: tuple[float, float],
     *,
     start: tuple[float, float] | None = None,
+    via: Sequence[tuple[float, float]] = (),
+    blend_radius: float | Sequence[float] = 0.0,
     assembly_mode: Literal["+", "-"] | None = None,
     working_mode: tuple[int, int] = HOME_MODE,
     controller: str = "unified",
@@ -64,6 +68,8 @@ def plan(
         robot: to be moved.
         goal: where the platform shall rest (m).
         start: where it rests now (m), by default at home.
+        via: points on the way (m), in straight lines.
+        blend_radius: within which the corners there are rounded, without a rest (m); 0 for rests. One for all or each.
         assembly_mode: at the goal, the sign of det A, by default the one that the goal has.
         working_mode: elbow sides of the whole motion.
         controller: one of `controllers()` that can cross the locus.
@@ -103,6 +109,8 @@ def plan(
         motor_speed=speed,
         rate_hz=rate_hz,
         duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
+        via=tuple(via),
+        blend_radius=(blend_radius,) if isinstance(blend_radius, float | int) else tuple(blend_radius),
     )
     transfer = plan_request(request)
     return Motion(scenario_of(request, transfer), transfer)

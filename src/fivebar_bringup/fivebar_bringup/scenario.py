@@ -31,15 +31,8 @@ from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import longest_hold
 from fivebar_control.safety.stages import SafetySettings
-from fivebar_control.trajectory.planner import (
-    BLEND_RADIUS,
-    QUINTIC,
-    Plan,
-    PlanRefused,
-    TimeLaw,
-    ZoneSettings,
-    plan_motion,
-)
+from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
+from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.forbidden import NamedBounds, bounds_in, named_bounds, numbers_of

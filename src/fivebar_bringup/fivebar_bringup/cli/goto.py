@@ -42,7 +42,9 @@ from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after, st
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
 from fivebar_bringup.studies.goto.transfer_report import show
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.transfer import Speed
+from fivebar_control.planning.timing import Speed
+from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.rounded import RESTS, radii_at
 from fivebar_description.parameters import read_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -96,6 +98,19 @@ def goto(
     duration: Annotated[
         float | None, typer.Option(help="Of the whole motion, s [default: comfortably within the limits]")
     ] = None,
+    via: Annotated[
+        list[str] | None,
+        typer.Option("--via", metavar="X,Y", help="A point on the way, m, with straight lines to it; may be repeated."),
+    ] = None,
+    blend_radius: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--blend-radius",
+            metavar="R",
+            help="Round the corners at the via points within R m, without a rest; once, or once for each --via"
+            " [default: 0, a rest]",
+        ),
+    ] = None,
     fastest: Annotated[bool, typer.Option("--fastest", help="As fast as the limits allow.")] = False,
     plan_only: Annotated[
         bool, typer.Option("--plan-only", help="Plan and check the motion without running it.")
@@ -123,18 +138,22 @@ def goto(
     dwell near the locus keep their limits. Where no motion is feasible, the command gives the reason (exit status 2).
 
     Example: `fivebar goto 0 0.02 --mode - --fastest`
+
+    Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
     """
     with input_errors(), ending_on_sigterm():
         if fastest and duration is not None:
             raise InputError("--fastest and --duration: expected one of them")
+        points = [_point(one) for one in via or ()]
+        radii = _radii(blend_radius or list(RESTS), len(points))
         if live:
             if fastest or plan_only or offline or any(one is not None for one in (after, start, start_mode, seen)):
                 raise InputError(
                     "--live: the graph knows where the robot rests: of the others only --mode,"
-                    " --working-mode and --duration go with it"
+                    " --working-mode, --duration, --via and --blend-radius go with it"
                 )
             _live(
-                goal_fields(x, y, mode, working_mode, duration),
+                goal_fields(x, y, mode, working_mode, duration, points, radii),
                 domain or 0,
                 read_namespace(namespace),
                 timeout,
@@ -155,6 +174,8 @@ def goto(
             motor_speed=speed,
             rate_hz=500 if begin.scenario is None else begin.scenario.rate_hz,
             duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
+            via=tuple(points),
+            blend_radius=radii or RESTS,
         )
         began = time.monotonic()
         transfer = plan_request(request)
@@ -220,6 +241,24 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
     if as_json:
         print(json.dumps(last, indent=2, allow_nan=False))
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))
+
+
+def _point(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(one) for one in text.split(","))
+    except ValueError:
+        raise InputError(f"--via: {text!r}: expected two coordinates in m, such as 0.04,0.13") from None
+    return x, y
+
+
+def _radii(given: list[float], count: int) -> tuple[float, ...]:
+    """Return the blend radius (m) of each of so many via points."""
+    if any(given) and not count:
+        raise InputError("--blend-radius: expected with --via, whose corners are rounded")
+    try:
+        return radii_at(given, count)
+    except PlanRefused as refusal:
+        raise InputError(f"--{str(refusal).replace('_', '-', 1)}") from refusal
 
 
 def _start(

@@ -105,8 +105,8 @@ def _show(steps: tuple[PlannedStep, ...]) -> None:
     for step in steps:
         rounds = " ".join(f"{at}/{count}" for at, count in step.instruction.rounds)
         does = words_of(step.instruction)
-        if len(step.durations) > 1:
-            does += f", in {len(step.durations)} stretches"
+        if len(step.planned.segments) > 1:
+            does += f", in {len(step.planned.segments)} stretches"
         table.add_row(step.instruction.number, str(step.instruction.line), rounds, does, f"{step.duration:.3f}")
     printer = Console(soft_wrap=True)
     printer.print(table, highlight=False)

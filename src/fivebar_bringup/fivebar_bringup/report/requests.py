@@ -7,9 +7,12 @@ from typing import Any
 
 from fivebar_bringup.runs.bag.recording import BagError, Recording
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.trajectory.path import AnySegment, Path, Segment
-from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_control.trajectory.joint_segment import JointSegment
+from fivebar_control.trajectory.path import AnySegment, Path
+from fivebar_control.trajectory.planner import QUINTIC, Plan, plan_motion
+from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.interface import GOAL_STATUS, JOINT_STATES
+from fivebar_description.parameters import laden
 
 
 def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
@@ -37,7 +40,7 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
             segments += [
                 segment._replace(start_time=segment.start_time + begin)
                 for segment in motion.path.segments
-                if isinstance(segment, Segment)
+                if not isinstance(segment, JointSegment)
             ]
     except (ValueError, KeyError, TypeError) as error:
         raise BagError(recording.path, f"/{GOAL_STATUS.name}: is not the status of a request: {error}") from error
@@ -47,13 +50,15 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
 
 
 def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any]) -> Plan:
-    """Return the motion of a status as the planner made it."""
+    """Return the motion of a status as the planner made it, which knew what the platform carried."""
     return plan_motion(
-        scenario.five_bar(),
+        laden(scenario.five_bar(), status.get("payload_kg", 0.0)),
         (plan.mode1, plan.mode2),
         [(x, y) for x, y in status["waypoints"]],
         status["durations_s"],
         scenario.rate_hz,
         scenario.zone.as_rule(),
-        min_authority=scenario.min_authority,
+        status.get("time_law", QUINTIC),
+        scenario.min_authority,
+        status.get("blend_radius", RESTS),
     )

@@ -17,7 +17,8 @@ from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.planning.roadmap import SPACING, roadmap
 from fivebar_control.planning.sight import Point
-from fivebar_control.planning.transfer import Speed, Transfer, TransferRefused, plan_transfer
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.parameters import FiveBar, read_robot

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from fivebar_control.model.state import Platform
@@ -11,11 +12,18 @@ from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.rounded import blend_radius_problem
 
-GOAL_NAMES = ("x", "y", "assembly_mode", "mode1", "mode2", "duration", "torque_share", "speed_share")
+GOAL_NAMES = ("x", "y", "assembly_mode", "mode1", "mode2", "duration", "torque_share", "speed_share", "blend_radius")
 """Fields of a request. Only x and y (m) have to be there; the rest may be left out, or be 0 or NaN for "as it comes":
-the sign of det A at the goal, the two signs of the working mode, the duration (s), and the shares of the limits of
-torque and speed that the motion may use."""
+the sign of det A at the goal, the two signs of the working mode, the duration (s), the shares of the limits of torque
+and speed that the motion may use, and the radius (m) within which it rounds the corners at its via points."""
+
+MOST_VIA = 20
+"""Via points of a request."""
+
+VIA_NAME = re.compile(r"via([1-9][0-9]?)_(x|y|blend_radius)")
+"""Fields of a via point, the first of which is number 1: where it is (m), and where they differ, its blend radius."""
 
 
 class GoalRefused(PlanRefused):
@@ -25,7 +33,8 @@ class GoalRefused(PlanRefused):
 class Goal(NamedTuple):
     """A request: where to (m), in which assembly mode and working mode, how long (s); 0 is "as it comes".
 
-    The shares are those of the limits of torque and speed that the motion may use.
+    The shares are those of the limits of torque and speed that the motion may use. Via points (m) have a blend radius
+    (m) each, 0 for a rest.
     """
 
     x: float
@@ -36,6 +45,8 @@ class Goal(NamedTuple):
     duration: float = 0.0
     torque_share: float = 1.0
     speed_share: float = 1.0
+    via: tuple[Point, ...] = ()
+    blend_radius: tuple[float, ...] = ()
 
 
 def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
@@ -46,20 +57,55 @@ def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
     """
     if len(names) != len(values):
         raise GoalRefused(f"{len(names)} names and {len(values)} positions: expected one position per name")
-    if len(set(names)) != len(names) or not {"x", "y"} <= set(names) <= set(GOAL_NAMES):
-        raise GoalRefused(f"names {list(names)}: expected x and y, and of the others each at most once: {GOAL_NAMES}")
-    given = {name: 0.0 if math.isnan(value) else value for name, value in zip(names, values, strict=True)}
-    x, y = (values[list(names).index(name)] for name in ("x", "y"))
+    known = {name for name in names if name in GOAL_NAMES or VIA_NAME.fullmatch(name)}
+    if len(known) != len(names) or not {"x", "y"} <= known:
+        raise GoalRefused(
+            f"names {list(names)}: expected x and y, and of the others each at most once: {GOAL_NAMES}, and via1_x,"
+            " via1_y, via1_blend_radius and so on"
+        )
+    exact = dict(zip(names, values, strict=True))
+    given = {name: 0.0 if math.isnan(value) else value for name, value in exact.items()}
+    x, y = exact["x"], exact["y"]
     if not (math.isfinite(x) and math.isfinite(y)):
         raise GoalRefused(f"goal ({x}, {y}): expected finite coordinates in m")
     assembly, mode1, mode2 = (_sign(name, given.get(name, 0.0)) for name in ("assembly_mode", "mode1", "mode2"))
     duration = given.get("duration", 0.0)
     if not 0.0 <= duration < math.inf:
         raise GoalRefused(f"duration {duration}: expected seconds, or 0 for as it comes")
-    shares = [given.get(name, 0.0) or 1.0 for name in ("torque_share", "speed_share")]
-    if not all(0.0 < share <= 1.0 for share in shares):
-        raise GoalRefused(f"torque_share {shares[0]}, speed_share {shares[1]}: expected numbers above 0, at most 1")
-    return Goal(x, y, assembly, mode1, mode2, duration, *shares)
+    torque, speed = (given.get(name, 0.0) or 1.0 for name in ("torque_share", "speed_share"))
+    if not (0.0 < torque <= 1.0 and 0.0 < speed <= 1.0):
+        raise GoalRefused(f"torque_share {torque}, speed_share {speed}: expected numbers above 0, at most 1")
+    via, radii = _read_via(exact, given.get("blend_radius", 0.0))
+    return Goal(x, y, assembly, mode1, mode2, duration, torque, speed, via, radii)
+
+
+def _read_via(given: Mapping[str, float], radius: float) -> tuple[tuple[Point, ...], tuple[float, ...]]:
+    """Return the via points of a request and their blend radii (m), `radius` unless one has its own."""
+    numbers = {int(found[1]) for name in given if (found := VIA_NAME.fullmatch(name))}
+    count = len(numbers)
+    if numbers != set(range(1, count + 1)) or count > MOST_VIA:
+        raise GoalRefused(f"via points {sorted(numbers)}: expected them numbered from 1, at most {MOST_VIA}")
+    if radius != 0.0 and not count:
+        raise GoalRefused(f"blend_radius {radius}: expected with via points, whose corners are rounded")
+    via, radii = [], []
+    for number in range(1, count + 1):
+        x, y, own = (given.get(f"via{number}_{field}", math.nan) for field in ("x", "y", "blend_radius"))
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise GoalRefused(f"via point {number} ({x}, {y}): expected finite coordinates in m")
+        via.append((x, y))
+        radii.append(radius if math.isnan(own) else own)
+        problem = blend_radius_problem(radii[-1])
+        if problem is not None:
+            raise GoalRefused(f"blend_radius {radii[-1]} at via point {number}: {problem}")
+    return tuple(via), tuple(radii)
+
+
+def via_fields(via: Sequence[Point], blend_radius: Sequence[float]) -> dict[str, float]:
+    """Return via points with a blend radius each (m) as fields of a request."""
+    fields: dict[str, float] = {}
+    for number, ((x, y), radius) in enumerate(zip(via, blend_radius, strict=True), start=1):
+        fields |= {f"via{number}_x": x, f"via{number}_y": y, f"via{number}_blend_radius": radius}
+    return fields
 
 
 def _sign(name: str, value: float) -> int:
@@ -71,7 +117,8 @@ def _sign(name: str, value: float) -> int:
 class PlanningRequest(NamedTuple):
     """A request to the planner: from one rest (m) to another one in a working mode; 0 is "as it comes".
 
-    The payload (kg) is what the platform carries, the shares are those of the limits that the motion may use.
+    The payload (kg) is what the platform carries, the shares are those of the limits that the motion may use. Via
+    points (m) have a blend radius (m) each, 0 for a rest.
     """
 
     start: Point
@@ -82,6 +129,8 @@ class PlanningRequest(NamedTuple):
     torque_share: float = 1.0
     speed_share: float = 1.0
     payload: float = 0.0
+    via: tuple[Point, ...] = ()
+    blend_radius: tuple[float, ...] = ()
 
 
 class MotionQueue:
@@ -152,6 +201,8 @@ class MotionQueue:
             goal.duration,
             goal.torque_share,
             goal.speed_share,
+            via=goal.via,
+            blend_radius=goal.blend_radius,
         )
 
     def begin(self, sample: int, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""How long a straight motion from rest to rest should take: not too quick for the motors, nor too slow on the locus."""
+"""How long a motion from rest to rest should take: not too quick for the motors, nor too slow on the locus."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import Feasibility, displaced, dwells_near_locus, screen, screen_run
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.reference_torque import limited_to
-from fivebar_control.planning.sight import Point
+from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 
@@ -41,7 +44,15 @@ SLOWEST_SHARE = 0.5
 
 
 class Task(NamedTuple):
-    """What a motion is planned for: robot, working mode, sampling rate, controller, limits, and what is sensed."""
+    """What a motion is planned for.
+
+    Attributes:
+        robot, working_mode, rate_hz, follower, limits: robot, its working mode, the controllers' rate (Hz), which of
+            them is to follow, and what the motion has to keep.
+        sensing: what the estimator has, None without one.
+        min_authority: least |n . v1| at a crossing. Where the course is chosen all controllers keep away from crossings
+            along the uncontrollable direction; where it is given, it is what the controller itself needs.
+    """
 
     robot: FiveBar
     working_mode: tuple[int, int]
@@ -49,14 +60,25 @@ class Task(NamedTuple):
     follower: TunedController
     limits: MotionLimits
     sensing: Sensing | None = None
+    min_authority: float = MIN_AUTHORITY
 
-    def plan(self, waypoints: Sequence[Point], durations: Sequence[float]) -> Plan:
-        """Return the plan of rest-to-rest segments, with ballistic zones.
+    def plan(self, course: Course, durations: Sequence[float]) -> Plan:
+        """Return the plan of a course, with one duration (s) for each leg and ballistic zones.
 
         Raises:
             PlanRefused: the planner refuses it.
         """
-        return plan_motion(self.robot, self.working_mode, waypoints, durations, self.rate_hz, ZoneRule())
+        return plan_motion(
+            self.robot,
+            self.working_mode,
+            course.waypoints,
+            durations,
+            self.rate_hz,
+            ZoneRule(),
+            course.time_law,
+            self.min_authority,
+            course.blend_radius or RESTS,
+        )
 
     def judge(self, plan: Plan) -> Feasibility:
         """Return the verdict on a plan's reference."""
@@ -109,15 +131,15 @@ class NoPace(NamedTuple):
         return self.reason
 
 
-def slowest_pace(task: Task, start: Point, end: Point) -> Plan | NoPace:
-    """Return a segment between rests with its longest feasible duration, a whole number of samples.
+def slowest_pace(task: Task, course: Course) -> Plan | NoPace:
+    """Return a course without a rest in between, with its longest feasible duration, a whole number of samples.
 
     The dwell near the locus grows in proportion to the duration, which bounds it, and so does the displacement by the
     declared loads. All other figures only get better the slower the motion is: a limit that the slowest does not keep,
     none keeps.
     """
     try:
-        slow = task.plan((start, end), (LONGEST,))
+        slow = task.plan(course, course.shared(LONGEST))
     except PlanRefused as refusal:
         return NoPace(str(refusal))
     dwells = dwells_near_locus(task.robot, slow, task.rate_hz)
@@ -230,7 +252,8 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
 
 def retimed(plan: Plan, factor: float) -> Plan:
     """Return a plan of one segment under a ballistic zone rule, made `factor` times as slow."""
-    segment = plan.path.straight(0)
+    (segment,) = plan.path.segments
+    assert not isinstance(segment, JointSegment)
     crossings = tuple(
         crossing._replace(
             time=crossing.time * factor,

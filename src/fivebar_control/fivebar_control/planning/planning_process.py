@@ -22,9 +22,12 @@ from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
-from fivebar_control.planning.transfer import Speed, plan_transfer
-from fivebar_control.trajectory.path import Path
-from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_control.planning.sight import Point
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import plan_transfer
+from fivebar_control.trajectory.path import AnySegment, Path
+from fivebar_control.trajectory.planner import QUINTIC, PlanRefused
+from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import laden, read_robot
@@ -59,15 +62,32 @@ class Conditions(NamedTuple):
 
 
 class Planned(NamedTuple):
-    """The answer to a request: waypoints (m) and durations (s), or the reason why there is no motion."""
+    """The answer to a request: a motion, or the reason why there is none.
 
-    waypoints: tuple[tuple[float, float], ...]
+    Attributes:
+        waypoints: of its course (m).
+        durations: of the legs (s).
+        refused: the reason, "" for none.
+        blend_radius: at each waypoint between the first and the last (m), 0 for a rest.
+        time_law: of the planner, by which it is passed.
+        segments: between rests, as planned: who follows them needs no planner.
+    """
+
+    waypoints: tuple[Point, ...]
     durations: tuple[float, ...]
     refused: str
+    blend_radius: tuple[float, ...] = ()
+    time_law: str = QUINTIC
+    segments: tuple[AnySegment, ...] = ()
+
+    @property
+    def rounded(self) -> bool:
+        """Whether the motion rounds a corner."""
+        return any(self.blend_radius)
 
     def path(self) -> Path:
         """Return the motion."""
-        return Path.through(self.waypoints, self.durations)
+        return Path(self.segments)
 
 
 class PlanningProcess:
@@ -175,6 +195,8 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             ),
             order.duration or Speed.COMFORTABLE,
             conditions.sensing,
+            order.via,
+            order.blend_radius or RESTS,
         )
     except (PlanRefused, InputError) as refusal:
         return Planned((), (), str(refusal))
@@ -187,4 +209,7 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             f"the last torque may be held for {wanted * 1e3:g} ms, the motion bears {bears.time * 1e3:g} ms of it at"
             f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms",
         )
-    return Planned(transfer.waypoints, transfer.durations, "")
+    course = transfer.course
+    return Planned(
+        course.waypoints, transfer.durations, "", course.blend_radius, course.time_law, transfer.plan.path.segments
+    )

@@ -12,6 +12,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from fivebar_control.planning.motion_queue import MOST_VIA, via_fields
+from fivebar_control.planning.sight import Point
+from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
 from fivebar_description.file_format import NEWEST, Format, Rule, parse_versioned
 from fivebar_description.parameters import MOST_PAYLOAD
 from fivebar_description.strict_yaml import InputError, StrictModel, read_text, yaml_nodes
@@ -28,7 +31,7 @@ DEEPEST = 8
 ACTIONS = ("move", "dwell", "set", "reset", "pick", "place", "torque", "speed", "repeat")
 """A step has exactly one of these keys."""
 
-OPTIONS = {"mode": "move", "via": "move", "duration": "move", "steps": "repeat"}
+OPTIONS = {"mode": "move", "via": "move", "blend_radius": "move", "duration": "move", "steps": "repeat"}
 """Further keys of a step, each with the action that it belongs to."""
 
 ASSEMBLY = {"+": 1, "-": -1}
@@ -51,6 +54,7 @@ class Step(StrictModel):
     move: Place | None = None
     mode: Literal["+", "-"] | None = None
     via: Annotated[tuple[Place, ...], Field(strict=False)] = ()
+    blend_radius: Annotated[float | Annotated[tuple[float, ...], Field(strict=False)], BLEND_RADIUS] = 0.0
     duration: Annotated[float, Field(gt=0.0, le=3600.0)] | None = None
     dwell: Annotated[float, Field(ge=0.0, le=86_400.0)] | None = None
     set_: Annotated[Pin | None, Field(alias="set")] = None
@@ -77,9 +81,40 @@ class Step(StrictModel):
                 raise ValueError(f"{option}: expected with {action}, not with {found[0]}")
         if found[0] == "repeat" and content.get("steps") is None:
             raise ValueError("repeat: expected steps to repeat")
-        if "duration" in content and content.get("via"):
-            raise ValueError("duration: expected without via, since each stretch between rests is timed for itself")
         return content
+
+    @model_validator(mode="after")
+    def _rounds_corners_or_rests(self) -> Step:
+        given = self._radii()
+        if not self.via:
+            if any(given):
+                raise ValueError("blend_radius: expected with via, whose corners are rounded")
+            return self
+        if len(given) not in (1, len(self.via)):
+            raise ValueError(f"blend_radius: {len(given)} given: expected one number, or one for each point of via")
+        if any(given) and len(self.via) > MOST_VIA:
+            raise ValueError(f"via: {len(self.via)} points with a blend_radius: expected at most {MOST_VIA}")
+        if self.duration is not None and not any(given):
+            raise ValueError(
+                "duration: expected without via, or with a blend_radius, since each stretch between rests is timed for"
+                " itself"
+            )
+        return self
+
+    def _radii(self) -> tuple[float, ...]:
+        return (float(self.blend_radius),) if isinstance(self.blend_radius, float | int) else self.blend_radius
+
+    @property
+    def rests(self) -> tuple[Point, ...]:
+        """The points of `via` that are moves of their own: all, unless the path rounds a corner."""
+        return () if any(self._radii()) else self.via
+
+    @property
+    def rounded(self) -> tuple[tuple[Point, ...], tuple[float, ...]]:
+        """The points of `via` that belong to the move itself, with a blend radius (m) each."""
+        if self.rests:
+            return (), ()
+        return self.via, radii_at(self._radii(), len(self.via))
 
 
 class Program(StrictModel):
@@ -101,7 +136,10 @@ class Program(StrictModel):
 
 
 class Move(NamedTuple):
-    """Go to (x, y) m, in an assembly mode and a time (s), 0 for as it comes, with shares of the limits."""
+    """Go to (x, y) m, in an assembly mode and a time (s), 0 for as it comes, with shares of the limits.
+
+    Via points (m) have a blend radius (m) each, of which one at least is above 0: what only rests there is a move each.
+    """
 
     x: float
     y: float
@@ -109,6 +147,8 @@ class Move(NamedTuple):
     duration: float = 0.0
     torque: float = 1.0
     speed: float = 1.0
+    via: tuple[Point, ...] = ()
+    blend_radius: tuple[float, ...] = ()
 
 
 class Wait(NamedTuple):
@@ -219,7 +259,7 @@ def _count(steps: Sequence[Step], depth: int, source: str) -> int:
     if depth > DEEPEST:
         raise InputError(f"{source}: steps: loops in loops {depth} deep: expected at most {DEEPEST}")
     return sum(
-        (step.repeat or 0) * _count(step.steps, depth + 1, source) if step.steps else 1 + len(step.via)
+        (step.repeat or 0) * _count(step.steps, depth + 1, source) if step.steps else 1 + len(step.rests)
         for step in steps
     )
 
@@ -270,8 +310,8 @@ def _actions(step: Step, state: _Running) -> Iterator[Action]:
     """Yield what a step does; the assembly mode is that of the end of a path, not of its other points."""
     if step.move is not None:
         assembly, duration = ASSEMBLY.get(step.mode or "", 0), step.duration or 0.0
-        yield from (Move(x, y, 0, 0.0, state.torque, state.speed) for x, y in step.via)
-        yield Move(*step.move, assembly, duration, state.torque, state.speed)
+        yield from (Move(x, y, 0, 0.0, state.torque, state.speed) for x, y in step.rests)
+        yield Move(*step.move, assembly, duration, state.torque, state.speed, *step.rounded)
     elif step.dwell is not None:
         yield Wait(step.dwell)
     elif step.set_ is not None or step.reset is not None:
@@ -289,4 +329,5 @@ def goal_fields_of(move: Move) -> Mapping[str, float]:
         "duration": move.duration,
         "torque_share": move.torque,
         "speed_share": move.speed,
+        **via_fields(move.via, move.blend_radius),
     }

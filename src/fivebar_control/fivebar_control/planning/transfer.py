@@ -3,22 +3,23 @@
 The straight line is tried first. Where it cannot be made, or crosses the Type 2 locus more often than needed, the way
 comes from the map of the working mode: the shortest one, its gates chosen along the whole locus, its corners cut where
 that is feasible. Every segment is timed between two bounds, the motors' and the locus'; the whole is judged again.
+Where via points are given the motion goes straight from one to the next, at rest in them or round the corner.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from enum import StrEnum
 from itertools import pairwise
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import Feasibility
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.pacing import NoPace, Pace, Task, pace_of, slowest_pace
+from fivebar_control.planning.pacing import NoPace, Task, slowest_pace
 from fivebar_control.planning.postures import (
     assembly_problem,
     mode_name,
@@ -28,8 +29,11 @@ from fivebar_control.planning.postures import (
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.planning.sight import Point, look_along
+from fivebar_control.planning.timing import DurationSearch, Speed, Timed
+from fivebar_control.planning.via_points import along
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
 from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.rounded import RESTS, radii_at
 from fivebar_description.parameters import FiveBar
 
 DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), MotionLimits()
@@ -38,25 +42,12 @@ DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), Motio
 SAME_PLACE = 1e-6
 """Distance (m) below which two rests are the same."""
 
-SLOWER = (1.0, 1.4, 2.0, 2.8, 4.0)
-"""Factors on the durations that are tried, where segments that are feasible each are not so together."""
-
-QUICKER_OR_SLOWER = (1.0, 0.7, 0.5, *SLOWER[1:])
-"""The same for a robot with tolerances: the shorter the time near the locus, the less an estimate drifts there."""
-
 ATTEMPTS = 6
 """Ways on the map that are tried."""
 
 
 class TransferRefused(PlanRefused):
     """There is no feasible motion; the message gives the reason."""
-
-
-class Speed(StrEnum):
-    """How long a transfer takes: with room to all limits, or as short as they allow."""
-
-    COMFORTABLE = "comfortable"
-    FASTEST = "fastest"
 
 
 class Branch(NamedTuple):
@@ -79,19 +70,24 @@ class Transfer(NamedTuple):
     Attributes:
         plan: the checked motion.
         feasibility: its figures, all within their limits.
-        waypoints: rests along it, start and goal included (m).
-        durations: of its segments (s).
+        course: where it goes.
+        durations: of the legs of its course (s).
         assembly_start, assembly_goal: signs of det A.
         branches: its crossings of the Type 2 locus.
     """
 
     plan: Plan
     feasibility: Feasibility
-    waypoints: tuple[Point, ...]
+    course: Course
     durations: tuple[float, ...]
     assembly_start: int
     assembly_goal: int
     branches: tuple[Branch, ...]
+
+    @property
+    def waypoints(self) -> tuple[Point, ...]:
+        """Points along it (m), start and goal included: rests, unless the course rounds the corner there."""
+        return self.course.waypoints
 
 
 def plan_transfer(
@@ -105,6 +101,8 @@ def plan_transfer(
     limits: MotionLimits = DEFAULT_LIMITS,
     duration: float | Speed = Speed.COMFORTABLE,
     sensing: Sensing | None = None,
+    via: Sequence[Point] = (),
+    blend_radius: Sequence[float] = RESTS,
 ) -> Transfer:
     """Plan a motion from a rest at `start` to one at `goal` (m) in an assembly mode, the sign of det A.
 
@@ -119,6 +117,8 @@ def plan_transfer(
         limits: what the motion has to keep.
         duration: of the whole motion (s), or how to choose it.
         sensing: what the estimator has, None without one.
+        via: points (m) on the way, straight lines between them.
+        blend_radius: within which each corner there is rounded (m), 0 for a rest; one for all, or one for each.
 
     Raises:
         TransferRefused: there is no feasible motion, or none was found.
@@ -133,20 +133,35 @@ def plan_transfer(
         problem = assembly_problem(robot, working_mode, *goal, assembly, limits)
         if problem is not None:
             raise TransferRefused(f"goal: {problem}")
-    if math.dist(start, goal) < SAME_PLACE:
-        raise TransferRefused(f"goal: the platform rests at {place(*goal)} already")
+    points = (start, *via, goal)
+    for number, (before, after) in enumerate(pairwise(points), start=1):
+        if math.dist(before, after) < SAME_PLACE:
+            which, is_ = ("goal", "rests") if number > len(via) else (f"via point {number}", "is")
+            raise TransferRefused(f"{which}: the platform {is_} at {place(*after)} already")
     signs = [place_at(robot, working_mode, *point).assembly for point in (start, goal)]
-    search = _Search(task, start, goal, duration)
-    found = search.found(needed=0 if signs[0] == signs[1] else 1)
+    if not via and any(blend_radius):
+        raise TransferRefused(
+            f"blend_radius: {list(blend_radius)}: expected with via points, whose corners are rounded"
+        )
+    if via:
+        found = _given(task, Course.through(points, radii_at(blend_radius, len(via))), duration)
+    else:
+        search = _Search(task, start, goal, duration)
+        found = search.found(needed=0 if signs[0] == signs[1] else 1)
     branches = tuple(_branch(task, found.plan, crossing) for crossing in found.plan.crossings)
-    return Transfer(found.plan, found.feasibility, found.waypoints, found.durations, signs[0], signs[1], branches)
+    return Transfer(found.plan, found.feasibility, found.course, found.durations, signs[0], signs[1], branches)
 
 
-class _Timed(NamedTuple):
-    plan: Plan
-    feasibility: Feasibility
-    waypoints: tuple[Point, ...]
-    durations: tuple[float, ...]
+def _given(task: Task, course: Course, duration: float | Speed) -> Timed:
+    """Return the motion along a course that is given, under what the controller itself needs at a crossing."""
+    found = along(task._replace(min_authority=task.follower.controller.min_authority), course, duration)
+    if isinstance(found, Timed):
+        return found
+    start, *via, goal = (place(*point) for point in course.waypoints)
+    raise TransferRefused(
+        f"no feasible motion from {start} to {goal} in working mode {mode_name(task.working_mode)} by way of"
+        f" {', '.join(via)}: {found}"
+    )
 
 
 class _Search:
@@ -154,29 +169,29 @@ class _Search:
 
     def __init__(self, task: Task, start: Point, goal: Point, duration: float | Speed) -> None:
         self._task, self._start, self._goal, self._duration = task, start, goal, duration
+        self._durations = DurationSearch(task, duration)
         self._slowest: dict[tuple[Point, Point], Plan | NoPace] = {}
-        self._advised = False
 
-    def found(self, needed: int) -> _Timed:
+    def found(self, needed: int) -> Timed:
         """Return the motion: the straight line where it crosses no more often than needed, else the best way known."""
         straight = self._timed((self._start, self._goal))
         slowest = self._pass(self._start, self._goal)
         if not isinstance(slowest, NoPace) and len(slowest.crossings) <= needed:
-            if isinstance(straight, _Timed):
+            if isinstance(straight, Timed):
                 return straight
             if not isinstance(self._duration, Speed):
                 # it is the duration that is not possible
                 raise TransferRefused(straight)
         by_map = self._by_map()
         for candidate in (by_map, straight):
-            if isinstance(candidate, _Timed):
+            if isinstance(candidate, Timed):
                 return candidate
         raise TransferRefused(
             f"no feasible motion from {place(*self._start)} to {place(*self._goal)} in working mode"
             f" {mode_name(self._task.working_mode)}; in a straight line: {straight}; by other ways: {by_map}"
         )
 
-    def _by_map(self) -> _Timed | str:
+    def _by_map(self) -> Timed | str:
         """Try the ways on the map, the shortest first, until one is feasible."""
         limits = self._task.limits
         chart = roadmap(self._task.robot, self._task.working_mode, limits.serial_margin, limits.rest)
@@ -197,7 +212,7 @@ class _Search:
                 shut = [gate for gate, found in passes.items() if isinstance(found, NoPace)]
             else:
                 timed = self._timed(self._straightened(way))
-                if isinstance(timed, _Timed) or not way.gates:
+                if isinstance(timed, Timed) or not way.gates:
                     return timed
                 reason, shut = timed, [way.gates[0]]
             barred |= frozenset(shut)
@@ -228,63 +243,18 @@ class _Search:
         """Return the slowest feasible motion along a segment."""
         known = self._slowest.get((start, end))
         if known is None:
-            known = self._slowest[start, end] = slowest_pace(self._task, start, end)
+            known = self._slowest[start, end] = slowest_pace(self._task, Course((start, end)))
         return known
 
-    def _timed(self, waypoints: tuple[Point, ...]) -> _Timed | str:
+    def _timed(self, waypoints: tuple[Point, ...]) -> Timed | str:
         """Choose the durations along straight segments."""
-        paces = []
+        slowest = []
         for start, end in pairwise(waypoints):
-            slowest = self._pass(start, end)
-            if isinstance(slowest, NoPace):
-                return slowest.reason
-            paces.append(pace_of(self._task, slowest))
-        reason = ""
-        for durations in self._durations(paces):
-            try:
-                plan = self._task.plan(waypoints, durations)
-            except PlanRefused as refusal:
-                reason = reason or str(refusal)
-                continue
-            feasibility = self._task.judge_run(plan)
-            if feasibility.feasible:
-                return _Timed(plan, feasibility, waypoints, durations)
-            reason = reason or "; ".join(feasibility.reasons) + self._advice(plan, feasibility)
-        if isinstance(self._duration, Speed):
-            return reason
-        shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
-        return f"in {self._duration:g} s {reason} (possible are about {shortest:.2f} to {longest:.2f} s)"
-
-    def _advice(self, plan: Plan, verdict: Feasibility) -> str:
-        """Return what would make a motion feasible that the robot's tolerances forbid: once, as it takes long.
-
-        A higher speed is no advice: the search tries these itself.
-        """
-        if self._advised:
-            return ""
-        found = self._task.advice(plan, verdict)
-        self._advised = bool(found)
-        return f"; within the limits with {found}" if found else ""
-
-    def _durations(self, paces: Sequence[Pace]) -> list[tuple[float, ...]]:
-        """Return the durations to try, whole numbers of samples."""
-        rate_hz = self._task.rate_hz
-        if self._duration is Speed.FASTEST:
-            chosen = [pace.fastest for pace in paces]
-        else:
-            chosen = [pace.comfortable for pace in paces]
-        if not isinstance(self._duration, Speed):
-            share = self._duration / sum(chosen)
-            return [tuple(max(1, round(one * share * rate_hz)) / rate_hz for one in chosen)]
-        given = self._task.sensing
-        factors = QUICKER_OR_SLOWER if given is not None and given.declared else SLOWER
-        return [
-            tuple(
-                math.ceil(min(max(one * factor, pace.fastest), pace.slowest) * rate_hz - 1e-6) / rate_hz
-                for one, pace in zip(chosen, paces, strict=True)
-            )
-            for factor in factors
-        ]
+            found = self._pass(start, end)
+            if isinstance(found, NoPace):
+                return found.reason
+            slowest.append(found)
+        return self._durations.timed(Course.through(waypoints), slowest)
 
 
 def _branch(task: Task, plan: Plan, crossing: Crossing) -> Branch:

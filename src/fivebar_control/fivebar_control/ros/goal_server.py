@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
-from fivebar_control.planning.planning_process import PlanningProcess
+from fivebar_control.planning.planning_process import Planned, PlanningProcess
 from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
 from fivebar_control.ros.motion_parameters import DeclaredMotion
 from fivebar_description.interface import GOAL, GOAL_STATUS
@@ -42,7 +42,7 @@ class GoalServer:
         self._held = False
         self._goal: Goal | None = None
         self._arrival: int | None = None
-        self._payload = 0.0
+        self._payload = self._planned_payload = 0.0
         self._status = node.advertise(GOAL_STATUS)
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
@@ -85,6 +85,7 @@ class GoalServer:
                 raise GoalRefused("a fault holds the robot where it stands: reset it first")
             order = self._queue.request(self._sample + NOTICE, goal)
             self._planning.ask(order._replace(payload=self._payload))
+            self._planned_payload = self._payload
         except GoalRefused as refusal:
             self._report("refused", list(message.position[:2]), reason=str(refusal))
             return
@@ -108,7 +109,18 @@ class GoalServer:
             last_sample=self._arrival,
             waypoints=[list(point) for point in planned.waypoints],
             durations_s=list(planned.durations),
+            **self._rounding(planned),
         )
+
+    def _rounding(self, planned: Planned) -> dict[str, Any]:
+        """Return what else decides where a motion is at which time, if it rounds corners."""
+        if not planned.rounded:
+            return {}
+        return {
+            "blend_radius": list(planned.blend_radius),
+            "time_law": planned.time_law,
+            "payload_kg": self._planned_payload,
+        }
 
     def _end(self, state: str, reason: str = "") -> None:
         assert self._goal is not None

@@ -10,7 +10,8 @@ from typing import Annotated, NamedTuple
 from fivebar_control.laws.law import MIN_AUTHORITY, MOST_AHEAD
 from fivebar_control.laws.registry import CONDITION, SIGMOID, find_law, law_problem
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.trajectory.planner import BLEND_RADIUS, QUINTIC, RESTS, TimeLaw
+from fivebar_control.trajectory.planner import QUINTIC, TimeLaw
+from fivebar_control.trajectory.rounded import BLEND_RADIUS, RESTS
 from fivebar_description.interface import Topic
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import (

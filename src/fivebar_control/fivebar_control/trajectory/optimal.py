@@ -270,12 +270,26 @@ def _speeds(
         return found
 
     both = np.vstack((np.eye(2), -np.eye(2)))
-    constraint = SecondOrderConstraint(
-        torque, lambda way: both, lambda way: np.ones(4), 1, discretization_scheme=DiscretizationType.Collocation
-    )
-    share = SplineInterpolator(grid[:: GRID // 4], grid[:: GRID // 4, None])
-    search = TOPPRA([constraint], share, gridpoints=grid, solver_wrapper="seidel")
-    _, speeds, _ = search.compute_parameterization(0.0, 0.0)
-    if speeds is None or not np.all(np.isfinite(speeds)) or np.any(speeds[1:-1] <= 0.0):
-        return None
-    return np.asarray(speeds, dtype=np.float64)
+
+    def found(scale: float) -> FloatArray | None:
+        """Return the passage under the limits as rows that are multiplied by a number."""
+        constraint = SecondOrderConstraint(
+            torque,
+            lambda way: scale * both,
+            lambda way: scale * np.ones(4),
+            1,
+            discretization_scheme=DiscretizationType.Collocation,
+        )
+        share = SplineInterpolator(grid[:: GRID // 4], grid[:: GRID // 4, None])
+        search = TOPPRA([constraint], share, gridpoints=grid, solver_wrapper="seidel")
+        _, speeds, _ = search.compute_parameterization(0.0, 0.0)
+        if speeds is None or not np.all(np.isfinite(speeds)) or np.any(speeds[1:-1] <= 0.0):
+            return None
+        return np.asarray(speeds, dtype=np.float64)
+
+    speeds = found(1.0)
+    if speeds is not None:
+        return speeds
+    # the solver's tolerances are absolute: small torques, of a light robot or a short way, are lost in them
+    size = np.nanmedian([np.abs(torque([s], [0.0], [1.0])) for s in grid])
+    return found(float(1.0 / size)) if size > 0.0 else None

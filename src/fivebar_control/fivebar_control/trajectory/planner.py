@@ -25,7 +25,7 @@ from fivebar_control.trajectory.path import AnySegment, Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
 from fivebar_control.trajectory.refusal import place
-from fivebar_control.trajectory.rounded import LEAST_RADIUS, RoundedSegment, stretches
+from fivebar_control.trajectory.rounded import RESTS, RoundedSegment, radii_at, stretches
 from fivebar_control.trajectory.time_law import time_fraction
 from fivebar_control.trajectory.type1 import (
     TYPE_1_CLEARANCE,
@@ -80,25 +80,6 @@ class ZoneSettings(NamedTuple):
         """Return the rule for the planner."""
         return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == FIXED else None)
 
-
-def blend_radius_problem(radii: float | Sequence[float]) -> str | None:
-    """Return what is wrong with blend radii (m), None for nothing; whether they fit the path the planner knows."""
-    given = (radii,) if isinstance(radii, float | int) else radii
-    if given and all(math.isfinite(one) and (one == 0.0 or one >= LEAST_RADIUS) for one in given):
-        return None
-    return f"expected 0 for a rest, or at least {LEAST_RADIUS:g} m"
-
-
-BLEND_RADIUS = Setting(
-    "Radius within which the path rounds the corner at each waypoint between the first and the last one, so that the"
-    " platform need not rest there; 0 for a rest. One number for all, or one for each.",
-    "m",
-    check=blend_radius_problem,
-)
-"""How corners are rounded."""
-
-RESTS = (0.0,)
-"""Blend radii of a path with a rest at each waypoint."""
 
 MOST_BENT = 2.0
 """Largest s'' / s'^2 at a crossing, by shares of the way, that a polynomial is sought for: in a corner it grows."""
@@ -204,7 +185,7 @@ def plan_motion(
     """
     _refuse_malformed(working_mode, waypoints, durations, rate_hz, rule)
     modes = _modes_of_waypoints(working_mode, len(waypoints))
-    radii = _radii(blend_radius, len(waypoints) - 2)
+    radii = radii_at(blend_radius, len(waypoints) - 2)
     if any(radii) and len(working_mode) > 2:
         raise PlanRefused("blend_radius: a motion that may meet Type 1 rests at each waypoint: expected 0")
     segments: list[AnySegment] = (
@@ -246,21 +227,6 @@ def plan_motion(
         ),
         working_mode_changes=planned_mode_changes(segments),
     )
-
-
-def _radii(given: Sequence[float], count: int) -> tuple[float, ...]:
-    """Return one blend radius (m) for each waypoint between the first and the last."""
-    problem = blend_radius_problem(given)
-    if problem is not None:
-        raise PlanRefused(f"blend_radius: {list(given)}: {problem}")
-    if len(given) == 1:
-        return (given[0],) * count
-    if len(given) != count:
-        raise PlanRefused(
-            f"blend_radius: {len(given)} given for {count} waypoints between the first and the last: expected one"
-            " number or one for each"
-        )
-    return tuple(given)
 
 
 def _rounded(

@@ -20,6 +20,7 @@ from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_control.trajectory.time_law import TimeLaw, progress, time_fraction
+from fivebar_description.settings import Setting
 
 LEAST_RADIUS = 1e-3
 """Least blend radius (m), but for 0, a rest at the via point."""
@@ -29,6 +30,45 @@ SHARPEST = math.radians(150.0)
 
 FITS = 1e-9
 """Length (m) by which two corners may overlap: rounding of radii that share a leg."""
+
+RESTS = (0.0,)
+"""Blend radii of a path with a rest at each waypoint."""
+
+
+def blend_radius_problem(radii: float | Sequence[float]) -> str | None:
+    """Return what is wrong with blend radii (m), None for nothing; whether they fit the path the planner knows."""
+    given = (radii,) if isinstance(radii, float | int) else radii
+    if given and all(math.isfinite(one) and (one == 0.0 or one >= LEAST_RADIUS) for one in given):
+        return None
+    return f"expected 0 for a rest, or at least {LEAST_RADIUS:g} m"
+
+
+BLEND_RADIUS = Setting(
+    "Radius within which the path rounds the corner at each waypoint between the first and the last one, so that the"
+    " platform need not rest there; 0 for a rest. One number for all, or one for each.",
+    "m",
+    check=blend_radius_problem,
+)
+"""How corners are rounded."""
+
+
+def radii_at(given: Sequence[float], count: int) -> tuple[float, ...]:
+    """Return one blend radius (m) for each of `count` waypoints between the first and the last, given so or as one.
+
+    Raises:
+        PlanRefused: one of them is impossible, or there are more or fewer.
+    """
+    problem = blend_radius_problem(given)
+    if problem is not None:
+        raise PlanRefused(f"blend_radius: {list(given)}: {problem}")
+    if len(given) == 1:
+        return (given[0],) * count
+    if len(given) != count:
+        raise PlanRefused(
+            f"blend_radius: {len(given)} given for {count} waypoints between the first and the last: expected one"
+            " number or one for each"
+        )
+    return tuple(given)
 
 
 class RoundedPolyline(NamedTuple):
@@ -178,5 +218,6 @@ def _refuse_misfit(curve: RoundedPolyline, first: int) -> None:
         if a + b > room + FITS:
             raise PlanRefused(
                 f"waypoints {first + leg + 1} and {first + leg + 2}: blend radii of {a:g} and {b:g} m do not fit on the"
-                f" {room:.4g} m between them"
+                f" {room:.4g} m between them, {place(*curve.points[leg])} and {place(*curve.points[leg + 1])}: expected"
+                f" smaller ones, at most {room:.4g} m together, or waypoints further apart"
             )

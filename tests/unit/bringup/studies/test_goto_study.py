@@ -9,6 +9,12 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.studies.goto.live import goal_fields
+from fivebar_bringup.studies.goto.request import Request, plan_request, scenario_of
+from fivebar_bringup.studies.goto.start import Start
+from fivebar_control.planning.motion_queue import Goal, read_goal
+from fivebar_control.planning.timing import Speed
 
 
 def goto(*arguments: str) -> tuple[int, str, str]:
@@ -52,6 +58,45 @@ def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
     assert slow["duration_s"] > 2.0 * quick["duration_s"]
 
 
+def test_it_goes_round_the_corners_at_via_points_and_is_quicker_than_with_rests() -> None:
+    way = ("0", "0.02", "--from", "0.03", "0.12", "--via", "0.03,0.14", "--via", "0.0,0.14")
+    rests, rounded = plan(*way), plan(*way, "--blend-radius", "0.01")
+    assert rests["waypoints"] == rounded["waypoints"] == [[0.03, 0.12], [0.03, 0.14], [0.0, 0.14], [0.0, 0.02]]
+    assert (rests["blend_radius"], rests["time_law"]) == ([0.0, 0.0], "quintic")
+    assert (rounded["blend_radius"], rounded["time_law"]) == ([0.01, 0.01], "optimal")
+    assert rounded["duration_s"] < 0.85 * rests["duration_s"]
+    code, out, _ = goto(*way, "--blend-radius", "0.01", "--blend-radius", "0", "--plan-only")
+    assert code == 0
+    assert "in 2 segments" in out
+    assert (
+        "segment 1: (0.0300, 0.1200) m to (0.0300, 0.1400) m to (0.0000, 0.1400) m, corners rounded within 0.01" in out
+    )
+    assert "segment 2: (0.0000, 0.1400) m to (0.0000, 0.0200) m in" in out
+
+
+def test_the_scenario_that_runs_it_plans_the_motion_that_was_judged() -> None:
+    before = load_scenario("middle").model_copy(update={"blend_radius": 0.02})
+    request = Request(
+        *(0.03, 0.02, None, None, Start(0.0, 0.15, (1, -1), before), "unified", "dextar", 2.0, 50.0, 500),
+        *(Speed.COMFORTABLE, ((0.04, 0.13),)),
+    )
+    for radius, law in ((0.02, "optimal"), (0.0, "quintic")):
+        transfer = plan_request(request._replace(blend_radius=(radius,)))
+        scenario = scenario_of(request, transfer)
+        assert (scenario.blend_radii(), scenario.time_law) == ((radius,), law)
+        planned, judged = scenario.plan().path, transfer.plan.path
+        assert planned.duration == judged.duration
+        assert all(planned.at(k / 500) == judged.at(k / 500) for k in range(judged.samples(500) + 1))
+
+
+def test_a_request_to_a_running_graph_has_the_via_points_of_the_command() -> None:
+    via, radii = ((0.04, 0.13), (0.03, 0.1)), (0.02, 0.0)
+    fields = goal_fields(0.03, 0.02, "-", (1, -1), 1.5, via, radii)
+    goal = read_goal(tuple(fields), tuple(fields.values()))
+    assert goal == Goal(0.03, 0.02, -1, 1, -1, 1.5, via=via, blend_radius=radii)
+    assert goal_fields(0.03, 0.02, None, None, None) == {"x": 0.03, "y": 0.02}
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
@@ -66,6 +111,13 @@ def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
         (("0", "0.02", "--torque-limit", "0.4"), "reference torque is 0.4"),
         (("0", "0.02", "--duration", "9"), "in 9 s time near the Type 2 locus"),
         (("0", "0.02", "--duration", "2", "--fastest"), "--fastest and --duration"),
+        (("0", "0.02", "--via", "0.03"), "--via: '0.03': expected two coordinates in m, such as 0.04,0.13"),
+        (("0", "0.02", "--blend-radius", "0.01"), "--blend-radius: expected with --via, whose corners are rounded"),
+        (
+            ("0", "0.02", "--via", "0,0.14", "--blend-radius", "0.0001"),
+            "--blend-radius: [0.0001]: expected 0 for",
+        ),
+        (("0", "0.02", "--via", "0.03,0.14", "--blend-radius", "0.05"), "do not fit on the 0.03162 m between them"),
         (("0", "0.02", "--after", "nowhere"), "nowhere: is not a run directory"),
         (("0", "0.02", "--after", "nowhere", "--from", "0", "0.1"), "--after and --from"),
     ],

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
+from fivebar_control.planning.motion_queue import MOST_VIA, Goal, GoalRefused, MotionQueue, read_goal, via_fields
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
@@ -30,7 +30,7 @@ def test_without_a_request_it_rests_at_the_end_of_the_plan(queue: MotionQueue) -
 
 def test_a_motion_follows_from_the_sample_that_it_is_given(queue: MotionQueue) -> None:
     order = queue.request(60, Goal(0.03, 0.12, assembly=1, duration=1.0))
-    assert order == ((0.0, 0.12), (1, -1), (0.03, 0.12), 1, 1.0, 1.0, 1.0, 0.0)
+    assert order == ((0.0, 0.12), (1, -1), (0.03, 0.12), 1, 1.0, 1.0, 1.0, 0.0, (), ())
     queue.begin(75, Path.through((order.start, order.goal), (1.0,)))
     assert queue.at(74) == queue.at(75) == (0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
     assert queue.at(125)[:2] == pytest.approx((0.015, 0.12))
@@ -123,8 +123,47 @@ def test_a_message_becomes_a_goal(names: Sequence[str], values: Sequence[float],
         (("x", "y", "mode1"), (0.1, 0.2, 0.5), "mode1 0.5"),
         (("x", "y", "duration"), (0.1, 0.2, -1.0), "duration -1.0"),
         (("x", "y", "duration"), (0.1, 0.2, math.inf), "duration inf"),
+        (("x", "y", "blend_radius"), (0.1, 0.2, 0.01), "blend_radius 0.01: expected with via points"),
+        (("x", "y", "via1_x"), (0.1, 0.2, 0.3), r"via point 1 \(0.3, nan\): expected finite"),
+        (("x", "y", "via1_x", "via1_y"), (0.1, 0.2, 0.3, math.inf), r"via point 1 \(0.3, inf\): expected finite"),
+        (("x", "y", "via2_x", "via2_y"), (0.1, 0.2, 0.3, 0.4), r"via points \[2\]: expected them numbered from 1"),
+        (("x", "y", "via0_x", "via0_y"), (0.1, 0.2, 0.3, 0.4), "expected x and y"),
+        (("x", "y", "via1_z"), (0.1, 0.2, 0.3), "via1_blend_radius and so on"),
+        (
+            ("x", "y", "via1_x", "via1_y", "blend_radius"),
+            (0.1, 0.2, 0.3, 0.4, 1e-4),
+            "blend_radius 0.0001 at via point 1: expected 0 for a rest, or at least 0.001 m",
+        ),
+        (
+            ("x", "y", "via1_x", "via1_y", "via1_blend_radius"),
+            (0.1, 0.2, 0.3, 0.4, -0.01),
+            "blend_radius -0.01 at via point 1",
+        ),
     ],
 )
 def test_a_malformed_message_is_refused(names: Sequence[str], values: Sequence[float], why: str) -> None:
     with pytest.raises(GoalRefused, match=why):
         read_goal(names, values)
+
+
+def test_via_points_are_read_with_their_blend_radii_and_passed_to_the_planner(queue: MotionQueue) -> None:
+    """One radius for all, but where a point has its own, of which 0 is a rest."""
+    names = ("via2_y", "x", "y", "via1_x", "via1_y", "via2_x", "blend_radius", "via2_blend_radius", "via1_blend_radius")
+    goal = read_goal(names, (0.14, 0.0, 0.12, 0.03, 0.13, 0.02, 0.01, 0.0, math.nan))
+    assert (goal.via, goal.blend_radius) == (((0.03, 0.13), (0.02, 0.14)), (0.01, 0.0))
+    order = queue.request(50, goal)
+    assert (order.via, order.blend_radius) == (goal.via, goal.blend_radius)
+    rests = read_goal(("x", "y", "via1_x", "via1_y"), (0.0, 0.12, 0.03, 0.13))
+    assert (rests.via, rests.blend_radius) == (((0.03, 0.13),), (0.0,))
+
+
+@pytest.mark.parametrize("count", [0, 1, MOST_VIA])
+def test_via_points_come_out_of_a_message_as_they_went_in(count: int) -> None:
+    via = tuple((0.001 * number, 0.1 + 0.001 * number) for number in range(count))
+    radii = tuple(0.001 * (number % 3) for number in range(count))
+    fields = {"x": 0.0, "y": 0.12, **via_fields(via, radii)}
+    goal = read_goal(tuple(fields), tuple(fields.values()))
+    assert (goal.via, goal.blend_radius) == (via, radii)
+    more = fields | via_fields(((0.0, 0.1),) * (MOST_VIA + 1), (0.0,) * (MOST_VIA + 1))
+    with pytest.raises(GoalRefused, match=f"at most {MOST_VIA}"):
+        read_goal(tuple(more), tuple(more.values()))

@@ -14,6 +14,7 @@ from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.studies.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import LOADS
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
@@ -114,7 +115,7 @@ def test_the_planner_makes_a_crossing_quick_enough_and_refuses_what_cannot_be() 
     with pytest.raises(TransferRefused, match=LOADS):
         plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits, duration=2.5)
     task = Task(ROBOT, (1, -1), 500, UNIFIED, MotionLimits(loads=Loads(push=30.0)))
-    assert "no shorter duration bears the loads" in str(slowest_pace(task, start, goal))
+    assert "no shorter duration bears the loads" in str(slowest_pace(task, Course((start, goal))))
 
 
 def test_the_longest_duration_is_found_beside_a_shorter_one_that_does_not_do() -> None:

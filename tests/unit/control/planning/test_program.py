@@ -9,11 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fivebar_control.planning.motion_queue import read_goal
 from fivebar_control.planning.program import (
     Carry,
     Move,
     SetOutput,
     Wait,
+    goal_fields_of,
     load_program,
     read_program,
 )
@@ -61,6 +63,24 @@ def test_steps_become_actions_that_know_what_came_before() -> None:
     ]
 
 
+def test_a_move_round_corners_is_one_move_and_one_with_rests_a_move_each() -> None:
+    via = ((0.01, 0.02), (0.02, 0.03))
+    given = "via: [[0.01, 0.02], [0.02, 0.03]]"
+    rests = actions_of(text_of(f"{{move: [0.0, 0.1], {given}, mode: '+'}}"))
+    assert rests == [Move(0.01, 0.02), Move(0.02, 0.03), Move(0.0, 0.1, 1)]
+    for nothing in ("0", "0.0", "[0, 0]"):
+        assert actions_of(text_of(f"{{move: [0.0, 0.1], {given}, mode: '+', blend_radius: {nothing}}}")) == rests
+    rounded = text_of(f"{{move: [0.0, 0.1], {given}, mode: '+', duration: 2, blend_radius: 0.01}}")
+    assert actions_of(rounded) == [Move(0.0, 0.1, 1, 2.0, via=via, blend_radius=(0.01, 0.01))]
+    mixed = actions_of(text_of(f"{{move: [0.0, 0.1], {given}, blend_radius: [0.01, 0]}}"))
+    assert mixed == [Move(0.0, 0.1, via=via, blend_radius=(0.01, 0.0))]
+    # and so it is requested
+    fields = goal_fields_of(mixed[0])
+    goal = read_goal(tuple(fields), tuple(fields.values()))
+    assert (goal.x, goal.y, goal.via, goal.blend_radius) == (0.0, 0.1, via, (0.01, 0.0))
+    assert set(goal_fields_of(rests[0])) == {"x", "y", "assembly_mode", "duration", "torque_share", "speed_share"}
+
+
 def test_loops_are_written_out_and_every_round_knows_its_line() -> None:
     text = (
         "name: work\nsteps:\n- repeat: 2\n  steps:\n  - set: a\n  - repeat: 2\n    steps:\n    - dwell: 1\n- reset: a\n"
@@ -94,6 +114,13 @@ REFUSED = {
     text_of("{move: [0, 0.1], speeed: 1}"): "steps.0.speeed: unknown key",
     text_of("{dwell: 1, mode: '+'}"): "mode: expected with move, not with dwell",
     text_of("{move: [0, 0.1], via: [[0, 0.12]], duration: 1}"): "duration: expected without via",
+    text_of("{move: [0, 0.1], blend_radius: 0.01}"): "blend_radius: expected with via, whose corners are rounded",
+    text_of("{dwell: 1, blend_radius: 0.01}"): "blend_radius: expected with move, not with dwell",
+    text_of("{move: [0, 0.1], via: [[0, 0.12]], blend_radius: 1.0e-4}"): "expected 0 for a rest, or at least 0.001 m",
+    text_of("{move: [0, 0.1], via: [[0, 0.12]], blend_radius: [0.01, 0.01]}"): "2 given: expected one number, or one",
+    text_of("{move: [0, 0.1], via: [[0, 0.12]], blend_radius: .inf}"): "steps.0.blend_radius",
+    text_of("{move: [0, 0.1], via: [[0, 0.12]], blend_radius: 0, duration: 1}"): "or with a blend_radius",
+    text_of(f"{{move: [0, 0.1], via: {[[0, 0.12]] * 21}, blend_radius: 0.01}}"): "via: 21 points with a blend_radius",
     text_of("dwell: -1"): "steps.0.dwell: -1",
     text_of("dwell: yes"): "steps.0.dwell: 'yes'",
     text_of("dwell:"): "dwell: expected a value",
@@ -127,6 +154,10 @@ places = st.lists(numbers, min_size=2, max_size=2)
 plain = st.one_of(
     st.fixed_dictionaries({"move": places}, optional={"mode": st.sampled_from("+-"), "duration": numbers}),
     st.fixed_dictionaries({"move": places, "via": st.lists(places, min_size=1, max_size=3)}),
+    st.fixed_dictionaries(
+        {"move": places, "via": st.lists(places, min_size=1, max_size=3), "blend_radius": numbers},
+        optional={"duration": numbers},
+    ),
     st.sampled_from(("dwell", "pick", "torque", "speed")).flatmap(lambda key: st.fixed_dictionaries({key: numbers})),
     st.sampled_from(("set", "reset")).flatmap(lambda key: st.fixed_dictionaries({key: st.sampled_from(["a", "b_2"])})),
 )
@@ -148,7 +179,7 @@ def carried_out(steps: list[dict[str, Any]]) -> int:
     return sum(
         step["repeat"] * carried_out(step["steps"])
         if "repeat" in step
-        else 0 if {"torque", "speed"} & set(step) else 1 + len(step.get("via", ()))
+        else 0 if {"torque", "speed"} & set(step) else 1 + (0 if step.get("blend_radius") else len(step.get("via", ())))
         for step in steps
     )  # fmt: skip
 
@@ -192,6 +223,17 @@ def test_a_run_waits_for_moves_rests_and_payloads() -> None:
         **{"state": "completed", "program": "work", "step": "5", "line": 7, "rounds": []},
         **{"action": {"SetOutput": {"pin": "a", "on": False}}, "done": 5, "of": 5},
     }
+
+
+def test_the_status_tells_the_via_points_of_moves_that_go_round_them() -> None:
+    run = run_of("move: [0, 0.1]", "{move: [0, 0.12], via: [[0.01, 0.11]], blend_radius: 0.002}")
+    list(run.due(0.0))
+    plain = {"x": 0.0, "y": 0.1, "assembly": 0, "duration": 0.0, "torque": 1.0, "speed": 1.0}
+    assert run.status()["action"] == {"Move": plain}
+    run.on_goal({"state": "arrived", "goal": [0.0, 0.1]})
+    list(run.due(1.0))
+    rounded = {**plain, "y": 0.12, "via": ((0.01, 0.11),), "blend_radius": (0.002,)}
+    assert run.status()["action"] == {"Move": rounded}
 
 
 @pytest.mark.parametrize(

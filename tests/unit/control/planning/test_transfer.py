@@ -14,10 +14,12 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.pacing import NoPace, Task, pace_of, retimed, slowest_pace
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
-from fivebar_control.planning.transfer import Speed, Transfer, TransferRefused, plan_transfer
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar, load_robot
@@ -206,7 +208,7 @@ def test_every_duration_between_the_fastest_and_the_slowest_is_feasible(
     """And none below: what bisection takes for granted."""
     task = Task(dextar, (1, -1), RATE_HZ, follower, limits_of(follower, torque=1.0))
     for start, goal in [((0.0, 0.15), (0.02, 0.02)), ((-0.1, 0.05), (0.0, 0.04)), ((0.05, 0.11), (-0.05, 0.13))]:
-        slowest = slowest_pace(task, start, goal)
+        slowest = slowest_pace(task, Course((start, goal)))
         assert not isinstance(slowest, NoPace), slowest.reason
         pace = pace_of(task, slowest)
         durations = np.geomspace(0.5 * pace.fastest, pace.slowest, 24).tolist()

@@ -105,3 +105,24 @@ def test_where_one_bump_fails_it_is_bent_about_the_crossing_alone(
 def test_a_rest_just_before_the_locus_has_no_such_passage(dextar: FiveBar) -> None:
     with pytest.raises(PlanRefused, match="segment 1: has no passage of bounded torque"):
         plan_motion(dextar, (1, -1), ((0.0, 0.0846), (0.0, 0.02)), [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
+
+
+@pytest.mark.parametrize("scale", [1e-2, 1e-5])
+def test_a_light_robot_passes_as_a_heavy_one_does(scale: float, dextar: FiveBar) -> None:
+    """The quickest passage is the same for torques of any size, also below the solver's tolerances."""
+    legs = (leg._replace(inertia=scale * leg.inertia) for leg in (dextar.leg1, dextar.leg2))
+    light = FiveBar(*legs, mass=scale * dextar.mass)
+    corner = ((0.0, 0.15), (0.04, 0.13), (0.03, 0.02))
+    heavy_plan, light_plan = (
+        plan_motion(robot, (1, -1), corner, [0.5, 0.5], RATE_HZ, ZoneRule(), OPTIMAL, 0.0, (0.02,))
+        for robot in (dextar, light)
+    )
+    for t in np.linspace(0.0, 1.0, 201).tolist():
+        assert light_plan.path.at(t) == pytest.approx(heavy_plan.path.at(t), abs=1e-6)
+
+
+def test_a_passage_is_found_whose_torques_are_at_the_edge_of_the_solvers_tolerances(dextar: FiveBar) -> None:
+    points = ((0.03, 0.12), (0.03, 0.14), (0.0, 0.14))
+    plan = plan_motion(dextar, (1, -1), points, [0.2, 0.2], RATE_HZ, ZoneRule(), OPTIMAL, 0.0, (0.01,))
+    speeds = [np.hypot(one.vx, one.vy) for one in (plan.path.at(t) for t in np.linspace(0.05, 0.35, 61).tolist())]
+    assert min(speeds) > 0.05

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import screen
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.pacing import NoPace, Task, pace_of, slowest_pace
@@ -31,7 +32,7 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     task = Task(robot, mode, scenario.rate_hz, scenario.tuned(), _limits(scenario))
     durations = []
     for number, (start, end) in enumerate(pairwise(scenario.waypoints), start=1):
-        slowest = slowest_pace(task, start, end)
+        slowest = slowest_pace(task, Course((start, end)))
         if isinstance(slowest, NoPace):
             raise PlanRefused(f"segment {number}: {slowest.reason}")
         durations.append(pace_of(task, slowest).fastest)

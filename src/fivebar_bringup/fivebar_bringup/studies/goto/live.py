@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_bringup.studies.goto.request import ASSEMBLY_MODES
+from fivebar_control.planning.motion_queue import via_fields
+from fivebar_control.planning.sight import Point
 from fivebar_description.strict_yaml import InputError
 
 ENDS = ("arrived", "refused", "stopped")
@@ -17,9 +19,15 @@ Report = Callable[[dict[str, Any]], None]
 
 
 def goal_fields(
-    x: float, y: float, assembly: str | None, working_mode: tuple[int, int] | None, duration: float | None
+    x: float,
+    y: float,
+    assembly: str | None,
+    working_mode: tuple[int, int] | None,
+    duration: float | None,
+    via: Sequence[Point] = (),
+    blend_radius: Sequence[float] = (),
 ) -> dict[str, float]:
-    """Return the fields of a goal message; those that are None are left out.
+    """Return the fields of a goal message; those that are None are left out. Each via point has a blend radius (m).
 
     Raises:
         InputError: there is no such assembly mode.
@@ -33,7 +41,7 @@ def goal_fields(
         fields["mode1"], fields["mode2"] = float(working_mode[0]), float(working_mode[1])
     if duration is not None:
         fields["duration"] = duration
-    return fields
+    return fields | via_fields(via, blend_radius)
 
 
 def request_live(

@@ -29,8 +29,8 @@ from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Planned, plan_once
 from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, Move, SetOutput, Wait
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
-from fivebar_control.planning.sight import Point
 from fivebar_control.ros.goal_conditions import conditions_of
+from fivebar_control.trajectory.refusal import place
 from fivebar_description.interface import PAYLOAD
 from fivebar_description.parameters import read_robot
 from fivebar_description.ros.scheduling import Scheduling
@@ -53,13 +53,16 @@ PROGRAM_FILE = "program.yaml"
 """The program as carried out, in the directory of its run."""
 
 
+STILL = Planned((), (), "")
+"""What is planned where nothing moves."""
+
+
 class PlannedStep(NamedTuple):
-    """An instruction, how long it takes (s), and the way of a move (m) with the durations of its stretches (s)."""
+    """An instruction, how long it takes (s), and how it is planned, if it is a move."""
 
     instruction: Instruction
     duration: float
-    waypoints: tuple[Point, ...] = ()
-    durations: tuple[float, ...] = ()
+    planned: Planned = STILL
 
 
 def program_path(name_or_path: str) -> Path:
@@ -129,11 +132,13 @@ def plan_program(
                 action.torque,
                 action.speed,
                 payload,
+                action.via,
+                action.blend_radius,
             )
             planned = plan_once(conditions, order)
             if planned.refused:
                 raise InputError(f"{source}: {instruction.place}: {planned.refused}")
-            steps.append(_moved(instruction, planned))
+            steps.append(PlannedStep(instruction, sum(planned.durations), planned))
             at = planned.waypoints[-1]
         elif isinstance(action, Carry):
             payload = action.payload
@@ -143,8 +148,13 @@ def plan_program(
     return tuple(steps)
 
 
-def _moved(instruction: Instruction, planned: Planned) -> PlannedStep:
-    return PlannedStep(instruction, sum(planned.durations), planned.waypoints, planned.durations)
+def _by_way_of(move: Move) -> str:
+    """Return by way of which points a move goes, in words; "" without any."""
+    points = [
+        f"{place(*point)} {f'within {radius:g} m' if radius else 'at rest'}"
+        for point, radius in zip(move.via, move.blend_radius, strict=True)
+    ]
+    return f", by way of {', '.join(points)}" if points else ""
 
 
 def words_of(instruction: Instruction) -> str:
@@ -152,7 +162,7 @@ def words_of(instruction: Instruction) -> str:
     action = instruction.action
     if isinstance(action, Move):
         mode = {1: ", assembly mode +", -1: ", assembly mode -", 0: ""}[action.assembly]
-        return f"move to ({action.x:.4f}, {action.y:.4f}) m{mode}"
+        return f"move to ({action.x:.4f}, {action.y:.4f}) m{mode}{_by_way_of(action)}"
     if isinstance(action, Wait):
         return f"dwell {action.seconds:g} s"
     if isinstance(action, SetOutput):
@@ -169,8 +179,10 @@ def steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
             "rounds": [list(one) for one in step.instruction.rounds],
             "does": words_of(step.instruction),
             "duration_s": step.duration,
-            "waypoints": [list(point) for point in step.waypoints],
-            "durations_s": list(step.durations),
+            "waypoints": [list(point) for point in step.planned.waypoints],
+            "durations_s": list(step.planned.durations),
+            "blend_radius": list(step.planned.blend_radius),
+            "time_law": step.planned.time_law if step.planned.waypoints else None,
         }
         for step in steps
     ]
@@ -212,8 +224,11 @@ def run_program(
             moved cannot carry the program's payload.
         RunFailed: the run left no bag that can be reported on.
     """
-    first = steps[0]
-    timed = scenario.model_copy(update={"waypoints": first.waypoints, "segment_duration": first.durations})
+    first = steps[0].planned
+    update: dict[str, Any] = {"waypoints": first.waypoints, "segment_duration": first.durations}
+    if first.rounded:
+        update |= {"blend_radius": first.blend_radius, "time_law": first.time_law}
+    timed = scenario.model_copy(update=update)
     run = new_run_directory(out, timed)
     file = run.path / PROGRAM_FILE
     write_results(run.path, {file.name: loaded.text})

@@ -12,7 +12,10 @@ from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
-from fivebar_control.planning.transfer import Speed, Transfer, plan_transfer
+from fivebar_control.planning.sight import Point
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import Transfer, plan_transfer
+from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.parameters import load_robot, loads_of, read_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -39,6 +42,8 @@ class Request(NamedTuple):
         motor_speed: allowed for both motors (rad/s).
         rate_hz: of the controllers.
         duration: s, or how to choose it.
+        via: points (m) on the way.
+        blend_radius: within which each corner there is rounded (m), 0 for a rest; one for all, or one for each.
     """
 
     x: float
@@ -52,6 +57,8 @@ class Request(NamedTuple):
     motor_speed: float
     rate_hz: int
     duration: float | Speed
+    via: tuple[Point, ...] = ()
+    blend_radius: tuple[float, ...] = RESTS
 
 
 def within_drives(robot: str, torque_limit: float | None, speed_limit: float | None) -> tuple[float, float]:
@@ -96,6 +103,8 @@ def plan_request(request: Request) -> Transfer:
         _limits(request, limits_of(follower, request.torque_limit, request.motor_speed, step)),
         duration=request.duration,
         sensing=_sensing(request, before),
+        via=request.via,
+        blend_radius=request.blend_radius,
     )
 
 
@@ -114,7 +123,8 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         "working_mode": list(request.start.working_mode),
         "waypoints": [list(point) for point in transfer.waypoints],
         "segment_duration": list(transfer.durations),
-        "time_law": "quintic",
+        "time_law": transfer.course.time_law,
+        "blend_radius": list(transfer.course.blend_radius) if transfer.course.rounded else 0.0,
         "rate_hz": request.rate_hz,
         "plant": _plant(request, _before(request))._asdict(),
     }

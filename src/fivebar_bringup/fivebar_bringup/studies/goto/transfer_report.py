@@ -24,6 +24,8 @@ def as_json(request: Request, transfer: Transfer, planning_s: float) -> dict[str
         "goal": {"x": goal[0], "y": goal[1], "assembly_mode": sign_name(transfer.assembly_goal)},
         "waypoints": [list(point) for point in transfer.waypoints],
         "durations_s": list(transfer.durations),
+        "blend_radius": list(transfer.course.blend_radius),
+        "time_law": transfer.course.time_law,
         "duration_s": sum(transfer.durations),
         "crossings": [
             {
@@ -56,15 +58,17 @@ def as_json(request: Request, transfer: Transfer, planning_s: float) -> dict[str
 def as_text(request: Request, transfer: Transfer, planning_s: float) -> RenderableType:
     """Return a transfer as lines and tables."""
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
+    parts = transfer.course.between_rests()
     lines = [
         f"from {place(*start)}, assembly mode {sign_name(transfer.assembly_start)}",
         f"to   {place(*goal)}, assembly mode {sign_name(transfer.assembly_goal)}",
         f"in working mode {mode_name(request.start.working_mode)} by {request.controller},"
-        f" {sum(transfer.durations):.3f} s in {len(transfer.durations)} segments; planned in {planning_s:.2f} s",
+        f" {sum(transfer.durations):.3f} s in {len(parts)} segments; planned in {planning_s:.2f} s",
     ]
-    for index, duration in enumerate(transfer.durations):
-        ends = f"{place(*transfer.waypoints[index])} to {place(*transfer.waypoints[index + 1])}"
-        lines.append(f"segment {index + 1}: {ends} in {duration:.3f} s")
+    for index, (part, segment) in enumerate(zip(parts, transfer.plan.path.segments, strict=True)):
+        points = " to ".join(place(*point) for point in part.waypoints)
+        rounded = f", corners rounded within {', '.join(f'{r:g}' for r in part.blend_radius)} m" if part.rounded else ""
+        lines.append(f"segment {index + 1}: {points}{rounded} in {segment.duration:.3f} s")
         lines += [
             f"  crosses the Type 2 locus at {place(branch.crossing.x, branch.crossing.y)} after"
             f" {branch.crossing.time:.3f} s at {branch.speed:.3f} m/s, distal links {branch.shape}"

@@ -29,7 +29,7 @@ from fivebar_control.planning.feasibility import (
 )
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of
-from fivebar_control.planning.transfer import SLOWER
+from fivebar_control.planning.timing import SLOWER
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS

@@ -1,0 +1,106 @@
+"""How long the parts of a requested motion take, from rest to rest, so that the whole is feasible."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import StrEnum
+from itertools import chain
+from typing import NamedTuple
+
+from fivebar_control.planning.course import Course
+from fivebar_control.planning.feasibility import Feasibility
+from fivebar_control.planning.pacing import Pace, Task, pace_of
+from fivebar_control.trajectory.planner import Plan, PlanRefused
+
+SLOWER = (1.0, 1.4, 2.0, 2.8, 4.0)
+"""Factors on the durations that are tried, where segments that are feasible each are not so together."""
+
+QUICKER_OR_SLOWER = (1.0, 0.7, 0.5, *SLOWER[1:])
+"""The same for a robot with tolerances: the shorter the time near the locus, the less an estimate drifts there."""
+
+
+class Speed(StrEnum):
+    """How long a transfer takes: with room to all limits, or as short as they allow."""
+
+    COMFORTABLE = "comfortable"
+    FASTEST = "fastest"
+
+
+class Timed(NamedTuple):
+    """A feasible motion.
+
+    Attributes:
+        plan: the checked motion.
+        feasibility: its figures.
+        course: where it goes.
+        durations: of the legs of its course (s).
+    """
+
+    plan: Plan
+    feasibility: Feasibility
+    course: Course
+    durations: tuple[float, ...]
+
+
+class DurationSearch:
+    """Chooses durations. Where something is not feasible its methods return the reason, a text."""
+
+    def __init__(self, task: Task, duration: float | Speed) -> None:
+        """Bind the task, and the duration of whole motions (s), or how to choose it."""
+        self._task, self._duration = task, duration
+        self._advised = False
+
+    def timed(self, course: Course, slowest: Sequence[Plan]) -> Timed | str:
+        """Choose the durations along a course, given the slowest feasible plan of each part from rest to rest."""
+        task = self._task
+        parts = course.between_rests()
+        paces = [pace_of(task, one) for one in slowest]
+        reason = ""
+        for chosen in self._durations(paces):
+            shared = (part.sampled(one, task.rate_hz) for part, one in zip(parts, chosen, strict=True))
+            durations = tuple(chain.from_iterable(shared))
+            try:
+                plan = task.plan(course, durations)
+            except PlanRefused as refusal:
+                reason = reason or str(refusal)
+                continue
+            feasibility = task.judge_run(plan)
+            if feasibility.feasible:
+                return Timed(plan, feasibility, course, durations)
+            reason = reason or "; ".join(feasibility.reasons) + self._advice(plan, feasibility)
+        if isinstance(self._duration, Speed):
+            return reason
+        shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
+        return f"in {self._duration:g} s {reason} (possible are about {shortest:.2f} to {longest:.2f} s)"
+
+    def _advice(self, plan: Plan, verdict: Feasibility) -> str:
+        """Return what would make a motion feasible that the robot's tolerances forbid: once, as it takes long.
+
+        A higher speed is no advice: the search tries these itself.
+        """
+        if self._advised:
+            return ""
+        found = self._task.advice(plan, verdict)
+        self._advised = bool(found)
+        return f"; within the limits with {found}" if found else ""
+
+    def _durations(self, paces: Sequence[Pace]) -> list[tuple[float, ...]]:
+        """Return the durations of the parts to try, whole numbers of samples."""
+        rate_hz = self._task.rate_hz
+        if self._duration is Speed.FASTEST:
+            chosen = [pace.fastest for pace in paces]
+        else:
+            chosen = [pace.comfortable for pace in paces]
+        if not isinstance(self._duration, Speed):
+            share = self._duration / sum(chosen)
+            return [tuple(max(1, round(one * share * rate_hz)) / rate_hz for one in chosen)]
+        given = self._task.sensing
+        factors = QUICKER_OR_SLOWER if given is not None and given.declared else SLOWER
+        return [
+            tuple(
+                math.ceil(min(max(one * factor, pace.fastest), pace.slowest) * rate_hz - 1e-6) / rate_hz
+                for one, pace in zip(chosen, paces, strict=True)
+            )
+            for factor in factors
+        ]

@@ -1,0 +1,40 @@
+"""Plans a motion along a course that is given: straight from one via point to the next, at rest or round the corner."""
+
+from __future__ import annotations
+
+from fivebar_control.planning.course import Course
+from fivebar_control.planning.pacing import LONGEST, NoPace, Task, slowest_pace
+from fivebar_control.planning.timing import DurationSearch, Speed, Timed
+from fivebar_control.trajectory.planner import PlanRefused
+
+
+def along(task: Task, course: Course, duration: float | Speed) -> Timed | str:
+    """Return the motion along a course, or why there is none; where rests would do what corners do not, this too.
+
+    Args:
+        task: for which it is planned.
+        course: to be kept to.
+        duration: of the whole motion (s), or how to choose it.
+    """
+    found = _tried(task, course, duration)
+    if isinstance(found, Timed) or not course.rounded:
+        return found
+    rests = _tried(task, Course.through(course.waypoints), duration)
+    if isinstance(rests, Timed):
+        return f"{found}; with blend_radius 0, a rest in each of them, it takes {sum(rests.durations):.3g} s"
+    return found
+
+
+def _tried(task: Task, course: Course, duration: float | Speed) -> Timed | str:
+    try:
+        # the whole first: a refusal of one part would count its waypoints from its own start
+        task.plan(course, course.shared(LONGEST))
+    except PlanRefused as refusal:
+        return str(refusal)
+    slowest = []
+    for part in course.between_rests():
+        found = slowest_pace(task, part)
+        if isinstance(found, NoPace):
+            return found.reason
+        slowest.append(found)
+    return DurationSearch(task, duration).timed(course, slowest)
