@@ -19,9 +19,9 @@ import numpy as np
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.guided import guide, write_guided_bag
-from fivebar_bringup.studies.benchmark.scoring import clopper_pearson
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
+from fivebar_bringup.studies.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import EFFECTS, GYROSCOPE, SCALES, drives_of
 from fivebar_bringup.studies.sweep.rigs import (
     GYRO_BIAS,
