@@ -53,6 +53,7 @@ def led(
     counts: int = 0,
     imu: ImuSettings | None = None,
     seed: int = 0,
+    mode: tuple[int, int] = MODE,
 ) -> CalibrationRecord:
     """Readings along straight segments between rests, each of so many seconds; the accelerometer's only with `imu`."""
     count = round((len(path) - 1) * seconds * rate_hz)
@@ -61,7 +62,7 @@ def led(
     motors, rates, forces = [], [], []
     for number in range(count + 1):
         place, speed, acceleration = _at(path, seconds, number / rate_hz)
-        state = state_from_platform(robot, *MODE, *place, *speed)
+        state = state_from_platform(robot, *mode, *place, *speed)
         motors.append((state.leg1.q1, state.leg2.q1))
         u_x, u_y = state.leg2.u_x, state.leg2.u_y
         own = (u_x * acceleration[0] + u_y * acceleration[1], u_x * acceleration[1] - u_y * acceleration[0])

@@ -18,14 +18,18 @@ from fivebar_bringup.studies.calibrate.result import INTERVALS, CalibrationResul
 
 @app.command()
 def calibrate(
-    bag: Annotated[Path, typer.Argument(metavar="BAG", help="A bag, or the directory of a run.")],
+    bags: Annotated[
+        list[Path], typer.Argument(metavar="BAG...", help="Bags, or directories of runs, all of the same robot.")
+    ],
     robot: Annotated[
         str | None,
         typer.Option("--robot", help="Robot or parameter file (.yaml) before [default: that of the run]"),
     ] = None,
     touched: Annotated[
         Path | None,
-        typer.Option("--touched", help="File (.yaml) of measured places of the platform, which show the scale."),
+        typer.Option(
+            "--touched", help="File (.yaml) of places of the platform, measured with the first bag: the scale."
+        ),
     ] = None,
     encoders_only: Annotated[
         bool,
@@ -55,7 +59,9 @@ def calibrate(
     Example: `fivebar calibrate runs/moved`, of a run made by `fivebar simulate calibration --out runs/moved`
     """
     with input_errors(), ending_on_sigterm():
-        result = calibrate_bag(bag, robot, touched, encoders_only, camera)
+        result = calibrate_bag(bags[0], robot, touched, encoders_only, camera)
+        for bag in bags[1:]:
+            result = calibrate_bag(bag, robot, None, encoders_only, camera, result)
         directory = write_calibration(result, out, drives)
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))

@@ -31,8 +31,8 @@ from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.readings import ReadingQueue
 from fivebar_sim.sensors import Encoder
 
-STIFFNESS, DAMPING = 2000.0, 60.0
-"""Of the hand: N/m and N s/m."""
+STIFFNESS, DAMPING = 3700.0, 110.0
+"""Of the hand, for each kg of the platform: N/m and N s/m. It follows the waypoints at some 10 Hz on any robot."""
 
 
 class GuidedSample(NamedTuple):
@@ -59,6 +59,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
         InputError: the robot moves faster than it can be simulated.
     """
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
+    stiffness, damping = STIFFNESS * actual.mass, DAMPING * actual.mass
     motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, initial_joints(scenario))
     imu = Imu(scenario.imu, rate_hz, scenario.plant.seed, scenario.plant.tilt.angle)
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
@@ -73,8 +74,8 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
         arrived = queue.arrived(number, imu.read((tip.along, tip.across), tip.rate, tip.rate_change))
         q, v = (tuple(values.tolist()) for values in motion.joints)
         state, wanted = state_from_joints(actual, *q, *v), plan.path.at(number / rate_hz)
-        pull_x = STIFFNESS * (wanted.x - state.x) + DAMPING * (wanted.vx - state.vx)
-        pull_y = STIFFNESS * (wanted.y - state.y) + DAMPING * (wanted.vy - state.vy)
+        pull_x = stiffness * (wanted.x - state.x) + damping * (wanted.vx - state.vx)
+        pull_y = stiffness * (wanted.y - state.y) + damping * (wanted.vy - state.vy)
         samples.append(GuidedSample(angles, arrived, q, v, math.hypot(pull_x, pull_y)))
         motion.hold(pull_x, pull_y)
         if math.isinf(motion.advance((0.0, 0.0))):

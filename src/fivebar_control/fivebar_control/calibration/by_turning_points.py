@@ -30,7 +30,7 @@ def calibrate_by_turning_points(robot: FiveBar, tolerances: Tolerances, record: 
     points = turning_points(robot, record)
     count = len(GEOMETRY)
     start = values_before(robot)
-    before = deviations_before(tolerances)
+    before = deviations_before(robot, tolerances)
     deviation = np.array([one.deviation for one in points])
     rows = np.zeros((len(points), len(PARAMETERS)))
     rows[:, :count] = np.array([one.row for one in points]) / deviation[:, None]

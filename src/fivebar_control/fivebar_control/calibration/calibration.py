@@ -30,6 +30,7 @@ def calibrate(
     imu: ImuSettings | None = None,
     touched: tuple[TouchedPoint, ...] = (),
     seen: SeenPositions = NOT_SEEN,
+    known: Calibration | None = None,
 ) -> Calibration:
     """Return the geometry that explains a recording.
 
@@ -40,12 +41,14 @@ def calibrate(
         imu: rough mounting of the IMU.
         touched: measured places of the platform.
         seen: the platform by a camera during the motion.
+        known: the calibration from earlier recordings of the same robot, whose geometry takes the place of what was
+            known before; sensors and drives are found anew.
 
     Raises:
         NotCalibratable: the recording is too short, does not cross the locus, or is that of another robot.
     """
     turned = turning(record, (imu or ImuSettings()).rotation()[2])
-    problem = ClosureProblem(robot, tolerances, record, turned, touched, seen)
+    problem = ClosureProblem(robot, tolerances, record, turned, touched, seen, known)
     fit = min((problem.fitted(*start) for start in problem.starts()), key=lambda one: one.cost)
     # weighed against what was known before by what the residuals turn out to be
     problem.colour = problem.found_colour(fit)

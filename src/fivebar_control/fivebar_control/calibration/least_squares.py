@@ -92,7 +92,9 @@ class ClosureProblem:
         turned: Turning,
         touched: tuple[TouchedPoint, ...],
         seen: SeenPositions,
+        known: Calibration | None = None,
     ) -> None:
+        """Make the recording ready; `known` is what earlier ones of the same robot say of its geometry."""
         covered = (record.times >= record.imu_times[0]) & (record.times <= record.imu_times[-1])
         self._times = record.times[covered]
         if len(self._times) < 3 or self._times[-1] - self._times[0] < LEAST_TIME:
@@ -104,7 +106,12 @@ class ClosureProblem:
         self._turning = turned
         self._seen = SeenRows(seen, self._times)
         self._start = values_before(robot, len(self._seen) > 0)
-        self._before = deviations_before(tolerances, len(self._seen) > 0)
+        self._before = deviations_before(robot, tolerances, len(self._seen) > 0)
+        self._expected, self._prior = self._start.copy(), np.diag(1.0 / self._before**2)
+        if known is not None:
+            part = slice(len(GEOMETRY))
+            self._expected[part] = known.values[part]
+            self._prior[part, part] = covariance_of(known.covariance[part, part], 1.0 / self._before[part])
         self._gyro = Turned(record.imu_times, turned)
         self._samples = len(self._times)
         places = np.array([(one.q11, one.q21) for one in touched]).reshape(-1, 2)
@@ -119,8 +126,8 @@ class ClosureProblem:
         self._touched = touched
         self.colour = 1.0
         lasting = np.diff(self._times)
-        known = self._gyro.known(self._times)
-        self._chain_deviation = np.where(known, turned.noise * np.sqrt(turned.period * lasting), UNKNOWN)
+        covered_by_gyro = self._gyro.known(self._times)
+        self._chain_deviation = np.where(covered_by_gyro, turned.noise * np.sqrt(turned.period * lasting), UNKNOWN)
 
     @property
     def _states(self) -> int:
@@ -136,8 +143,8 @@ class ClosureProblem:
         turned = self._gyro.between(self._times, 0.0) / np.diff(self._times)
         biases = [0.0, *([float(np.median(turned[resting]))] if np.any(resting) else [])]
         states = [self._first_states(assembly, bias) for assembly in (0, 1) for bias in biases]
-        states.sort(key=lambda one: self._cost(self._rows(self._start, one), self._start))
-        return [(self._start, one) for one in states[:2]]
+        states.sort(key=lambda one: self._cost(self._rows(self._expected, one), self._expected))
+        return [(self._expected, one) for one in states[:2]]
 
     def fitted(self, values: FloatArray, states: FloatArray) -> ClosureFit:
         """Return the fit that begins at values and states."""
@@ -146,14 +153,14 @@ class ClosureProblem:
         cost = self._cost(rows, values)
         for _ in range(ITERATIONS):
             step = reduced(rows, self._states, damping)
-            prior = 1.0 / self._before**2
-            gradient = step.gradient + (values - self._start) * prior
+            gradient = step.gradient + self._prior @ (values - self._expected)
             scale = self._before
-            matrix = (step.information + np.diag(prior * (1.0 + damping))) * np.outer(scale, scale)
+            damped = self._prior + np.diag(damping / self._before**2)
+            matrix = (step.information + damped) * np.outer(scale, scale)
             change = -scale * np.linalg.solve(matrix, scale * gradient)
             moved = step.offset + step.response @ change
             tried_values, tried_states = values + change, states + moved
-            far = bool(np.any(np.abs(tried_values - self._start) > FARTHEST * self._before))
+            far = bool(np.any(np.abs(tried_values - self._expected) > FARTHEST * self._before))
             tried = self._rows(tried_values, tried_states)
             tried_cost = self._cost(tried, tried_values)
             if far or not tried_cost <= cost * (1.0 + 1e-12):
@@ -173,7 +180,7 @@ class ClosureProblem:
 
         The assembly mode is 0 for det A < 0, else 1.
         """
-        start = self._start[: len(GEOMETRY)]
+        start = self._expected[: len(GEOMETRY)]
         both = distal_angles(start, self._read.values)
         across = closure(start, self._read.values, both[:, 1]).across
         clear = np.abs(across) > NEAR
@@ -280,8 +287,8 @@ class ClosureProblem:
         return rows
 
     def _cost(self, rows: Rows, values: FloatArray) -> float:
-        prior = (values - self._start) / self._before
-        return float(rows.residual @ rows.residual + prior @ prior)
+        moved = values - self._expected
+        return float(rows.residual @ rows.residual + moved @ self._prior @ moved)
 
     def found_colour(self, fit: ClosureFit) -> float:
         """Return the factor by which correlated residuals widen the variances, at least 1."""
@@ -319,7 +326,7 @@ class ClosureProblem:
             )
         rigid = closure(values[: len(GEOMETRY)], self._read.values, states).gap[: self._samples]
         yielding = float(np.sqrt(np.mean(rigid[np.abs(across) < NEAR] ** 2)))
-        covariance = covariance_of(step.information + np.diag(1.0 / self._before**2), self._before)
+        covariance = covariance_of(step.information + self._prior, self._before)
         # of what yields, a part is the same at every crossing
         common = np.zeros(len(rows.residual))
         common[: self._samples] = COMMON * yielding / deviation[: self._samples] / math.sqrt(self.colour)
@@ -330,7 +337,7 @@ class ClosureProblem:
             values=values,
             covariance=covariance,
             before=self._before,
-            information=step.information,
+            information=step.information + self._prior - np.diag(1.0 / self._before**2),
             times=self._times,
             theta=states[: self._samples],
             platform=closed.platform[: self._samples],

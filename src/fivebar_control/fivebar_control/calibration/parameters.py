@@ -33,9 +33,11 @@ COMPLIANCE = slice(DELAY + 3, DELAY + 5)
 
 SHIFT_X, SHIFT_Y, TURN, STAMPED = range(len(PARAMETERS), len(PARAMETERS) + len(CAMERA))
 
-BIAS_BOUND, DELAY_BOUND, PLAY_BOUND, COMPLIANCE_BOUND = 0.2, 0.02, 1e-3, 1e-3
-"""Standard deviations of the gyroscope's bias (rad/s) and delay (s), and of play (rad) and compliance (rad/Nm), before
-the calibration."""
+BIAS_BOUND, DELAY_BOUND, PLAY_BOUND = 0.2, 0.02, 1e-3
+"""Standard deviations of the gyroscope's bias (rad/s) and delay (s), and of play (rad), before the calibration."""
+
+SOFT = 40.0
+"""Hz, of a leg's inertia on a transmission whose compliance is the standard deviation before the calibration."""
 
 SHIFT_BOUND, TURN_BOUND, STAMP_BOUND = 1e-3, 5e-3, 5e-3
 """Standard deviations of the camera's origin (m), axes (rad) and delay (s) before the calibration."""
@@ -53,11 +55,15 @@ def values_before(robot: FiveBar, camera: bool = False) -> FloatArray:
     return np.concatenate((geometry_of(robot), np.zeros(others)))
 
 
-def deviations_before(tolerances: Tolerances, camera: bool = False) -> FloatArray:
-    """Return standard deviations of all parameters, [15] or, with a camera, [19], before a calibration."""
+def deviations_before(robot: FiveBar, tolerances: Tolerances, camera: bool = False) -> FloatArray:
+    """Return standard deviations of all parameters, [15] or, with a camera, [19], before a calibration.
+
+    What a transmission yields is in proportion to the torques, and these to the inertia: a compliance is sized by it.
+    """
     third = math.sqrt(3.0)
     length, base, zero = (max(one / third, HELD) for one in tolerances[:3])
     scale = max(tolerances.gyro_scale / third, HELD)
-    drive = [PLAY_BOUND] * 2 + [COMPLIANCE_BOUND] * 2
+    compliances = [1.0 / (leg.inertia * (2.0 * math.pi * SOFT) ** 2) for leg in (robot.leg1, robot.leg2)]
+    drive = [PLAY_BOUND] * 2 + compliances
     seen = [SHIFT_BOUND, SHIFT_BOUND, TURN_BOUND, STAMP_BOUND] if camera else []
     return np.array([length] * 4 + [base] * 2 + [zero] * 2 + [BIAS_BOUND, scale, DELAY_BOUND, *drive, *seen])

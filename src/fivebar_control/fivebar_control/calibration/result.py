@@ -31,7 +31,7 @@ class Calibration(NamedTuple):
         values: [15], and after.
         covariance: [15, 15], with what was known before.
         before: [15], standard deviations before.
-        information: [15, 15], of the recording alone.
+        information: [15, 15], of the recording alone, and on the geometry of those before it.
         times: [k], of the samples that were used (s).
         theta: [k], the distal link's angle there (rad).
         platform: [k, 2], the platform there (m).

@@ -146,6 +146,39 @@ def test_a_robot_led_by_hand_without_power_shows_its_elbow_gap(tmp_path: Path) -
     assert np.abs(found.gaps_before() - gaps).max() < 1.5e-5
 
 
+def test_a_second_bag_narrows_the_intervals_and_stays_where_the_first_one_was(bag: Path, tmp_path: Path) -> None:
+    found = []
+    for number, bags in enumerate(([bag], [bag, bag])):
+        out = tmp_path / f"found{number}"
+        assert command([*bags, "--robot", "dextar", "--out", out])[0] == 0
+        found.append(json.loads((out / "calibration.json").read_text()))
+    one, both = (content["parameters"]["zero_1"] for content in found)
+    assert both["half_width"] < 0.85 * one["half_width"]
+    assert both["value"] == pytest.approx(one["value"], abs=one["half_width"])
+    assert both["before"] == one["before"] == 0.0
+    code, _, error = command([bag, bag, "--robot", "dextar", "--encoders-only", "--out", tmp_path / "out"])
+    assert (code, "before its calibration, and a gyroscope" in error) == (2, True)
+
+
+@pytest.mark.extra
+def test_bags_of_both_motions_of_the_bench_leave_less_of_the_gap_anywhere_than_one(tmp_path: Path) -> None:
+    """Printed links that bend, led by a hand that is in proportion to the light platform."""
+    runs = [tmp_path / name for name in ("motkin_calibration", "motkin_calibration_below")]
+    for run in runs:
+        scenario = load_scenario(run.name)
+        shorter = {"waypoints": scenario.waypoints[:4], "segment_duration": 0.4}
+        file = tmp_path / f"{run.name}.yaml"
+        file.write_text(scenario.model_copy(update=shorter).to_yaml(), encoding="utf-8")
+        assert CliRunner().invoke(app, ["guide", str(file), "--out", str(run)]).exit_code == 0
+    found = []
+    for number, bags in enumerate((runs[:1], runs)):
+        out = tmp_path / f"found{number}"
+        assert command([*bags, "--out", out])[0] == 0
+        found.append(json.loads((out / "calibration.json").read_text())["elbow_gap_anywhere_half_width_m"])
+    assert found[0] > 1e-4
+    assert found[1] < 0.5 * found[0]
+
+
 def test_the_scenario_for_calibrating_is_a_robot_that_needs_it() -> None:
     scenario = load_scenario("calibration")
     assert scenario.gyro

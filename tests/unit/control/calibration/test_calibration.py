@@ -8,22 +8,25 @@ from led_robot import BIAS, PATH, led, passive_angles, places, with_errors
 
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
 from fivebar_control.calibration.calibration import calibrate
-from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles, geometry_of
+from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles, geometry_of, locus_rows
 from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import SCALE, SHIFT, unseen
-from fivebar_control.calibration.parameters import PARAMETERS
+from fivebar_control.calibration.parameters import COMPLIANCE, PARAMETERS, deviations_before
 from fivebar_control.calibration.passive import PassiveReadings, find_passive_zero
 from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable, SeenPositions, TouchedPoint
 from fivebar_control.calibration.result import Calibration
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, load_robot
 from fivebar_description.tolerances import Tolerances
 
 TOLERANCES = Tolerances(length=3e-4, base=3e-4, zero=3.5e-3)
 HELD_BASES = TOLERANCES._replace(base=0.0)
 ERRORS = np.array([2.4e-4, -1.9e-4, -2.8e-4, 1.1e-4, 0.0, 0.0])
 ZEROS = (2.9e-3, -2.2e-3)
+NARROW = ((0.0, 0.12), (0.0, 0.0), (0.02, 0.11), (0.006, 0.01), (-0.02, 0.11), (-0.006, 0.01), (0.04, 0.1), (0.0, 0.0))
+"""Passages of the MOTKIN bench (m), elbows outwards."""
+
 CAMERA_AT = np.array([4e-4, -3e-4, 2e-3, 3e-3])
 """The camera's frame in the robot's (m, rad), and the delay of its stamps (s)."""
 
@@ -120,6 +123,35 @@ def test_a_cameras_positions_show_the_scale(dextar: FiveBar) -> None:
         inside += [np.abs(gaps(found, errors)) < found.gap_half_widths()]
     # 24 values of which 95 % are expected inside
     assert np.mean(np.concatenate(inside)) > 0.86
+
+
+def test_a_second_recording_in_the_mirrored_mode_tells_the_elbow_gap_all_over_the_locus() -> None:
+    """One motion tells it where it crosses: elsewhere it remains open, and the second one begins from what is known."""
+    motkin, random = load_robot("motkin"), np.random.default_rng(3)
+    robot = with_errors(motkin, random.uniform(-3e-4, 3e-4, 6))
+    zeros = tuple(random.uniform(-3.5e-3, 3.5e-3, 2).tolist())
+    first, second = (
+        led(robot, zeros, path, counts=20_000, imu=ImuSettings(gyro_bias=bias, gyro_noise=0.01), mode=mode)
+        for path, bias, mode in ((NARROW, BIAS, (1, -1)), (tuple((x, -y) for x, y in NARROW), 0.0, (-1, 1)))
+    )
+    one, alone = calibrate(motkin, TOLERANCES, first), calibrate(motkin, TOLERANCES, second)
+    both = calibrate(motkin, TOLERANCES, second, known=one)
+    assert min(found.locus_half_widths().max() for found in (one, alone)) > 6e-5
+    assert both.locus_half_widths().max() < 1.5e-5
+    errors = errors_of(both, robot, zeros)
+    assert np.abs(locus_rows(both.values[: len(GEOMETRY)]) @ errors).max() < 1e-5
+    # the other recording had another bias, which does not carry over
+    assert both.values[PARAMETERS.index("gyro_bias")] == pytest.approx(0.0, abs=2e-3)
+    assert both.start == pytest.approx(one.start)
+    assert {found.words for found in unseen(both)} == {SCALE, SHIFT}
+
+
+def test_a_light_robots_transmissions_may_bend_as_much_as_a_heavy_ones(dextar: FiveBar) -> None:
+    """What is known of a compliance before is that of 40 Hz with the leg's inertia, not one number for all robots."""
+    for robot in (dextar, load_robot("motkin")):
+        bounds = deviations_before(robot, TOLERANCES)[COMPLIANCE]
+        stiffness = [leg.inertia * (2.0 * np.pi * 40.0) ** 2 for leg in (robot.leg1, robot.leg2)]
+        assert bounds * stiffness == pytest.approx(1.0)
 
 
 def test_intervals_cover_and_the_elbow_gap_is_far_below_its_target(dextar: FiveBar) -> None:

@@ -34,6 +34,7 @@ def calibrate_bag(
     touched: Path | None = None,
     encoders_only: bool = False,
     camera: bool = True,
+    known: CalibrationResult | None = None,
 ) -> CalibrationResult:
     """Calibrate the robot of a bag or of a run's directory, starting from the run's robot file or a given one.
 
@@ -43,6 +44,7 @@ def calibrate_bag(
         touched: file of touched points.
         encoders_only: use the motors' turning points on the Type 2 locus alone.
         camera: use the platform's positions by a camera, where the bag has them.
+        known: the calibration from earlier bags of the same robot.
 
     Raises:
         InputError: the bag, the robot or the motion is unsuitable.
@@ -50,6 +52,8 @@ def calibrate_bag(
     """
     source = find_bag(path)
     start = read_start(source, robot)
+    if known is not None and (encoders_only or start.five_bar() != known.start.five_bar()):
+        raise InputError(f"{source.bag}: expected the robot of {known.bag} before its calibration, and a gyroscope")
     scenario = None if source.run is None else source.run.read_scenario()
     declared = start.tolerances
     if scenario is not None and scenario.tolerances != EXACT:
@@ -64,7 +68,9 @@ def calibrate_bag(
             found = calibrate_by_turning_points(start.five_bar(), tolerances, record)
         else:
             seen = read_seen(recording) if camera else NOT_SEEN
-            found = calibrate(start.five_bar(), tolerances, record, imu, points, seen)
+            found = calibrate(
+                start.five_bar(), tolerances, record, imu, points, seen, None if known is None else known.found
+            )
         leg = 0 if scenario is None or encoders_only else scenario.passive.leg
         passive = read_passive(recording, leg) if leg else None
         zero = None if passive is None else find_passive_zero(record, found, passive)

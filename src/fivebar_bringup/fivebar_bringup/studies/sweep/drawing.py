@@ -253,7 +253,8 @@ def _effects(case: Draw) -> Mapping[str, Any]:
     if case.rig in (VARIED, "ideal"):
         return {}
     random = np.random.default_rng((case.seed, case.number, EFFECTS))
-    return drawn_effects(RIGS[case.rig].spread, random, plan_of(case).crossings[0].time)
+    rig = RIGS[case.rig]
+    return {**drawn_effects(rig.spread, random, plan_of(case).crossings[0].time), **rig.plant}
 
 
 @cache

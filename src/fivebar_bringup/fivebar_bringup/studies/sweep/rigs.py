@@ -136,6 +136,7 @@ class SweepRig(NamedTuple):
         tracking_limit: distance (m) of the estimated platform from its reference beyond which a run is stopped with
             `tracking_lost`; None for that of every scenario.
         robot: whose robots they are, by the name of its parameter file.
+        plant: keys of the section `plant` that all of its robots have, in place of drawn ones.
     """
 
     name: str
@@ -147,6 +148,7 @@ class SweepRig(NamedTuple):
     blended: Mapping[str, Mapping[str, Any]] = {}
     tracking_limit: float | None = None
     robot: str = DEXTAR
+    plant: Mapping[str, Any] = {}
 
 
 def sections_for(rig: SweepRig, controller: str) -> dict[str, dict[str, Any]]:
@@ -158,12 +160,15 @@ def sections_for(rig: SweepRig, controller: str) -> dict[str, dict[str, Any]]:
     return found
 
 
+def gains(kp: float, kd: float) -> dict[str, float]:
+    """Return the section `unified` of a rig of DexTAR (1/s^2, 1/s)."""
+    return {"kp": kp, "kd": kd, "weight": 0.3}
+
+
 def with_gyro(
     spread: RobotDistribution,
     ekf: Mapping[str, float],
-    kp: float,
-    kd: float,
-    weight: float = 0.3,
+    law: Mapping[str, float],
     imu: Mapping[str, float] = GYRO,
 ) -> dict[str, Mapping[str, Any]]:
     """Return the sections of robots of a spread with a gyroscope.
@@ -171,7 +176,7 @@ def with_gyro(
     Args:
         spread: its bounds of lengths, bases and zeros are the estimator's tolerances.
         ekf: settings of the estimator.
-        kp, kd, weight: of `unified` (1/s^2, 1/s, (m/s^2 / Nm)^2).
+        law: section `unified`.
         imu: section `imu`.
     """
     tolerances = {"length": spread.length, "base": spread.length, "zero": spread.zero}
@@ -181,14 +186,13 @@ def with_gyro(
         "push_length": PUSH_LENGTH,
         "passive": spread.passive,
     }
-    unified = {"kp": kp, "kd": kd, "weight": weight}
     return {
         "imu": imu,
         "ekf": {"gyro": True, **ekf},
         "tolerances": tolerances,
         "loads": loads,
         "risk": {"load": LOAD_RISK},
-        "unified": unified,
+        "unified": law,
     }
 
 
@@ -278,22 +282,24 @@ PRINTED_CALIBRATED = PRINTED._replace(length=5e-5, zero=0.03 * DEGREE)
 
 FOR_PRINTED = {
     "disturbance_rate": 0.03,
-    "play": 1e-3,
+    "play": 2e-3,
     "acceleration_noise": 0.1,
     "gyro_noise": 0.1,
     "misfit_limit": 200.0,
     "force_deviation": 0.02,
     "force_time": 0.4,
 }
-"""`FOR_ELASTIC` with torques in proportion to those of the bench's crossing and forces to the mass of its platform."""
+"""`FOR_ELASTIC` with torques in proportion to those of the bench's crossing and forces to the mass of its platform. The
+transmissions bend by 1 mrad under 0.03 Nm."""
 
-PRINTED_WEIGHT = 74.0
-"""A tenth of the robot's own, as on the other rigs."""
+PRINTED_LAW = {"kp": 3600.0, "kd": 120.0, "weight": 250.0, "observer_rate": 0.0}
+"""Of `unified`: a third of the robot's own weight, and no observer beside that of the estimator. Torque bends the
+transmissions, and what the observer makes of that is torque again."""
 
 
 def for_bench(spread: RobotDistribution) -> dict[str, Mapping[str, Any]]:
     """Return the sections of the bench's robots of a spread with a gyroscope."""
-    return with_gyro(spread, FOR_PRINTED, 3600.0, 120.0, PRINTED_WEIGHT, SLOW_GYRO)
+    return with_gyro(spread, FOR_PRINTED, PRINTED_LAW, SLOW_GYRO)
 
 
 RIGID = "elasticity, backlash and clearance"
@@ -327,7 +333,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {CALIBRATED.words()}",
             f"{RIGID}, {NOT_HERE}",
             CALIBRATED,
-            sections=with_gyro(CALIBRATED, FOR_CALIBRATED, 4900.0, 140.0),
+            sections=with_gyro(CALIBRATED, FOR_CALIBRATED, gains(4900.0, 140.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
@@ -336,7 +342,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {GOOD.words()}",
             NOT_HERE,
             GOOD,
-            sections=with_gyro(GOOD, FOR_ELASTIC, 3600.0, 120.0),
+            sections=with_gyro(GOOD, FOR_ELASTIC, gains(3600.0, 120.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
@@ -345,7 +351,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
             MIDDLING,
-            sections=with_gyro(MIDDLING, FOR_ELASTIC, 3600.0, 120.0),
+            sections=with_gyro(MIDDLING, FOR_ELASTIC, gains(3600.0, 120.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
@@ -354,7 +360,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {POOR.words()}",
             NOT_HERE,
             POOR,
-            sections=with_gyro(POOR, FOR_ELASTIC, 400.0, 40.0),
+            sections=with_gyro(POOR, FOR_ELASTIC, gains(400.0, 40.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),

@@ -1,0 +1,216 @@
+"""Printed robots before and after a calibration by hand: `python -m fivebar_bringup.studies.calibrated_crossings`.
+
+Each robot is drawn as the rig `printed` of the sweep has them, led by hand without power through both motions of
+calibration, and calibrated from the readings. Then random crossings of the sweep are planned, screened and run on it,
+with its parameter file as drawn and as calibrated. What a robot is stays the same throughout: pushes and lost commands
+differ from crossing to crossing, and there are none while it is led. docs/motkin.md has the tables.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.runs.run_directory import new_run_directory
+from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.simulation.guided import guide, write_guided_bag
+from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
+from fivebar_bringup.studies.calibrate.result import CalibrationResult
+from fivebar_bringup.studies.intervals import clopper_pearson
+from fivebar_bringup.studies.sweep.drawing import EFFECTS, GYROSCOPE, SCALES, drives_of
+from fivebar_bringup.studies.sweep.rigs import (
+    GYRO_BIAS,
+    PRINTED,
+    RIGS,
+    SLOW_GYRO,
+    SweepRig,
+    drawn_effects,
+    drawn_scales,
+)
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
+from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
+from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
+from fivebar_description.strict_yaml import validate, yaml_text
+
+MOTIONS = ("motkin_calibration", "motkin_calibration_below")
+"""Above and below the motors' line: what one of them leaves open of the elbow gap the other one tells."""
+
+BEFORE, AFTER = "printed robot before", "printed robot after"
+"""Rigs of one robot each, known to the sweep while it crosses."""
+
+
+class LeftError(NamedTuple):
+    """What a calibration leaves of a robot's errors.
+
+    Attributes:
+        length: root mean square of those of lengths and bases (m).
+        zero: the larger one of the encoders' zeros (rad).
+        gap: largest elbow gap anywhere on the locus (m).
+        gap_before: the same before the calibration.
+        claimed: half width of the calibration's interval for `gap`.
+        tolerance_length, tolerance_zero: of the calibrated robot file (m, rad).
+    """
+
+    length: float
+    zero: float
+    gap: float
+    gap_before: float
+    claimed: float
+    tolerance_length: float
+    tolerance_zero: float
+
+
+class Crossed(NamedTuple):
+    """A crossing of a robot with its file as drawn and as calibrated."""
+
+    before: SweepRow
+    after: SweepRow
+
+
+def printed_robot(seed: int, number: int) -> dict[str, Any]:
+    """Return the section `plant` of a robot of the rig `printed`, without push and lost commands."""
+    scales = drawn_scales(PRINTED, np.random.default_rng((seed, number, SCALES)))
+    effects = drawn_effects(PRINTED, np.random.default_rng((seed, number, EFFECTS)), 0.0)
+    lasting = {name: keys for name, keys in effects.items() if name not in ("push", "bus")}
+    names = ("mass_scale", "inertia_scale", "friction_scale")
+    return dict(zip(names, scales, strict=True)) | lasting
+
+
+def calibrated(plant: dict[str, Any], bias: float) -> CalibrationResult:
+    """Return the calibration of a robot with a gyroscope of this bias (rad/s) from both motions by hand."""
+    result: CalibrationResult | None = None
+    for name in MOTIONS:
+        content = load_scenario(name).model_dump()
+        content["plant"] |= {"encoder_counts": drives_of("motkin").encoder_counts, **plant}
+        content["imu"] |= {**SLOW_GYRO, "gyro_bias": bias}
+        scenario = validate(content, Scenario, name)
+        with tempfile.TemporaryDirectory() as folder:
+            run = new_run_directory(Path(folder) / "led", scenario)
+            write_guided_bag(guide(scenario), scenario, run.bag)
+            result = calibrate_bag(run.path, known=result)
+    assert result is not None
+    return result
+
+
+def left_error(result: CalibrationResult) -> LeftError:
+    """Return what a calibration leaves, by the geometry of the simulated robot that its scenario has."""
+    assert result.scenario is not None
+    found, plant, count = result.found, result.scenario.plant, len(GEOMETRY)
+    actual = found.start[:count] + np.array([*plant.links[:6], plant.encoders.zero_1, plant.encoders.zero_2])
+    error, rows, tolerances = found.values[:count] - actual, locus_rows(actual), result.tolerances()
+    return LeftError(
+        float(np.sqrt(np.mean(error[:ZERO_1] ** 2))),
+        float(np.max(np.abs(error[ZERO_1:]))),
+        float(np.max(np.abs(rows @ error))),
+        float(np.max(np.abs(rows @ (found.start[:count] - actual)))),
+        float(np.max(found.locus_half_widths())),
+        tolerances.length,
+        tolerances.zero,
+    )
+
+
+def rigs_of(plant: dict[str, Any], result: CalibrationResult, file: Path) -> tuple[SweepRig, SweepRig]:
+    """Return the rigs that have one robot only, with its file as drawn, and with the calibrated one, which is written.
+
+    Encoder zeros that the calibration finds are those of the drives from then on.
+    """
+    file.write_text(yaml_text(result.robot_file().model_dump(mode="json", exclude_none=True)), encoding="utf-8")
+    scenario = result.calibrated_scenario(str(file))
+    assert scenario is not None
+    rig = RIGS["printed"]
+    sections = {name: keys for name, keys in rig.sections.items() if name != "tolerances"}
+    left = {"links": scenario.plant.links, "encoders": scenario.plant.encoders}
+    return (
+        rig._replace(name=BEFORE, plant=plant),
+        rig._replace(name=AFTER, plant=plant | left, robot=str(file), sections=sections),
+    )
+
+
+def crossed(seed: int, robot: int, crossings: int) -> tuple[LeftError, list[Crossed]]:
+    """Return what calibration leaves of a robot, and its first crossings that are accepted once it is calibrated."""
+    plant = printed_robot(seed, robot)
+    bias = np.random.default_rng((seed, robot, GYROSCOPE)).uniform(-GYRO_BIAS, GYRO_BIAS)
+    result = calibrated(plant, bias)
+    done: list[Crossed] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for rig in rigs_of(plant, result, Path(folder) / "calibrated.yaml"):
+            RIGS[rig.name] = rig
+        # motions of their own, and the same in both
+        for number in itertools.count(1000 * (robot + 1)):
+            if len(done) == crossings:
+                break
+            (after,) = run_case(seed, number, AFTER, ("unified",))
+            if after.status == FEASIBLE:
+                (before,) = run_case(seed, number, BEFORE, ("unified",))
+                done.append(Crossed(before, after))
+    return left_error(result), done
+
+
+def within(row: SweepRow) -> bool:
+    """Return whether a run stayed within 2 mm of its reference, without a fault, and ended in the planned mode."""
+    there = row.error_peak is not None and row.error_peak < PEAK_LIMIT
+    return there and not row.fault and row.mode_changes == row.crossings
+
+
+def _left_text(left: list[LeftError]) -> list[str]:
+    """Return what calibrations leave, in the median and in nineteen of twenty robots."""
+    middle, most = (LeftError(*np.percentile(np.array(left), share, axis=0).tolist()) for share in (50.0, 95.0))
+    texts = (
+        ("elbow gap before, largest anywhere", 1e3, "mm", "gap_before"),
+        ("elbow gap after, largest anywhere", 1e3, "mm", "gap"),
+        ("half width of its interval", 1e3, "mm", "claimed"),
+        ("lengths and bases, root mean square", 1e3, "mm", "length"),
+        ("encoder zeros, larger one", 1e3, "mrad", "zero"),
+        ("tolerance of lengths in the file", 1e3, "mm", "tolerance_length"),
+        ("tolerance of zeros in the file", 1e3, "mrad", "tolerance_zero"),
+    )
+    lines = [
+        f"{words}: {factor * getattr(middle, name):.3f}, {factor * getattr(most, name):.3f} {unit}"
+        for words, factor, unit, name in texts
+    ]
+    return [*lines, f"gap within its interval: {sum(one.gap < one.claimed for one in left)} of {len(left)} robots"]
+
+
+def _run_text(words: str, rows: list[SweepRow]) -> str:
+    """Return how many runs stay within 2 mm, and their largest errors."""
+    good = sum(map(within, rows))
+    interval = clopper_pearson(good, len(rows))
+    errors = [1e3 * row.error_peak for row in rows if row.error_peak is not None]
+    middle, most = np.percentile(errors, (50.0, 95.0)) if errors else (np.nan, np.nan)
+    faults = sum(bool(row.fault) for row in rows)
+    return (
+        f"{words}: {good} of {len(rows)} within 2 mm ({100.0 * interval.low:.1f} to {100.0 * interval.high:.1f} %),"
+        f" {faults} stopped, largest error {middle:.2f}, {most:.2f} mm (median, 95 %)"
+    )
+
+
+def main() -> None:
+    """Print what calibrations leave, and what becomes of crossings before and after."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=1, help="of robots and motions")
+    parser.add_argument("--robots", type=int, default=10)
+    parser.add_argument("--crossings", type=int, default=10, help="of each robot, that are accepted after calibration")
+    given = parser.parse_args()
+    left: list[LeftError] = []
+    done: list[Crossed] = []
+    for robot in range(given.robots):
+        one, crossings = crossed(given.seed, robot, given.crossings)
+        left.append(one)
+        done += crossings
+        good = sum(within(crossing.after) for crossing in crossings)
+        print(f"robot {robot}: {one}; {good} of {len(crossings)} within 2 mm", flush=True)
+    print(*_left_text(left), sep="\n")
+    print(_run_text("after", [one.after for one in done]))
+    planned = [one.before for one in done if one.before.controller]
+    accepted = [row for row in planned if row.status == FEASIBLE]
+    print(_run_text("before, as far as planned", planned))
+    print(_run_text("before, accepted by planner and screen", accepted))
+
+
+if __name__ == "__main__":
+    main()
