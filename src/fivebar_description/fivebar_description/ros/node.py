@@ -102,6 +102,10 @@ class GraphNode(Node):
     def stop(self) -> None:
         """Shut down in order; called once, before the node is destroyed, while it can still publish."""
 
+    def prepared(self) -> bool:
+        """Return whether the node has what it needs beside its topics; it is not ready before."""
+        return True
+
     def wait_for_publishers(self, nodes: Iterable[str]) -> None:
         """Announce the node only once other nodes know of its subscriptions.
 
@@ -218,7 +222,7 @@ class GraphNode(Node):
         )
 
     def _check_ready(self) -> None:
-        """Announce the node once the plan agrees and all inputs have had a publisher in two checks in a row.
+        """Announce the node once it is prepared, the plan agrees and all inputs have had a publisher in two checks.
 
         Then discovery is complete on both sides. For awaited nodes that is not enough. Their announcements are latched
         and reach a subscription created now, after all others: a node discovers another's subscriptions in the order of
@@ -228,7 +232,7 @@ class GraphNode(Node):
             self._announced_wait = True
             self.get_logger().info(f"waits for {', '.join(self._waited_for()) or 'nothing'}")
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
-        complete = complete and (self.agreement is None or self.agreement.agrees)
+        complete = complete and (self.agreement is None or self.agreement.agrees) and self.prepared()
         if complete and self._awaited_nodes:
             if self._announcements is None:
                 self._announcements = self.create_subscription(
