@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import time
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
+from forked_node import ForkedNode
 from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import JointState
 
@@ -146,3 +149,22 @@ def test_without_the_parameter_no_goal_is_taken(bench: Bench) -> None:
     driver.request(x=0.0, y=0.03)
     assert "takes_goals" in driver.wait_for_status("refused")["reason"]
     assert driver.step() == HOME_REFERENCE
+
+
+def planners_of(node: ForkedNode) -> list[int]:
+    """Return the ids of the processes that a node's threads have started."""
+    lists = Path(f"/proc/{node.pid}/task").glob("*/children")
+    return [int(word) for one in lists for word in one.read_text().split()]
+
+
+def test_by_the_clock_the_planner_is_there_before_the_run_begins(bench: Bench) -> None:
+    """To start a process takes longer than a cycle, and while it loads its modules it takes a processor."""
+    node = bench.start("trajectory_generator", **MOTION, takes_goals=True, goal_held_ms=20.0)
+    driver = Driver(bench.probe())
+    (planner,) = planners_of(node)
+    assert os.getpriority(os.PRIO_PROCESS, planner) > os.getpriority(os.PRIO_PROCESS, node.pid)
+    driver.steps(60)
+    driver.request(x=0.0, y=0.12)
+    driver.wait_for_status("planning")
+    driver.step_until_status("moving")
+    assert planners_of(node) == [planner]

@@ -12,10 +12,11 @@ import pytest
 from graph_probe import DDS_VARIABLES, Bench, node_modules
 from middle_motion import MiddleMotion
 
-from fivebar_description.interface import JOINT_STATES, SUPERVISOR_STATE
+from fivebar_description.interface import JOINT_STATES, SUPERVISOR_SIGMA, SUPERVISOR_STATE
 from fivebar_description.ros.run import use_local_network_only
 
 LOOPBACK = "127.0.0.1"
+EXCHANGES = 100
 
 PLAIN_TOOL = """
 import json, sys
@@ -164,3 +165,27 @@ def test_tools_without_the_profile_see_and_call_the_node(
     assert seen["names"] == ["sigma", "inverse_condition"]
     assert seen["rate_hz"] == 500
     assert {"supervisor", "tool"} <= set(seen["nodes"])
+
+
+def event_wakeups(pid: int) -> int:
+    """Return how often the threads that serve the events of DDS have waited so far."""
+    waits = 0
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        if (thread / "comm").read_text().startswith("dds.ev"):
+            fields = dict(line.split(":\t", 1) for line in (thread / "status").read_text().splitlines())
+            waits += int(fields["voluntary_ctxt_switches"])
+    return waits
+
+
+def test_a_message_wakes_no_other_thread_of_its_writer(bench: Bench, motion: MiddleMotion) -> None:
+    """Else such a thread takes the processor, and the writer's lock, from the control cycle with each message."""
+    supervisor = bench.start("supervisor")
+    probe = bench.probe()
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE, SUPERVISOR_SIGMA])
+    probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [SUPERVISOR_STATE], 0)
+    before = event_wakeups(supervisor.pid)
+    assert before > 0
+    for sample in range(1, EXCHANGES + 1):
+        probe.ask([(JOINT_STATES, motion.joint_states_message(sample))], [SUPERVISOR_STATE], sample)
+    # two messages in each exchange; what is left is the heartbeats and what follows them, some tens in a second
+    assert event_wakeups(supervisor.pid) - before < EXCHANGES

@@ -60,6 +60,27 @@ class JointSample:
         head = _HEAD, seconds, nanoseconds, _names(self.name)
         return layout.pack(*head, len(position), *position, len(velocity), *velocity, len(effort), *effort)
 
+    def alike(self, data: bytes) -> JointSample | None:
+        """Return the sample in a JointState in CDR that differs from this one in its stamp and values only.
+
+        None where it may differ in anything else; which values are filled belongs to that.
+        """
+        counts = len(self.position), len(self.velocity), len(self.effort)
+        layout = _layout(self.name, *counts)
+        if len(data) < layout.size:
+            return None
+        head, seconds, nanoseconds, names, *fields = layout.unpack_from(data)
+        velocity, effort = counts[0] + 1, counts[0] + counts[1] + 2
+        if (head, names) != (_HEAD, _names(self.name)) or (fields[0], fields[velocity], fields[effort]) != counts:
+            return None
+        return JointSample(
+            seconds * NANOSECONDS + nanoseconds,
+            self.name,
+            tuple(fields[1:velocity]),
+            tuple(fields[velocity + 1 : effort]),
+            tuple(fields[effort + 1 :]),
+        )
+
 
 _HEAD = b"\0\1\0\0"
 """Says that CDR in the order of this machine follows, from which on fields are aligned."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import ACTIVE_JOINTS, JOINTS, REFERENCE_NAMES, SUPERVISOR_NAMES
-from fivebar_description.joint_sample import MessageError, joint_sample
-from fivebar_description.ros.messages import joint_state, read_fields, sampled, stamp_of
+from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
+from fivebar_description.ros.messages import SampleReader, joint_state, read_fields, sampled, stamp_of
 
 STAMP = 1_234_567_890_123_456_789
 
@@ -28,6 +29,54 @@ def test_the_bytes_hold_the_message(names: tuple[str, ...], filled: tuple[bool, 
     received = sampled(deserialize_message(bytes_, JointState))
     assert (received.stamp_ns, received.name) == (stamp_of(message), names)
     assert (received.position, received.velocity, received.effort) == (first, second, third)
+
+
+def same(one: JointSample, other: JointSample) -> bool:
+    fields = attrgetter("stamp_ns", "name", "position", "velocity", "effort")
+    return repr(fields(one)) == repr(fields(other))
+
+
+LAYOUTS = [
+    joint_sample(STAMP, JOINTS, (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, math.nan, -0.0, math.inf)),
+    joint_sample(STAMP + 1, JOINTS, (1.0, 2.0, 3.0, 4.0), effort=(5.0, 6.0, 7.0, 8.0)),
+    joint_sample(STAMP + 2, JOINTS, (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0)),
+    joint_sample(STAMP + 3, JOINTS[::-1], (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0)),
+    joint_sample(STAMP + 4, ACTIVE_JOINTS, effort=(1.0, 2.0)),
+    joint_sample(STAMP + 5, ("a", "b"), (1.0, 2.0), (3.0,)),
+    joint_sample(STAMP + 6, ()),
+]
+
+
+@pytest.mark.parametrize("last", LAYOUTS)
+@pytest.mark.parametrize("sample", LAYOUTS)
+def test_a_message_is_read_alike_whatever_came_before(last: JointSample, sample: JointSample) -> None:
+    """Also as another program serialises it, and where its fields are of other lengths than the last one's."""
+    message = deserialize_message(sample.cdr(), JointState)
+    for data in (sample.cdr(), serialize_message(message), sample.cdr() + bytes(4)):
+        read = SampleReader()
+        assert same(read(last.cdr()), last)
+        assert same(read(data), sample)
+    # without a message in between, where it is alike
+    found = last.alike(sample.cdr())
+    assert (found is not None) == (last is sample)
+    assert found is None or same(found, sample)
+
+
+def test_a_message_of_another_frame_is_read_too() -> None:
+    message = joint_state(STAMP, JOINTS, (1.0, 2.0, 3.0, 4.0))
+    message.header.frame_id = "elsewhere"
+    read = SampleReader()
+    for _ in range(2):
+        assert same(read(serialize_message(message)), joint_sample(STAMP, JOINTS, (1.0, 2.0, 3.0, 4.0)))
+
+
+@pytest.mark.parametrize("data", [b"", b"\0\1\0\0", bytes(20), LAYOUTS[0].cdr()[:-8], b"\7" + LAYOUTS[0].cdr()[1:]])
+def test_bytes_that_are_no_message_are_refused_and_the_next_message_is_read(data: bytes) -> None:
+    read = SampleReader()
+    for _ in range(2):
+        with pytest.raises(MessageError, match="no JointState"):
+            read(data)
+        assert same(read(LAYOUTS[0].cdr()), LAYOUTS[0])
 
 
 def test_a_sample_is_read_as_a_message_is() -> None:

@@ -64,6 +64,10 @@ class TrajectoryGenerator(SamplingNode):
         self._queue = self._new_queue()
         self._goals.restart(self._queue)
 
+    def prepared(self) -> bool:
+        """Return whether the planning process is there, where motions are requested by the clock."""
+        return self._goals.prepared()
+
     def stop(self) -> None:
         """Stop the planning process."""
         self._goals.close()

@@ -6,16 +6,12 @@ when its parent ends, however that comes about.
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+import subprocess
+import sys
 from functools import lru_cache
-from multiprocessing.connection import Connection
-from typing import NamedTuple
+from multiprocessing.connection import Connection, Pipe
+from typing import NamedTuple, cast
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
@@ -33,8 +29,7 @@ from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import laden, read_robot
 from fivebar_description.strict_yaml import InputError
 
-NICENESS = 10
-"""By how much the planning process gives way to others."""
+WORKER = "fivebar_control.planning.planning_worker"
 
 
 class Conditions(NamedTuple):
@@ -90,57 +85,107 @@ class Planned(NamedTuple):
         return Path(self.segments)
 
 
+DEAD = Planned((), (), "the planning process has died")
+
+
 class PlanningProcess:
     """Plans one request at a time; its methods never wait for a plan."""
 
     def __init__(self, conditions: Conditions) -> None:
-        """Do not start a process before there is a request."""
+        """Do not start a process before there is a request, or `start`."""
         self._conditions = conditions
-        self._pool: ProcessPoolExecutor | None = None
-        self._lifeline: Connection | None = None
-        self._planned: Future[Planned] | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._connection: Connection | None = None
+        self._processors = os.sched_getaffinity(0)
+        self._number = 0
+        self._awaited = False
+        self._ready = False
+
+    def start(self) -> None:
+        """Start the process before a control cycle runs: that takes some milliseconds, and loading a processor."""
+        if self._process is None:
+            self._start(gives_way=False)
+
+    def _start(self, gives_way: bool) -> Connection:
+        _leave_priority_to_this_thread()
+        # not forked, since a process with threads, as a node is, must not be
+        connection, far_end = Pipe()
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", WORKER, str(far_end.fileno())],
+            stdin=subprocess.DEVNULL,
+            pass_fds=(far_end.fileno(),),
+            # an interrupt is for the parent, who then ends this process
+            start_new_session=True,
+        )
+        far_end.close()
+        self._connection, self._ready = connection, False
+        # this thread may have been bound to processors since: the planning stays off them
+        connection.send((gives_way, self._processors, self._conditions))
+        return connection
+
+    @property
+    def pid(self) -> int | None:
+        """Its process id, None while there is none."""
+        return None if self._process is None else self._process.pid
+
+    def loading(self) -> bool:
+        """Return whether the process runs and has not loaded everything yet; returns at once."""
+        if self._process is not None and not self._ready:
+            self._receive()
+        return self._process is not None and not self._ready
 
     def ask(self, order: PlanningRequest) -> None:
-        """Hand in a request; returns at once."""
-        try:
-            self._planned = self._running().submit(plan_once, self._conditions, order)
-        except BrokenProcessPool:
-            # the process has died since its last answer
-            self.close()
-            self._planned = self._running().submit(plan_once, self._conditions, order)
+        """Hand in a request, which takes the place of one under way; returns at once."""
+        self._number += 1
+        if self._connection is not None:
+            try:
+                self._connection.send((self._number, order))
+            except OSError:
+                # the process has died since its last answer
+                self.close()
+        if self._connection is None:
+            # by the clock a cycle is under way, which loading must not disturb either
+            self._start(gives_way=self._conditions.held > 0.0).send((self._number, order))
+        self._awaited = True
 
     def answer(self) -> Planned | None:
         """Return the answer, None while it is not ready; returns at once."""
-        planned = self._planned
-        if planned is None or not planned.done():
+        if not self._awaited:
             return None
-        self._planned = None
-        try:
-            return planned.result()
-        except BrokenProcessPool:
-            self.close()
-            return Planned((), (), "the planning process has died")
-        except Exception as error:
-            # an error of the planner refuses this request and must not end the node
-            return Planned((), (), f"planning failed: {error!r}")
+        planned = self._receive()
+        if planned is not None:
+            self._awaited = False
+        return planned
+
+    def forget(self) -> None:
+        """Drop the request under way; the process still answers it, before it takes the next one."""
+        self._awaited = False
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
-        pool, lifeline = self._pool, self._lifeline
-        self._pool = self._lifeline = self._planned = None
-        if lifeline is not None:
-            lifeline.close()
-        if pool is not None:
-            pool.shutdown(cancel_futures=True)
+        process, connection = self._process, self._connection
+        self._process = self._connection = None
+        self._awaited = self._ready = False
+        if connection is not None:
+            connection.close()
+        if process is not None:
+            process.kill()
+            process.wait()
 
-    def _running(self) -> ProcessPoolExecutor:
-        if self._pool is None:
-            _leave_priority_to_this_thread()
-            # a process with threads, as a node is, must not be forked
-            context = multiprocessing.get_context("spawn")
-            far_end, self._lifeline = context.Pipe(duplex=False)
-            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_prepare, initargs=(far_end,))
-        return self._pool
+    def _receive(self) -> Planned | None:
+        """Return the answer to the present request, if it has come."""
+        if self._connection is None:
+            return DEAD
+        try:
+            while self._connection.poll():
+                number, planned = self._connection.recv()
+                self._ready = True
+                if number == self._number and planned is not None:
+                    return cast(Planned, planned)
+        except (EOFError, OSError):
+            self.close()
+            return DEAD
+        return None
 
 
 def _leave_priority_to_this_thread() -> None:
@@ -148,21 +193,6 @@ def _leave_priority_to_this_thread() -> None:
     policy = os.sched_getscheduler(0)
     if policy in (os.SCHED_FIFO, os.SCHED_RR):
         os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, os.sched_getparam(0))
-
-
-def _prepare(lifeline: Connection) -> None:
-    """Prepare the planning process."""
-    # a plan takes a processor for seconds, and the cycle may have no higher priority than any other process
-    os.nice(NICENESS)
-    # an interrupt is for the parent, who then ends this process
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(lifeline,), name="lifeline", daemon=True).start()
-
-
-def _end_with(lifeline: Connection) -> None:
-    with suppress(EOFError, OSError):
-        lifeline.recv_bytes()
-    os._exit(0)
 
 
 @lru_cache(maxsize=256)

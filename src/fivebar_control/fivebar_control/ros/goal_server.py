@@ -37,7 +37,11 @@ class GoalServer:
         self._open: bool = GOALS.read(values).takes_goals
         self._rate_hz = motion.rate_hz
         self._queue = queue
-        self._planning = PlanningProcess(conditions_of(values))
+        conditions = conditions_of(values)
+        self._planning = PlanningProcess(conditions)
+        if self._open and conditions.held:
+            # by the clock no cycle can wait until a process has been started, or while it loads
+            self._planning.start()
         self._sample = -1
         self._held = False
         self._goal: Goal | None = None
@@ -50,9 +54,13 @@ class GoalServer:
 
     def restart(self, queue: MotionQueue) -> None:
         """Discard all requests for a new run."""
-        self.close()
+        self._planning.forget()
         self._queue = queue
         self._sample, self._goal, self._arrival = -1, None, None
+
+    def prepared(self) -> bool:
+        """Return whether a request would be planned at once, as far as that matters."""
+        return not self._planning.loading()
 
     def close(self) -> None:
         """Stop the planning process."""

@@ -8,10 +8,11 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import BASE_FRAME, NANOSECONDS, Topic
-from fivebar_description.joint_sample import JointSample, checked_fields
+from fivebar_description.joint_sample import JointSample, MessageError, checked_fields
 
 
 def message_class(topic: Topic) -> Any:
@@ -60,6 +61,29 @@ def sampled(message: JointState) -> JointSample:
     return JointSample(
         stamp_of(message), tuple(message.name), tuple(message.position), tuple(message.velocity), tuple(message.effort)
     )
+
+
+class SampleReader:
+    """Reads the serialised JointStates of a topic, whose messages are alike, for the most part without making one."""
+
+    def __init__(self) -> None:
+        """Begin with a message of any layout."""
+        self._last: JointSample | None = None
+
+    def __call__(self, data: bytes) -> JointSample:
+        """Return the sample in a message.
+
+        Raises:
+            MessageError: it is no JointState.
+        """
+        sample = None if self._last is None else self._last.alike(data)
+        if sample is None:
+            try:
+                sample = sampled(deserialize_message(data, JointState))
+            except (RuntimeError, UnicodeError) as error:
+                raise MessageError(f"{len(data)} bytes that are no JointState") from error
+        self._last = sample
+        return sample
 
 
 def read_fields(

@@ -18,8 +18,8 @@ from rclpy.timer import Timer
 from std_msgs.msg import String
 
 from fivebar_description.interface import DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
-from fivebar_description.joint_sample import JointSample
-from fivebar_description.ros.messages import JointMessage, message_class
+from fivebar_description.joint_sample import JointSample, MessageError
+from fivebar_description.ros.messages import JointMessage, SampleReader, message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
@@ -101,6 +101,10 @@ class GraphNode(Node):
 
     def stop(self) -> None:
         """Shut down in order; called once, before the node is destroyed, while it can still publish."""
+
+    def prepared(self) -> bool:
+        """Return whether the node has what it needs beside its topics; it is not ready before."""
+        return True
 
     def wait_for_publishers(self, nodes: Iterable[str]) -> None:
         """Announce the node only once other nodes know of its subscriptions.
@@ -190,9 +194,14 @@ class GraphNode(Node):
         awaited: bool = True,
         **options: Any,
     ) -> None:
-        """Subscribe to a topic of the graph; where it is not awaited, the node is ready without a publisher of it."""
+        """Subscribe to a topic of the graph; where it is not awaited, the node is ready without a publisher of it.
+
+        What comes on a topic of JointStates is passed on as `JointSample`, unless the options say whether it is raw.
+        """
 
         def subscribe(callback: Callable[[Any], None]) -> Subscription[Any]:
+            if topic.type == JOINT_STATE and "raw" not in options:
+                callback, options["raw"] = self._of_samples(topic, callback), True
             return self.create_subscription(
                 message_class(topic), topic.name, callback, qos_profile(topic.qos, depth), **options
             )
@@ -203,6 +212,20 @@ class GraphNode(Node):
             self.process_topics.listen(self.resolve_topic_name(topic.name), callback, subscribe, self._inputs)
         else:
             self._inputs.append(subscribe(callback))
+
+    def _of_samples(self, topic: Topic, callback: Callable[[JointSample], None]) -> Callable[[bytes], None]:
+        """Return what calls back with the sample in a serialised message, and drops what is none."""
+        read = SampleReader()
+
+        def receive(data: bytes) -> None:
+            try:
+                sample = read(data)
+            except MessageError as error:
+                self.drop(topic, str(error))
+                return
+            callback(sample)
+
+        return receive
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
         """Create a timer with a period (s) of the steady clock."""
@@ -218,7 +241,7 @@ class GraphNode(Node):
         )
 
     def _check_ready(self) -> None:
-        """Announce the node once the plan agrees and all inputs have had a publisher in two checks in a row.
+        """Announce the node once it is prepared, the plan agrees and all inputs have had a publisher in two checks.
 
         Then discovery is complete on both sides. For awaited nodes that is not enough. Their announcements are latched
         and reach a subscription created now, after all others: a node discovers another's subscriptions in the order of
@@ -228,7 +251,7 @@ class GraphNode(Node):
             self._announced_wait = True
             self.get_logger().info(f"waits for {', '.join(self._waited_for()) or 'nothing'}")
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
-        complete = complete and (self.agreement is None or self.agreement.agrees)
+        complete = complete and (self.agreement is None or self.agreement.agrees) and self.prepared()
         if complete and self._awaited_nodes:
             if self._announcements is None:
                 self._announcements = self.create_subscription(

@@ -16,9 +16,6 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import JointState
-
-from fivebar_description.ros.messages import sampled
 
 Callback = Callable[[Any], None]
 
@@ -101,7 +98,7 @@ class ProcessTopics:
 
     def _receiver(self, listeners: list[Callback]) -> Callback:
         def receive(message: Any) -> None:
-            self.dispatch(listeners, sampled(message) if isinstance(message, JointState) else message)
+            self.dispatch(listeners, message)
 
         return receive
 

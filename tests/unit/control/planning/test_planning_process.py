@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import select
 import signal
@@ -10,7 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from multiprocessing import connection
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +19,7 @@ from fivebar_control.estimation.step import Drives
 from fivebar_control.planning import planning_process
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess, plan_order
+from fivebar_control.planning.planning_worker import NICENESS
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import HeldTorque
 from fivebar_description.passive_encoder import PassiveEncoder
@@ -33,7 +34,22 @@ DIED = "the planning process has died"
 
 @pytest.fixture
 def planning() -> Iterator[PlanningProcess]:
+    """One of its own, for tests that end its process."""
     process = PlanningProcess(CONDITIONS)
+    yield process
+    process.close()
+
+
+@pytest.fixture(scope="module")
+def started() -> Iterator[PlanningProcess]:
+    """One that was started beforehand, by a thread that had been bound to one processor after it was made."""
+    process = PlanningProcess(CONDITIONS)
+    every = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(every)})
+    try:
+        loaded(process)
+    finally:
+        os.sched_setaffinity(0, every)
     yield process
     process.close()
 
@@ -42,27 +58,76 @@ def answer_of(planning: PlanningProcess) -> Planned:
     end = time.monotonic() + DEADLINE
     while (planned := planning.answer()) is None:
         assert time.monotonic() < end, "no answer"
-        connection.wait([child.sentinel for child in multiprocessing.active_children()], 0.01)
+        time.sleep(0.01)
     return planned
 
 
-def worker() -> multiprocessing.process.BaseProcess:
-    (child,) = multiprocessing.active_children()
-    return child
+def loaded(planning: PlanningProcess) -> int:
+    """Start the process and wait until it has loaded everything; return its id."""
+    planning.start()
+    end = time.monotonic() + DEADLINE
+    while planning.loading():
+        assert time.monotonic() < end, "still loading"
+        time.sleep(0.01)
+    assert planning.pid is not None
+    return planning.pid
 
 
-def test_it_answers_one_request_after_the_other_in_the_same_process(planning: PlanningProcess) -> None:
-    planning.ask(NEAR)
-    first = answer_of(planning)
+def wait_for_end(process: int) -> None:
+    """Wait until a process of this id has ended, whether or not anybody has waited for it."""
+    with suppress(ProcessLookupError):
+        descriptor = os.pidfd_open(process)
+        # a pidfd is readable once its process has ended
+        assert select.select([descriptor], [], [], DEADLINE)[0]
+        os.close(descriptor)
+
+
+def assert_gives_way(process: int | None) -> None:
+    assert process is not None
+    assert os.getpriority(os.PRIO_PROCESS, process) == os.getpriority(os.PRIO_PROCESS, 0) + NICENESS
+    # in a session of its own, which has a weight beside others where the kernel weighs sessions
+    assert os.getsid(process) == process
+    autogroup = Path(f"/proc/{process}/autogroup")
+    assert not autogroup.exists() or autogroup.read_text().endswith(f"nice {NICENESS}\n")
+
+
+def test_it_answers_one_request_after_the_other_in_the_process_started_beforehand(started: PlanningProcess) -> None:
+    process = started.pid
+    started.start()
+    started.ask(NEAR)
+    first = answer_of(started)
     assert first.refused == "" and first.waypoints == (NEAR.start, NEAR.goal)
     assert first.path().at(first.path().duration)[:2] == NEAR.goal
-    process = worker().pid
-    # the cycle comes first
-    assert os.getpriority(os.PRIO_PROCESS, process or 0) > os.getpriority(os.PRIO_PROCESS, 0)
-    planning.ask(FAR)
-    assert "out of reach" in answer_of(planning).refused
-    assert worker().pid == process
-    assert planning.answer() is None
+    started.ask(FAR)
+    assert "out of reach" in answer_of(started).refused
+    assert started.pid == process and not started.loading()
+    assert started.answer() is None
+
+
+def test_one_started_beforehand_gives_way_to_the_cycle_and_leaves_its_processors(started: PlanningProcess) -> None:
+    assert_gives_way(started.pid)
+    assert os.sched_getaffinity(started.pid or 0) == os.sched_getaffinity(0)
+
+
+def test_a_request_takes_the_place_of_the_one_under_way(started: PlanningProcess) -> None:
+    started.ask(NEAR)
+    started.ask(FAR)
+    assert "out of reach" in answer_of(started).refused
+    assert started.answer() is None
+    started.ask(NEAR)
+    started.forget()
+    assert started.answer() is None
+    started.ask(FAR)
+    assert "out of reach" in answer_of(started).refused
+
+
+def test_an_error_of_the_planner_refuses_the_request(started: PlanningProcess) -> None:
+    process = started.pid
+    started.ask(NEAR._replace(working_mode=()))  # type: ignore[arg-type]
+    assert answer_of(started).refused.startswith("planning failed: TypeError(")
+    started.ask(NEAR)
+    assert answer_of(started).refused == ""
+    assert started.pid == process
 
 
 def test_a_request_that_the_tolerances_do_not_allow_is_refused_with_what_would() -> None:
@@ -96,34 +161,35 @@ def test_a_request_has_to_bear_the_time_for_which_the_torque_is_held(monkeypatch
 
 
 def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: PlanningProcess) -> None:
+    process = loaded(planning)
+    os.kill(process, signal.SIGSTOP)
     planning.ask(NEAR)
-    os.kill(worker().pid or 0, signal.SIGKILL)
+    os.kill(process, signal.SIGKILL)
     assert answer_of(planning) == Planned((), (), DIED)
+    assert planning.pid is None and not planning.loading()
     planning.ask(NEAR)
     assert answer_of(planning).refused == ""
-    idle = worker()
-    os.kill(idle.pid or 0, signal.SIGKILL)
-    connection.wait([idle.sentinel], DEADLINE)
-    # the request may come before the death is noticed, and is refused then; it is not lost either way
-    refusals = [DIED]
-    while refusals[-1] == DIED:
-        planning.ask(FAR)
-        refusals.append(answer_of(planning).refused)
-    assert len(refusals) <= 3
-    assert "out of reach" in refusals[-1]
+    idle = planning.pid
+    assert_gives_way(idle)
+    assert idle is not None
+    os.kill(idle, signal.SIGKILL)
+    wait_for_end(idle)
+    planning.ask(FAR)
+    assert "out of reach" in answer_of(planning).refused
+    assert planning.pid != idle
 
 
 def test_closing_ends_a_plan_under_way(planning: PlanningProcess) -> None:
     planning.ask(NEAR)
-    process = worker()
+    process = planning.pid
+    assert process is not None
     planning.close()
-    assert process.exitcode is not None
-    assert multiprocessing.active_children() == []
-    assert planning.answer() is None
+    assert not Path(f"/proc/{process}").exists()
+    assert planning.pid is None and planning.answer() is None
 
 
 PARENT = f"""
-import multiprocessing, time
+import time
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.step import Drives
 from fivebar_control.planning.motion_queue import PlanningRequest
@@ -133,7 +199,7 @@ if __name__ == "__main__":
     planning.ask(PlanningRequest(*{tuple(NEAR)!r}))
     while planning.answer() is None:
         time.sleep(0.01)
-    print(multiprocessing.active_children()[0].pid, flush=True)
+    print(planning.pid, flush=True)
     time.sleep({DEADLINE})
 """
 
@@ -141,9 +207,7 @@ if __name__ == "__main__":
 def test_it_outlives_no_parent() -> None:
     parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None
-    orphan = os.pidfd_open(int(parent.stdout.readline()))
+    orphan = int(parent.stdout.readline())
     parent.kill()
     parent.wait()
-    # a pidfd is readable once its process has ended
-    assert select.select([orphan], [], [], DEADLINE)[0]
-    os.close(orphan)
+    wait_for_end(orphan)

@@ -1,0 +1,61 @@
+"""The planning process: answers what comes through the socket whose descriptor is its argument, one after the other."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+NICENESS = 10
+"""By how much the planning process gives way to others."""
+
+
+def main() -> None:
+    """Plan until the other end closes, in the middle of a plan too."""
+    connection = Connection(int(sys.argv[1]))
+    gives_way, processors, conditions = connection.recv()
+    with suppress(OSError):
+        os.sched_setaffinity(0, processors)
+    if gives_way:
+        _give_way()
+    orders: SimpleQueue[tuple[int, Any]] = SimpleQueue()
+    threading.Thread(target=_take, args=(connection, orders), name="orders", daemon=True).start()
+    # this takes a processor for half a second, and a plan for up to several
+    from fivebar_control.planning.planning_process import Planned, plan_once
+
+    if not gives_way:
+        _give_way()
+    connection.send((0, None))
+    while True:
+        number, order = orders.get()
+        try:
+            planned = plan_once(conditions, order)
+        except Exception as error:
+            # an error of the planner refuses this request and must not end the process
+            planned = Planned((), (), f"planning failed: {error!r}")
+        with suppress(OSError):
+            connection.send((number, planned))
+
+
+def _give_way() -> None:
+    """Let others come first, of other sessions too: the cycle may have no higher priority than any other process."""
+    os.nice(NICENESS)
+    with suppress(OSError):
+        Path("/proc/self/autogroup").write_text(str(NICENESS), encoding="ascii")
+
+
+def _take(connection: Connection, orders: SimpleQueue[tuple[int, Any]]) -> None:
+    """Put what comes into the queue, until the other end closes; then end the process."""
+    with suppress(EOFError, OSError):
+        while True:
+            orders.put(connection.recv())
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
