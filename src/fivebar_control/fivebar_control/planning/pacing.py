@@ -157,7 +157,7 @@ def slowest_pace(task: Task, course: Course) -> Plan | NoPace:
     plan = retimed(slow, borne.duration / LONGEST)
     reasons = task.judge(plan).reasons
     if reasons:
-        bound = "" if borne.duration == slowest else " with the declared loads"
+        bound = "" if borne.duration == slowed.path.duration else " with the declared loads"
         return NoPace(f"even in {plan.path.duration:.3g} s, the longest possible duration{bound}, {'; '.join(reasons)}")
     return plan
 

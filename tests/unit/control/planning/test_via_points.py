@@ -202,8 +202,17 @@ def test_what_cannot_be_is_refused_with_place_figure_and_remedy(
 
 def test_what_the_drives_cannot_do_round_the_corner_is_refused_by_the_screen(dextar: FiveBar) -> None:
     weak = limits_of(default_tuning(CONTROLLERS["unified"]), torque=0.3)
-    with pytest.raises(TransferRefused, match=r"by way of \(0\.0300, 0\.1400\) m.*reference torque is 0\.\d+ Nm at"):
+    expected = r"by way of \(0\.0300, 0\.1400\) m.*the longest possible duration, reference torque is 0\.\d+ Nm at"
+    with pytest.raises(TransferRefused, match=expected):
         transfer(dextar, (START, OVER_PARTS, OVER_BIN, GOAL), (0.01,), limits=weak)
+
+
+@pytest.mark.parametrize("radius", [0.013, 0.016, 0.019])
+def test_a_refusal_speaks_of_loads_only_where_some_are_declared(radius: float, dextar: FiveBar) -> None:
+    """Durations that time near the locus bounds, which a plan has up to rounding only."""
+    weak = limits_of(default_tuning(CONTROLLERS["unified"]), torque=0.2)
+    with pytest.raises(TransferRefused, match=r"the longest possible duration, reference torque is 0\.43\d Nm at"):
+        transfer(dextar, IN_CORNER, (radius,), limits=weak)
 
 
 def test_the_planning_process_hands_out_the_motion_that_was_judged() -> None:
