@@ -65,7 +65,7 @@ class LeftError(NamedTuple):
     tolerance_zero: float
 
 
-class Crossed(NamedTuple):
+class BeforeAndAfter(NamedTuple):
     """A crossing of a robot with its file as drawn and as calibrated."""
 
     before: SweepRow
@@ -131,12 +131,12 @@ def rigs_of(plant: dict[str, Any], result: CalibrationResult, file: Path) -> tup
     )
 
 
-def crossed(seed: int, robot: int, crossings: int) -> tuple[LeftError, list[Crossed]]:
+def crossed(seed: int, robot: int, crossings: int) -> tuple[LeftError, list[BeforeAndAfter]]:
     """Return what calibration leaves of a robot, and its first crossings that are accepted once it is calibrated."""
     plant = printed_robot(seed, robot)
     bias = np.random.default_rng((seed, robot, GYROSCOPE)).uniform(-GYRO_BIAS, GYRO_BIAS)
     result = calibrated(plant, bias)
-    done: list[Crossed] = []
+    done: list[BeforeAndAfter] = []
     with tempfile.TemporaryDirectory() as folder:
         for rig in rigs_of(plant, result, Path(folder) / "calibrated.yaml"):
             RIGS[rig.name] = rig
@@ -147,7 +147,7 @@ def crossed(seed: int, robot: int, crossings: int) -> tuple[LeftError, list[Cros
             (after,) = run_case(seed, number, AFTER, ("unified",))
             if after.status == FEASIBLE:
                 (before,) = run_case(seed, number, BEFORE, ("unified",))
-                done.append(Crossed(before, after))
+                done.append(BeforeAndAfter(before, after))
     return left_error(result), done
 
 
@@ -197,7 +197,7 @@ def main() -> None:
     parser.add_argument("--crossings", type=int, default=10, help="of each robot, that are accepted after calibration")
     given = parser.parse_args()
     left: list[LeftError] = []
-    done: list[Crossed] = []
+    done: list[BeforeAndAfter] = []
     for robot in range(given.robots):
         one, crossings = crossed(given.seed, robot, given.crossings)
         left.append(one)
