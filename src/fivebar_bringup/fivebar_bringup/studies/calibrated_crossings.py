@@ -81,6 +81,11 @@ def printed_robot(seed: int, number: int) -> dict[str, Any]:
     return dict(zip(names, scales, strict=True)) | lasting
 
 
+def gyro_bias(seed: int, number: int) -> float:
+    """Return the bias (rad/s) of a robot's gyroscope while it is calibrated."""
+    return float(np.random.default_rng((seed, number, GYROSCOPE)).uniform(-GYRO_BIAS, GYRO_BIAS))
+
+
 def calibrated(plant: dict[str, Any], bias: float) -> CalibrationResult:
     """Return the calibration of a robot with a gyroscope of this bias (rad/s) from both motions by hand."""
     result: CalibrationResult | None = None
@@ -131,24 +136,33 @@ def rigs_of(plant: dict[str, Any], result: CalibrationResult, file: Path) -> tup
     )
 
 
-def crossed(seed: int, robot: int, crossings: int) -> tuple[LeftError, list[BeforeAndAfter]]:
-    """Return what calibration leaves of a robot, and its first crossings that are accepted once it is calibrated."""
-    plant = printed_robot(seed, robot)
-    bias = np.random.default_rng((seed, robot, GYROSCOPE)).uniform(-GYRO_BIAS, GYRO_BIAS)
-    result = calibrated(plant, bias)
+def crossed(
+    seed: int, robot: int, plant: dict[str, Any], result: CalibrationResult, crossings: int
+) -> list[BeforeAndAfter]:
+    """Return the first so many crossings of a robot that are accepted once it is calibrated.
+
+    Args:
+        seed, robot: number of both; each robot has motions of its own.
+        plant: the robot.
+        result: its calibration.
+        crossings: how many.
+    """
     done: list[BeforeAndAfter] = []
     with tempfile.TemporaryDirectory() as folder:
-        for rig in rigs_of(plant, result, Path(folder) / "calibrated.yaml"):
-            RIGS[rig.name] = rig
-        # motions of their own, and the same in both
-        for number in itertools.count(1000 * (robot + 1)):
-            if len(done) == crossings:
-                break
-            (after,) = run_case(seed, number, AFTER, ("unified",))
-            if after.status == FEASIBLE:
-                (before,) = run_case(seed, number, BEFORE, ("unified",))
-                done.append(BeforeAndAfter(before, after))
-    return left_error(result), done
+        rigs = {rig.name: rig for rig in rigs_of(plant, result, Path(folder) / "calibrated.yaml")}
+        RIGS.update(rigs)
+        try:
+            for number in itertools.count(1000 * (robot + 1)):
+                if len(done) == crossings:
+                    break
+                (after,) = run_case(seed, number, AFTER, ("unified",))
+                if after.status == FEASIBLE:
+                    (before,) = run_case(seed, number, BEFORE, ("unified",))
+                    done.append(BeforeAndAfter(before, after))
+        finally:
+            for name in rigs:
+                del RIGS[name]
+    return done
 
 
 def within(row: SweepRow) -> bool:
@@ -199,11 +213,13 @@ def main() -> None:
     left: list[LeftError] = []
     done: list[BeforeAndAfter] = []
     for robot in range(given.robots):
-        one, crossings = crossed(given.seed, robot, given.crossings)
-        left.append(one)
+        plant = printed_robot(given.seed, robot)
+        result = calibrated(plant, gyro_bias(given.seed, robot))
+        crossings = crossed(given.seed, robot, plant, result, given.crossings)
+        left.append(left_error(result))
         done += crossings
         good = sum(within(crossing.after) for crossing in crossings)
-        print(f"robot {robot}: {one}; {good} of {len(crossings)} within 2 mm", flush=True)
+        print(f"robot {robot}: {left[-1]}; {good} of {len(crossings)} within 2 mm", flush=True)
     print(*_left_text(left), sep="\n")
     print(_run_text("after", [one.after for one in done]))
     planned = [one.before for one in done if one.before.controller]
