@@ -247,6 +247,10 @@ FOR_ELASTIC = {
 """Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
 by 0.2 rad/s where they swing at 60 Hz."""
 
+NO_OBSERVER = {"observer_rate": 0.0}
+"""Of `unified`, for transmissions that bend: torque bends them, the estimate follows, and what the law's own observer makes
+of that is torque again. The estimator has disturbances of its own."""
+
 FOR_BLENDED = {"ekf": {"disturbance_rate": 1.0}}
 """The blended controllers have no observer of their own and compensate what the estimator finds. At 0.1 Nm per root s
 that comes too late for a load or a wrong torque constant: they bear less than from encoders alone."""
@@ -292,9 +296,8 @@ FOR_PRINTED = {
 """`FOR_ELASTIC` with torques in proportion to those of the bench's crossing and forces to the mass of its platform. The
 transmissions bend by 1 mrad under 0.03 Nm."""
 
-PRINTED_LAW = {"kp": 3600.0, "kd": 120.0, "weight": 250.0, "observer_rate": 0.0}
-"""Of `unified`: a third of the robot's own weight, and no observer beside that of the estimator. Torque bends the
-transmissions, and what the observer makes of that is torque again."""
+PRINTED_LAW = {"kp": 3600.0, "kd": 120.0, "weight": 250.0, **NO_OBSERVER}
+"""Of `unified`: a third of the robot's own weight, and no observer beside that of the estimator."""
 
 
 def for_bench(spread: RobotDistribution) -> dict[str, Mapping[str, Any]]:
@@ -342,7 +345,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {GOOD.words()}",
             NOT_HERE,
             GOOD,
-            sections=with_gyro(GOOD, FOR_ELASTIC, gains(3600.0, 120.0)),
+            sections=with_gyro(GOOD, FOR_ELASTIC, gains(3600.0, 120.0) | NO_OBSERVER),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
