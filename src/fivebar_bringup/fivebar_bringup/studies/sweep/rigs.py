@@ -248,8 +248,8 @@ FOR_ELASTIC = {
 by 0.2 rad/s where they swing at 60 Hz."""
 
 NO_OBSERVER = {"observer_rate": 0.0}
-"""Of `unified`, for transmissions that bend: torque bends them, the estimate follows, and what the law's own observer makes
-of that is torque again. The estimator has disturbances of its own."""
+"""Of `unified`, for transmissions that bend: torque bends them, the estimate follows, and what the law's own observer
+makes of that is torque again. The estimator has disturbances of its own."""
 
 FOR_BLENDED = {"ekf": {"disturbance_rate": 1.0}}
 """The blended controllers have no observer of their own and compensate what the estimator finds. At 0.1 Nm per root s
