@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -110,6 +111,18 @@ def check(name: str, folder: Path, inputs: st.SearchStrategy[bytes]) -> None:
 @pytest.mark.parametrize("name", PARSERS)
 def test_the_inputs_that_others_are_made_of_are_understood(name: str, tmp_path: Path) -> None:
     assert all(understand_or_refuse(PARSERS[name], seed, tmp_path) for seed in PARSERS[name].seeds)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("touched", b"points:\n? - {time: 0.0}\n"),
+        ("content-Scenario", b'{"name": "s", "waypoints": [], "working_modes": []}'),
+        ("bag-metadata", re.sub(rb"message_count: \d+", b"message_count: ?3", PARSERS["bag-metadata"].seeds[0])),
+    ],
+)
+def test_what_was_neither_understood_nor_refused_once_is_refused(name: str, content: bytes, tmp_path: Path) -> None:
+    assert not understand_or_refuse(PARSERS[name], content, tmp_path)
 
 
 @pytest.mark.parametrize("model", FILES, ids=lambda model: model.__name__)

@@ -191,6 +191,21 @@ class Scenario(StrictModel):
         return self
 
     @model_validator(mode="after")
+    def _starts_somewhere(self) -> Scenario:
+        seen = self.start == SEEN
+        if len(self.waypoints) < (1 if seen else 2):
+            raise ValueError(f"waypoints: {len(self.waypoints)} given: expected at least {'one' if seen else 'two'}")
+        if not seen:
+            return self
+        if self.working_modes is not None:
+            raise ValueError("start: seen: the working mode is not known before: expected no working_modes")
+        if not (self.estimated and self.camera.on and self.camera.pictures):
+            raise ValueError("start: seen: expected estimator ekf, and camera: {on: true} with pictures")
+        if self.stands is None:
+            raise ValueError("start: seen: expected stands, where the simulated robot is put")
+        return self
+
+    @model_validator(mode="after")
     def _may_meet_type1(self) -> Scenario:
         if self.working_modes is None:
             return self
@@ -215,21 +230,6 @@ class Scenario(StrictModel):
             raise ValueError(
                 "working_modes: estimator ekf follows the platform in one working mode: expected estimator none"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _starts_somewhere(self) -> Scenario:
-        seen = self.start == SEEN
-        if len(self.waypoints) < (1 if seen else 2):
-            raise ValueError(f"waypoints: {len(self.waypoints)} given: expected at least {'one' if seen else 'two'}")
-        if not seen:
-            return self
-        if self.working_modes is not None:
-            raise ValueError("start: seen: the working mode is not known before: expected no working_modes")
-        if not (self.estimated and self.camera.on and self.camera.pictures):
-            raise ValueError("start: seen: expected estimator ekf, and camera: {on: true} with pictures")
-        if self.stands is None:
-            raise ValueError("start: seen: expected stands, where the simulated robot is put")
         return self
 
     def durations(self) -> tuple[float, ...]:

@@ -77,8 +77,9 @@ def parse_yaml(text: str, source: str) -> object:
         # without advice to programmers, and of a key given twice without its values, which can be sections
         problem = _one_line(error.problem or error.context).partition(" with value")[0]
         raise InputError(f"{source}: is not valid YAML: {place}{problem}") from error
-    except (YAMLError, ValueError) as error:
-        # a ValueError comes of a date without such a day, or of a wrong tag such as `!!int x`
+    except (YAMLError, ValueError, TypeError) as error:
+        # a ValueError comes of a date without such a day, or of a wrong tag such as `!!int x`; a TypeError of a key
+        # that is a sequence of mappings
         raise InputError(f"{source}: is not valid YAML: {_one_line(error)}") from error
     except RecursionError as error:
         raise InputError(f"{source}: is nested too deeply") from error

@@ -60,4 +60,4 @@ def _read(directory: Path) -> tuple[dict[str, RawTopic], dict[str, str], int]:
             topic = topics[connection.topic]
             topic.log_times.append(log_time)
             topic.messages.append(data)
-        return topics, dict(reader.storage.metadata.custom or {}), reader.message_count
+        return topics, dict(reader.storage.metadata.custom or {}), int(reader.message_count)
