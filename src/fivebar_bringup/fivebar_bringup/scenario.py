@@ -190,6 +190,7 @@ class Scenario(StrictModel):
         self.tuned()
         return self
 
+    # before what looks at the first waypoint
     @model_validator(mode="after")
     def _starts_somewhere(self) -> Scenario:
         seen = self.start == SEEN

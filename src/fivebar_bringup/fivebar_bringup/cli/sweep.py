@@ -130,7 +130,7 @@ def sweep(
 
 
 def _one_case(
-    number: int, seed: int | None, chosen_ones: tuple[str, ...] | None, out: Path | None, as_json: bool, rig: str
+    number: int, seed: int | None, names: tuple[str, ...] | None, out: Path | None, as_json: bool, rig: str
 ) -> None:
     """Print a case, and write its scenarios and figures with --out.
 
@@ -142,7 +142,7 @@ def _one_case(
     from fivebar_bringup.studies.sweep.running import SWEPT
     from fivebar_bringup.studies.sweep.single import rows_of, save_case
 
-    controllers = SWEPT if chosen_ones is None else chosen_ones
+    controllers = SWEPT if names is None else names
     number_seed = DEFAULT_SEED if seed is None else seed
     rows = rows_of(number_seed, number, controllers, rig)
     written = [] if out is None else save_case(number_seed, number, controllers, out, rig)

@@ -38,7 +38,7 @@ from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
 from fivebar_description.strict_yaml import validate, yaml_text
 
 MOTIONS = ("motkin_calibration", "motkin_calibration_below")
-"""Above and below the motors' line: what one of them leaves open of the elbow gap the other one tells."""
+"""Above and below the motors' line: what one of them leaves open of the elbow gap is found from the other."""
 
 BEFORE, AFTER = "printed robot before", "printed robot after"
 """Rigs of one robot each, known to the sweep while it crosses."""

@@ -89,9 +89,9 @@ class ProgramRun:
         content: dict[str, Any] = {"state": self.state.value, "program": self.name}
         if at is not None:
             content |= {"step": at.number, "line": at.line, "rounds": [list(one) for one in at.rounds]}
-            # via points are told of moves that have them
-            told = {key: value for key, value in at.action._asdict().items() if value != ()}
-            content["action"] = {type(at.action).__name__: told}
+            # only moves with via points report these
+            fields = {key: value for key, value in at.action._asdict().items() if value != ()}
+            content["action"] = {type(at.action).__name__: fields}
         content |= {"done": self._next, "of": len(self._instructions)}
         if self.reason:
             content["reason"] = self.reason

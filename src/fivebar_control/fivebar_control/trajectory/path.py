@@ -14,7 +14,7 @@ from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
-from fivebar_control.trajectory.time_law import TimeLaw, progress
+from fivebar_control.trajectory.time_law import TimeLaw, progress, time_fraction
 
 
 class Segment(NamedTuple):
@@ -36,6 +36,10 @@ class Segment(NamedTuple):
         """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""
         dx, dy = self.end_x - self.start_x, self.end_y - self.start_y
         return Platform(self.start_x + dx * s, self.start_y + dy * s, dx * ds, dy * ds, dx * dds, dy * dds)
+
+    def time_at(self, s: float) -> float:
+        """Return when the platform has gone a share of the way (s)."""
+        return self.start_time + time_fraction(self.time_law, s) * self.duration
 
     def line(self) -> Line:
         """Return the segment as a line."""

@@ -26,7 +26,6 @@ from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
 from fivebar_control.trajectory.refusal import place
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment, radii_at, stretches
-from fivebar_control.trajectory.time_law import time_fraction
 from fivebar_control.trajectory.type1 import (
     TYPE_1_CLEARANCE,
     Meeting,
@@ -452,7 +451,7 @@ def _crossing(
     zone_time: float,
     fixed_epsilon: float | None,
 ) -> Crossing:
-    time = segment.start_time + time_fraction(segment.time_law, s) * segment.duration
+    time = segment.time_at(s)
     reference = segment.at(time)
     state = state_from_platform(robot, mode1, mode2, reference.x, reference.y, reference.vx, reference.vy)
     svd = parallel_svd(state)
