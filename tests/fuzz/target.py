@@ -1,4 +1,4 @@
-"""Lets libFuzzer, by way of Atheris, run on one parser: target.py NAME INPUTS FOLDER; `run.py` calls it.
+"""Lets libFuzzer, by way of Atheris, run on one parser: target.py NAME INPUTS KEPT FOLDER; `run.py` calls it.
 
 It changes inputs and keeps those that reach new lines of what is instrumented; JSON documents are changed as such.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import random
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -68,12 +67,12 @@ SCALARS: list[Any] = [
 WORDS = ["", "dextar", "../dextar", "os:path", "a.b:C", "null", "1e3", "on", "%s", "\x1b[0m", "\n", "²"]
 
 
-def main(name: str, inputs: int, kept: Path) -> None:
-    """Run so many inputs on a parser; libFuzzer ends the process."""
+def main(name: str, inputs: int, kept: Path, folder: Path) -> None:
+    """Run so many inputs on a parser, which has a folder for its files; libFuzzer ends the process."""
     parser = PARSERS[name]
     corpus, seeds = kept / "corpus", kept / "seeds"
-    for folder in (corpus, seeds):
-        folder.mkdir(parents=True, exist_ok=True)
+    for place in (corpus, seeds):
+        place.mkdir(parents=True, exist_ok=True)
     for number, seed in enumerate(parser.seeds):
         (seeds / str(number)).write_bytes(seed)
     options = [
@@ -85,9 +84,7 @@ def main(name: str, inputs: int, kept: Path) -> None:
         "-verbosity=0",
         "-print_final_stats=1",
     ]
-    memory = Path("/dev/shm")
-    with tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder:
-        run(parser, [*options, str(corpus), str(seeds)], Path(folder))
+    run(parser, [*options, str(corpus), str(seeds)], folder)
 
 
 def run(parser: Parser, options: list[str], folder: Path) -> None:
@@ -148,4 +145,4 @@ def anything(chance: random.Random, deepest: int = 2) -> Any:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]))
+    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]), Path(sys.argv[4]))
