@@ -35,7 +35,7 @@ class Preview:
         if planned is None or self._goal is None:
             return None
         goal, self._goal = self._goal, None
-        return answer_to(goal, planned.refused, planned.waypoints, planned.durations)
+        return answer_to(goal, planned.refused, planned.course.waypoints, planned.durations)
 
     def close(self) -> None:
         """End the planning."""

@@ -62,3 +62,7 @@ class Course(NamedTuple):
         # what short legs have been given is taken from the longest one
         samples[samples.index(max(samples))] += round(duration * rate_hz) - sum(samples)
         return tuple(number / rate_hz for number in samples)
+
+
+NOWHERE = Course(())
+"""Of a motion that there is not."""

@@ -14,15 +14,15 @@ from multiprocessing.connection import Connection, Pipe
 from typing import NamedTuple, cast
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.planning.course import NOWHERE, Course
 from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
-from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
 from fivebar_control.trajectory.path import AnySegment, Path
-from fivebar_control.trajectory.planner import QUINTIC, PlanRefused
+from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.loads import NO_LOADS, Loads
@@ -60,32 +60,23 @@ class Planned(NamedTuple):
     """The answer to a request: a motion, or the reason why there is none.
 
     Attributes:
-        waypoints: of its course (m).
+        refused: the reason, "" for none; then there is nothing else.
+        course: where it goes.
         durations: of the legs (s).
-        refused: the reason, "" for none.
-        blend_radius: at each waypoint between the first and the last (m), 0 for a rest.
-        time_law: of the planner, by which it is passed.
         segments: between rests, as planned: who follows them needs no planner.
     """
 
-    waypoints: tuple[Point, ...]
-    durations: tuple[float, ...]
-    refused: str
-    blend_radius: tuple[float, ...] = ()
-    time_law: str = QUINTIC
+    refused: str = ""
+    course: Course = NOWHERE
+    durations: tuple[float, ...] = ()
     segments: tuple[AnySegment, ...] = ()
-
-    @property
-    def rounded(self) -> bool:
-        """Whether the motion rounds a corner."""
-        return any(self.blend_radius)
 
     def path(self) -> Path:
         """Return the motion."""
         return Path(self.segments)
 
 
-DEAD = Planned((), (), "the planning process has died")
+DEAD = Planned("the planning process has died")
 
 
 class PlanningProcess:
@@ -229,17 +220,12 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             order.blend_radius or RESTS,
         )
     except (PlanRefused, InputError) as refusal:
-        return Planned((), (), str(refusal))
+        return Planned(str(refusal))
     wanted = min(conditions.held, LONGEST)
     bears = longest_hold(robot, transfer.plan, follower, conditions.torque_limit)
     if bears.time < wanted:
         return Planned(
-            (),
-            (),
             f"the last torque may be held for {wanted * 1e3:g} ms, the motion bears {bears.time * 1e3:g} ms of it at"
-            f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms",
+            f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms"
         )
-    course = transfer.course
-    return Planned(
-        course.waypoints, transfer.durations, "", course.blend_radius, course.time_law, transfer.plan.path.segments
-    )
+    return Planned("", transfer.course, transfer.durations, transfer.plan.path.segments)

@@ -37,7 +37,7 @@ def main() -> None:
             planned = plan_once(conditions, order)
         except Exception as error:
             # an error of the planner refuses this request and must not end the process
-            planned = Planned((), (), f"planning failed: {error!r}")
+            planned = Planned(f"planning failed: {error!r}")
         with suppress(OSError):
             connection.send((number, planned))
 

@@ -9,8 +9,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
-from fivebar_control.planning.planning_process import Planned, PlanningProcess
+from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
 from fivebar_control.ros.motion_parameters import DeclaredMotion
 from fivebar_description.interface import GOAL, GOAL_STATUS
@@ -115,18 +116,18 @@ class GoalServer:
             [goal.x, goal.y],
             first_sample=first,
             last_sample=self._arrival,
-            waypoints=[list(point) for point in planned.waypoints],
+            waypoints=[list(point) for point in planned.course.waypoints],
             durations_s=list(planned.durations),
-            **self._rounding(planned),
+            **self._rounding(planned.course),
         )
 
-    def _rounding(self, planned: Planned) -> dict[str, Any]:
+    def _rounding(self, course: Course) -> dict[str, Any]:
         """Return what else decides where a motion is at which time, if it rounds corners."""
-        if not planned.rounded:
+        if not course.rounded:
             return {}
         return {
-            "blend_radius": list(planned.blend_radius),
-            "time_law": planned.time_law,
+            "blend_radius": list(course.blend_radius),
+            "time_law": course.time_law,
             "payload_kg": self._planned_payload,
         }
 

@@ -96,7 +96,7 @@ def test_it_answers_one_request_after_the_other_in_the_process_started_beforehan
     started.start()
     started.ask(NEAR)
     first = answer_of(started)
-    assert first.refused == "" and first.waypoints == (NEAR.start, NEAR.goal)
+    assert first.refused == "" and first.course.waypoints == (NEAR.start, NEAR.goal)
     assert first.path().at(first.path().duration)[:2] == NEAR.goal
     started.ask(FAR)
     assert "out of reach" in answer_of(started).refused
@@ -165,7 +165,7 @@ def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: Plann
     os.kill(process, signal.SIGSTOP)
     planning.ask(NEAR)
     os.kill(process, signal.SIGKILL)
-    assert answer_of(planning) == Planned((), (), DIED)
+    assert answer_of(planning) == Planned(DIED)
     assert planning.pid is None and not planning.loading()
     planning.ask(NEAR)
     assert answer_of(planning).refused == ""

@@ -220,8 +220,8 @@ def test_the_planning_process_hands_out_the_motion_that_was_judged() -> None:
     points = (START, OVER_PARTS, OVER_BIN, GOAL)
     order = PlanningRequest(START, (1, -1), GOAL, -1, 0.0, payload=0.1, via=points[1:-1], blend_radius=(0.01, 0.01))
     planned = plan_order(Conditions("dextar", RATE_HZ, 2.0, 50.0), order)
-    assert (planned.refused, planned.waypoints, planned.blend_radius) == ("", points, (0.01, 0.01))
-    assert (planned.time_law, planned.rounded) == (OPTIMAL, True)
+    assert (planned.refused, planned.course.waypoints, planned.course.blend_radius) == ("", points, (0.01, 0.01))
+    assert (planned.course.time_law, planned.course.rounded) == (OPTIMAL, True)
     sent, kept = pickle.loads(pickle.dumps(planned)).path(), planned.path()
     assert sent.duration == kept.duration == pytest.approx(sum(planned.durations), abs=1e-12)
     for sample in range(kept.samples(RATE_HZ) + 1):
@@ -231,5 +231,5 @@ def test_the_planning_process_hands_out_the_motion_that_was_judged() -> None:
 
 def test_a_request_without_via_points_goes_by_the_polynomials_of_its_waypoints_bit_for_bit() -> None:
     planned = plan_order(Conditions("dextar", RATE_HZ, 2.0, 50.0), PlanningRequest(START, (1, -1), GOAL, 0, 0.0))
-    assert not planned.rounded and planned.time_law == QUINTIC
-    assert planned.path().segments == Path.through(planned.waypoints, planned.durations).segments
+    assert not planned.course.rounded and planned.course.time_law == QUINTIC
+    assert planned.path().segments == Path.through(planned.course.waypoints, planned.durations).segments

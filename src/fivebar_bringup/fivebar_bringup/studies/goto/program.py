@@ -53,7 +53,7 @@ PROGRAM_FILE = "program.yaml"
 """The program as carried out, in the directory of its run."""
 
 
-STILL = Planned((), (), "")
+STILL = Planned()
 """What is planned where nothing moves."""
 
 
@@ -139,7 +139,7 @@ def plan_program(
             if planned.refused:
                 raise InputError(f"{source}: {instruction.place}: {planned.refused}")
             steps.append(PlannedStep(instruction, sum(planned.durations), planned))
-            at = planned.waypoints[-1]
+            at = planned.course.waypoints[-1]
         elif isinstance(action, Carry):
             payload = action.payload
             steps.append(PlannedStep(instruction, SETTLING))
@@ -179,10 +179,10 @@ def steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
             "rounds": [list(one) for one in step.instruction.rounds],
             "does": words_of(step.instruction),
             "duration_s": step.duration,
-            "waypoints": [list(point) for point in step.planned.waypoints],
+            "waypoints": [list(point) for point in step.planned.course.waypoints],
             "durations_s": list(step.planned.durations),
-            "blend_radius": list(step.planned.blend_radius),
-            "time_law": step.planned.time_law if step.planned.waypoints else None,
+            "blend_radius": list(step.planned.course.blend_radius),
+            "time_law": step.planned.course.time_law if step.planned.course.waypoints else None,
         }
         for step in steps
     ]
@@ -225,9 +225,10 @@ def run_program(
         RunFailed: the run left no bag that can be reported on.
     """
     first = steps[0].planned
-    update: dict[str, Any] = {"waypoints": first.waypoints, "segment_duration": first.durations}
-    if first.rounded:
-        update |= {"blend_radius": first.blend_radius, "time_law": first.time_law}
+    course = first.course
+    update: dict[str, Any] = {"waypoints": course.waypoints, "segment_duration": first.durations}
+    if course.rounded:
+        update |= {"blend_radius": course.blend_radius, "time_law": course.time_law}
     timed = scenario.model_copy(update=update)
     run = new_run_directory(out, timed)
     file = run.path / PROGRAM_FILE
