@@ -41,7 +41,6 @@ from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import (
     FiveBar,
-    Positive,
     known_sensors_of,
     load_robot,
     loads_of,
@@ -52,6 +51,7 @@ from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
+from fivebar_description.sizes import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.effects.mechanism import actual_robot

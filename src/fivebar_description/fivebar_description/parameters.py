@@ -15,13 +15,10 @@ from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.settings import Section
 from fivebar_description.share import share_file, yaml_path
+from fivebar_description.sizes import Centre, Coulomb, Length, NoneOrWeighed, Residual, Torque, Weighed, Width
 from fivebar_description.strict_yaml import StrictModel
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.tuning import NO_TUNING, Tuning
-
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-
 
 Place = Annotated[tuple[float, float], Field(strict=False)]
 
@@ -93,44 +90,44 @@ class Grouped(NamedTuple):
 class Lengths(StrictModel):
     """Section `lengths_m`."""
 
-    a: Positive
-    l_11: Positive
-    l_12: Positive
-    l_21: Positive
-    l_22: Positive
+    a: Length
+    l_11: Length
+    l_12: Length
+    l_21: Length
+    l_22: Length
 
 
 class Inertias(StrictModel):
     """Section `inertias_kg_m2`: grouped inertias about the motor axes, residual inertias of the distal links."""
 
-    zz_11R: Positive
-    zz_21R: Positive
-    zz_12R: float = 0.0
-    zz_22R: float = 0.0
+    zz_11R: Weighed
+    zz_21R: Weighed
+    zz_12R: Residual = 0.0
+    zz_22R: Residual = 0.0
 
 
 class Mass(StrictModel):
     """Section `mass_kg`: the platform mass."""
 
-    m: Positive
+    m: Weighed
 
 
 class Friction(StrictModel):
     """Section `friction`: 1.32 per motor, and the width of its smoothing."""
 
-    f_s11: NotNegative
-    f_s21: NotNegative
-    f_off11: float
-    f_off21: float
-    width_rad_s: Positive
+    f_s11: Coulomb
+    f_s21: Coulomb
+    f_off11: Torque
+    f_off21: Torque
+    width_rad_s: Width
 
 
 class CoggingHarmonic(StrictModel):
     """A harmonic of a motor's cogging, as `identify --cogging` finds it: the torque (Nm) that compensates it."""
 
     periods: Annotated[int, Field(ge=1, le=1000)]
-    cosine: float
-    sine: float
+    cosine: Torque
+    sine: Torque
 
 
 Harmonics = Annotated[tuple[CoggingHarmonic, ...], Field(strict=False, max_length=2)]
@@ -149,17 +146,17 @@ NO_COGGING = MotorCogging()
 class ProximalLink(StrictModel):
     """A proximal link with all that turns with its motor: mass, centre of mass from the axis, inertia about that."""
 
-    mass_kg: Positive
-    centre_m: float
-    inertia_kg_m2: NotNegative
+    mass_kg: Weighed
+    centre_m: Centre
+    inertia_kg_m2: NoneOrWeighed
 
 
 class DistalLink(StrictModel):
     """A distal link as it was weighed: its mass, its centre of mass from the elbow, its inertia about that centre."""
 
-    mass_kg: Positive
-    centre_m: NotNegative
-    inertia_kg_m2: Positive
+    mass_kg: Weighed
+    centre_m: Annotated[Centre, Field(ge=0.0)]
+    inertia_kg_m2: Weighed
 
 
 class ProximalLinks(StrictModel):
@@ -179,8 +176,8 @@ class DistalLinks(StrictModel):
 class EndEffector(StrictModel):
     """Section `end_effector` beside the links: mass at the platform point, inertia of what turns with leg 2 there."""
 
-    mass_kg: NotNegative
-    inertia_kg_m2: NotNegative = 0.0
+    mass_kg: NoneOrWeighed
+    inertia_kg_m2: NoneOrWeighed = 0.0
 
 
 class Links(NamedTuple):
