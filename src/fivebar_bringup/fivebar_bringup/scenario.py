@@ -14,9 +14,9 @@ from pydantic import Field, model_validator
 
 from fivebar_bringup.scenario_format import SCENARIO_RULES
 from fivebar_bringup.sizes import with_sizes
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
-from fivebar_control.estimation.step import Drives
 from fivebar_control.laws.adaptive_gain import AdaptiveGain
 from fivebar_control.laws.ctc import CtcSettings
 from fivebar_control.laws.gains import Gains
@@ -39,14 +39,7 @@ from fivebar_description.forbidden import NamedBounds, bounds_in, named_bounds, 
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import (
-    FiveBar,
-    known_sensors_of,
-    load_robot,
-    loads_of,
-    read_robot,
-    tolerances_of,
-)
+from fivebar_description.parameters import FiveBar, known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
-from fivebar_control.planning.feasibility import LOADS, Feasibility, displaced, is_predictable, screen_run
+from fivebar_control.planning.feasibility import displaced, is_predictable, screen_run
+from fivebar_control.planning.figures import LOADS, Feasibility
 from fivebar_control.planning.limits import MotionLimits, limits_of_given, reach_within
 from fivebar_control.planning.pacing import Borne, longest_within
 from fivebar_control.trajectory.planner import Plan, PlanRefused

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_model_of
 from fivebar_bringup.simulation.settings import cycle_settings
-from fivebar_control.estimation.step import EstimatorModel
+from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings

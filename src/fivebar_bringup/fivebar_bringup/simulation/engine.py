@@ -20,7 +20,8 @@ from fivebar_bringup.simulation.robot import (
     start_with_effects,
 )
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
-from fivebar_control.estimation.step import first_update, next_update, prediction, with_motors
+from fivebar_control.estimation.readings import with_motors
+from fivebar_control.estimation.step import first_update, next_update, prediction
 from fivebar_control.laws.law import Step
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.setup import first_memory, steps_of

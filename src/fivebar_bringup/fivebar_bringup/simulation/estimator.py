@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, StateEstimator
-from fivebar_control.estimation.step import Drives, EstimatorModel, estimator_model
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder

@@ -31,15 +31,8 @@ from fivebar_bringup.simulation.outcome import (
     TraceRow,
 )
 from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
-from fivebar_control.estimation.step import (
-    first_update,
-    next_update,
-    prediction,
-    with_elbow,
-    with_motors,
-    with_rate,
-    with_seen,
-)
+from fivebar_control.estimation.readings import with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.step import first_update, next_update, prediction
 from fivebar_control.laws.law import no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO

@@ -9,15 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
+from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.estimator import EstimatorSteps
-from fivebar_control.estimation.step import (
-    EstimatorMemory,
-    EstimatorModel,
-    Prediction,
-    Update,
-    next_update,
-    prediction,
-)
+from fivebar_control.estimation.readings import EstimatorMemory
+from fivebar_control.estimation.step import Prediction, Update, next_update, prediction
 
 # the compiled engine has them too
 kept_by_itself(next_update)

@@ -14,27 +14,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import FrozenWatch
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, check_encoders, seen_assembly
 from fivebar_control.estimation.mirror import ambiguity_reason
+from fivebar_control.estimation.readings import EstimatorMemory, Misfit, with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import (
-    Drives,
-    EstimatorMemory,
-    EstimatorModel,
-    Misfit,
     Prediction,
     Update,
-    estimator_model,
     first_update,
     inconsistency_reason,
     next_update,
     prediction,
-    with_elbow,
-    with_motors,
-    with_rate,
-    with_seen,
 )
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry

@@ -16,12 +16,12 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_control.estimation.constants import Drives, history_samples
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, PositionFix, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
 from fivebar_control.estimation.resting import MotorReading, Resting
-from fivebar_control.estimation.step import Drives, history_samples
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
 from fivebar_control.vision.reading import PlatformReading, used
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings

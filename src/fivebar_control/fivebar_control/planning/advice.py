@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.planning.feasibility import UNCERTAINTY, WRONG_MODE, Feasibility, with_sensing
+from fivebar_control.planning.feasibility import with_sensing
+from fivebar_control.planning.figures import UNCERTAINTY, WRONG_MODE, Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.predicted_run import predict_run

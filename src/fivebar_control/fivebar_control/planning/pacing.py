@@ -10,9 +10,11 @@ from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.feasibility import Feasibility, displaced, dwells_near_locus, screen, screen_run
+from fivebar_control.planning.feasibility import displaced, screen, screen_run
+from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.planning.reference_scan import dwells_near_locus
 from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Path

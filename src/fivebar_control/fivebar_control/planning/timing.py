@@ -9,7 +9,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.feasibility import Feasibility
+from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.pacing import Pace, Task, pace_of
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 

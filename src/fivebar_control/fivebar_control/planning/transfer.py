@@ -17,15 +17,10 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.feasibility import Feasibility
+from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import NoPace, Task, slowest_pace
-from fivebar_control.planning.postures import (
-    assembly_problem,
-    mode_name,
-    place_at,
-    rest_problem,
-)
+from fivebar_control.planning.postures import assembly_problem, mode_name, place_at, rest_problem
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.planning.sight import Point, look_along

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.step import Drives
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.planning_process import Conditions
 from fivebar_control.planning.predicted_estimate import Sensing

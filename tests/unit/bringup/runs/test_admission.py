@@ -20,15 +20,7 @@ from fivebar_bringup.scenario import Scenario, load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_control.planning.feasibility import (
-    ERROR,
-    MODE_CHANGES,
-    NEAREST,
-    REQUEST,
-    TORQUE,
-    UNCERTAINTY,
-    WRONG_MODE,
-)
+from fivebar_control.planning.figures import ERROR, MODE_CHANGES, NEAREST, REQUEST, TORQUE, UNCERTAINTY, WRONG_MODE
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.strict_yaml import InputError

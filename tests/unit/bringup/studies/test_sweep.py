@@ -27,7 +27,7 @@ from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_bat
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
 from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
-from fivebar_control.planning.feasibility import Figure
+from fivebar_control.planning.figures import Figure
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.safety.stages import TRACKING_LOST
 from fivebar_description.parameters import load_robot

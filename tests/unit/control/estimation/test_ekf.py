@@ -10,6 +10,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.estimation.constants import Drives, estimator_model
 from fivebar_control.estimation.covariance import CLOCK, CONSIDERED, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
     STIFFNESS_LIMIT,
@@ -27,7 +28,8 @@ from fivebar_control.estimation.encoder import count_angle, first_angle
 from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.measurements import corrected, homed_belief
 from fivebar_control.estimation.platform_motion import acceleration_derivatives, leg_motion, platform_acceleration
-from fivebar_control.estimation.step import Drives, estimator_model, first_update, next_update, with_motors, with_rate
+from fivebar_control.estimation.readings import with_motors, with_rate
+from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.geometry import inverse_geometry

@@ -18,10 +18,10 @@ from scipy.stats import chi2
 
 from fivebar_bringup.scenario import Scenario, load_scenario
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
-from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_description.imu import ImuSettings

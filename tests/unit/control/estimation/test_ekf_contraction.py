@@ -10,17 +10,11 @@ from estimate_replay import encoder_scenario
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
+from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.ekf import EkfSettings, Estimate
 from fivebar_control.estimation.history import keep_belief
-from fivebar_control.estimation.step import (
-    EstimatorMemory,
-    EstimatorModel,
-    estimator_model,
-    first_update,
-    next_update,
-    with_motors,
-    with_rate,
-)
+from fivebar_control.estimation.readings import EstimatorMemory, with_motors, with_rate
+from fivebar_control.estimation.step import first_update, next_update
 from fivebar_description.tolerances import Tolerances
 
 PERTURBED = 150

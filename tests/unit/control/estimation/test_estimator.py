@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import JointEstimate, PositionFix, StateEstimator
 from fivebar_control.estimation.homing import homing_at
-from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import load_robot
 

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.covariance import CLOCK, PASSIVE
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, advanced, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.platform_motion import leg_motion
-from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import FiveBar, load_robot

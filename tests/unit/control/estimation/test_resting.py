@@ -6,11 +6,11 @@ import math
 
 import pytest
 
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at
 from fivebar_control.estimation.resting import REST_TIME, MotorReading, Resting
-from fivebar_control.estimation.step import Drives
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import load_robot
 

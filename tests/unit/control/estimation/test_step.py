@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model, history_samples
 from fivebar_control.estimation.ekf import Belief, EkfSettings, advanced, guessed, predicted
 from fivebar_control.estimation.encoder import MOST_REPETITIONS, Angle
 from fivebar_control.estimation.history import (
@@ -22,24 +23,8 @@ from fivebar_control.estimation.history import (
     row_of,
 )
 from fivebar_control.estimation.measurements import corrected, motor_speeds, seen_at, turn_rate
-from fivebar_control.estimation.step import (
-    Drives,
-    EstimatorMemory,
-    EstimatorModel,
-    Mean,
-    Misfit,
-    estimator_model,
-    first_update,
-    history_samples,
-    inconsistency_reason,
-    mean_of,
-    next_update,
-    prediction,
-    with_elbow,
-    with_motors,
-    with_rate,
-    with_seen,
-)
+from fivebar_control.estimation.readings import EstimatorMemory, Misfit, with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.step import Mean, first_update, inconsistency_reason, mean_of, next_update, prediction
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import load_robot

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
-from fivebar_control.estimation.step import Drives
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.plan_sample import planned_references

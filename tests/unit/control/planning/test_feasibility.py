@@ -11,7 +11,8 @@ from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.planning.feasibility import (
+from fivebar_control.planning.feasibility import screen
+from fivebar_control.planning.figures import (
     DIRECTION,
     DWELL,
     NEAREST,
@@ -22,10 +23,9 @@ from fivebar_control.planning.feasibility import (
     ZONE_STAY,
     Feasibility,
     Figure,
-    dwells_near_locus,
-    screen,
 )
 from fivebar_control.planning.limits import MotionLimits, Risk, exceeded_share, limits_of, limits_of_given, reach_within
+from fivebar_control.planning.reference_scan import dwells_near_locus
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_description.closed_loop import ClosedLoop

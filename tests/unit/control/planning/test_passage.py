@@ -15,7 +15,7 @@ from fivebar_bringup.studies.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.feasibility import LOADS
+from fivebar_control.planning.figures import LOADS
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
 from fivebar_control.planning.passage import displacement, exposure, unavoidable

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.step import Drives
 from fivebar_control.planning import planning_process
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess, plan_order
@@ -191,7 +191,7 @@ def test_closing_ends_a_plan_under_way(planning: PlanningProcess) -> None:
 PARENT = f"""
 import time
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.step import Drives
+from fivebar_control.estimation.constants import Drives
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Conditions, PlanningProcess
 if __name__ == "__main__":

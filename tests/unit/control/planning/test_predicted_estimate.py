@@ -8,13 +8,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from fivebar_control.estimation.constants import Drives, estimator_model
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.encoder import angle_variance, next_angle, repetitions
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import leg_motion
-from fivebar_control.estimation.step import Drives, estimator_model
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.planning.predicted_estimate import (

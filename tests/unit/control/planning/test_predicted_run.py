@@ -7,16 +7,8 @@ import math
 import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.planning.feasibility import (
-    ERROR,
-    MODE_CHANGES,
-    REQUEST,
-    TORQUE,
-    WITH_RESERVE,
-    Figure,
-    screen,
-    screen_run,
-)
+from fivebar_control.planning.feasibility import screen, screen_run
+from fivebar_control.planning.figures import ERROR, MODE_CHANGES, REQUEST, TORQUE, WITH_RESERVE, Figure
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
 from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, predict_run, stretches_of
 from fivebar_control.planning.reference_torque import limited_to

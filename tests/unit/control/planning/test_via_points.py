@@ -10,7 +10,7 @@ import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.feasibility import ERROR
+from fivebar_control.planning.figures import ERROR
 from fivebar_control.planning.limits import MotionLimits, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.pacing import Task

@@ -11,7 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.planning.feasibility import TORQUE, screen_run
+from fivebar_control.planning.feasibility import screen_run
+from fivebar_control.planning.figures import TORQUE
 from fivebar_control.planning.limits import limits_of
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from fivebar_bringup.runs.admission import screened
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.planning.feasibility import ERROR
+from fivebar_control.planning.figures import ERROR
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
 
 Point = tuple[float, float]

@@ -15,18 +15,8 @@ from fivebar_bringup.studies.sweep.drawing import RATE_HZ, VARIED, Draw, draw, p
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
-from fivebar_control.planning.feasibility import (
-    DWELL,
-    REST,
-    TORQUE,
-    Feasibility,
-    Figure,
-    only_torque,
-    screen,
-    with_prediction,
-    with_reserve,
-    with_sensing,
-)
+from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
+from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of
 from fivebar_control.planning.timing import SLOWER

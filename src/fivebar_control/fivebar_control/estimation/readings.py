@@ -1,0 +1,198 @@
+"""The estimator's memory, and how readings get into it: of the motors, and late ones of gyroscope, joint and camera."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.estimation.constants import EstimatorModel
+from fivebar_control.estimation.ekf import Belief
+from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, repetitions
+from fivebar_control.estimation.history import (
+    SAMPLE,
+    History,
+    belief_at,
+    entry_of,
+    keep_elbow,
+    keep_inputs,
+    keep_rate,
+    keep_seen,
+    row_of,
+)
+from fivebar_control.estimation.measurements import elbow_speed
+
+
+class Misfit(NamedTuple):
+    """Recent means of the squared innovations in units of their variances, about 1 where the robot is as believed.
+
+    Attributes:
+        encoders: of the motor encoders.
+        gyro: of the gyroscope.
+        elbow: of the passive joint's encoder.
+    """
+
+    encoders: float
+    gyro: float
+    elbow: float
+
+
+class EstimatorMemory(NamedTuple):
+    """State of the estimator from sample to sample.
+
+    Attributes:
+        belief: at the moment of the last readings.
+        newest: number of the last entry of the history.
+        last1, last2: last readings (rad).
+        before1, before2: readings before these (rad).
+        repeated1, repeated2: samples for which the last ones have been the same.
+        elbow: last reading of the passive joint's encoder (rad), NaN before the first.
+        elbow_repeated: readings for which it has been the same.
+        near: consecutive samples near the Type 2 locus.
+        misfit: recent mean of the squared innovations.
+        history: of the last samples, changed in place.
+    """
+
+    belief: Belief
+    newest: int
+    last1: float
+    last2: float
+    before1: float
+    before2: float
+    repeated1: int
+    repeated2: int
+    elbow: float
+    elbow_repeated: int
+    near: int
+    misfit: Misfit
+    history: History
+
+
+def with_motors(
+    memory: EstimatorMemory, sample: int, periods: int, q11: float, q21: float, tau1: float, tau2: float
+) -> EstimatorMemory:
+    """Return the memory with further motor readings, to be taken by `next_update`.
+
+    Args:
+        memory: of the readings before.
+        sample: of the readings.
+        periods: since the readings before; more than one over a gap.
+        q11, q21: readings (rad).
+        tau1, tau2: torques (Nm) that were applied throughout these periods.
+    """
+    newest = memory.newest + 1
+    keep_inputs(memory.history, newest, sample, periods, tau1, tau2)
+    return EstimatorMemory(
+        belief=memory.belief,
+        newest=newest,
+        last1=q11,
+        last2=q21,
+        before1=memory.last1,
+        before2=memory.last2,
+        repeated1=repetitions(memory.last1, memory.repeated1, q11),
+        repeated2=repetitions(memory.last2, memory.repeated2, q21),
+        elbow=memory.elbow,
+        elbow_repeated=memory.elbow_repeated,
+        near=memory.near,
+        misfit=memory.misfit,
+        history=memory.history,
+    )
+
+
+class Placed(NamedTuple):
+    """The memory with a late reading, and the entry of its history from which on `next_update` is to begin."""
+
+    memory: EstimatorMemory
+    start: int
+
+
+def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate: float) -> Placed:
+    """Add a gyroscope reading (rad/s).
+
+    It is put at the first sample at or after the moment at which it was made, by what is known and estimated of its
+    clock, and at the newest one at the latest. A reading of sample 0, or of one that is no longer in the history, is
+    left out.
+
+    Args:
+        model: constants.
+        memory: with the motor readings with which it came.
+        made: moment of its stamp, in samples.
+        rate: reading.
+    """
+    newest, rate_hz = memory.newest, model.rate_hz
+    stamp = made - model.gyro_clock * rate_hz
+    entry = entry_of(memory.history, newest, math.ceil(stamp - memory.belief.estimate.clock * rate_hz))
+    if entry == 0:
+        return Placed(memory, newest)
+    at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
+    keep_rate(memory.history, entry, rate, (stamp - at) / rate_hz)
+    return Placed(memory, entry)
+
+
+def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, reading: float) -> Placed:
+    """Add a reading (rad) of the passive joint's encoder, as `with_rate` does; readings come in their order.
+
+    One between two samples is moved to the later one by the speed that is expected.
+    """
+    newest, history = memory.newest, memory.history
+    entry = entry_of(history, newest, math.ceil(made))
+    if entry == 0:
+        return Placed(memory, newest)
+    speed = elbow_speed(model.filter, belief_at(history, entry - 1).estimate, model.elbow)
+    repeated = repetitions(memory.elbow, memory.elbow_repeated, reading)
+    if math.isnan(memory.elbow):
+        angle = first_angle(model.elbow_resolution, reading)
+    else:
+        angle = next_angle(model.elbow_resolution, model.elbow_rate, memory.elbow, repeated, reading, speed)
+    since = (float(history.inputs[row_of(history, entry), SAMPLE]) - made) / model.rate_hz
+    keep_elbow(history, entry, Angle(angle.value - model.elbow_zero + since * speed, angle.variance))
+    changed = EstimatorMemory(
+        belief=memory.belief,
+        newest=newest,
+        last1=memory.last1,
+        last2=memory.last2,
+        before1=memory.before1,
+        before2=memory.before2,
+        repeated1=memory.repeated1,
+        repeated2=memory.repeated2,
+        elbow=reading,
+        elbow_repeated=repeated,
+        near=memory.near,
+        misfit=memory.misfit,
+        history=history,
+    )
+    return Placed(changed, entry)
+
+
+def with_seen(
+    model: EstimatorModel, memory: EstimatorMemory, made: float, x: float, y: float, variance: float
+) -> Placed:
+    """Add a position (m) by the camera with the variance (m^2) that it says of itself, as `with_rate` does.
+
+    It is put at the sample before its exposure, and takes effect there: what followed is worked out again.
+    """
+    entry = entry_of(memory.history, memory.newest, math.floor(made))
+    if entry == 0:
+        return Placed(memory, memory.newest)
+    at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
+    lag = (made - at) / model.rate_hz
+    keep_seen(memory.history, entry, x, y, lag, max(variance, model.camera_variance))
+    return Placed(memory, entry)
+
+
+def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit) -> EstimatorMemory:
+    """Return a memory with another belief, number of samples near the locus, and misfit."""
+    return EstimatorMemory(
+        belief,
+        memory.newest,
+        memory.last1,
+        memory.last2,
+        memory.before1,
+        memory.before2,
+        memory.repeated1,
+        memory.repeated2,
+        memory.elbow,
+        memory.elbow_repeated,
+        near,
+        misfit,
+        memory.history,
+    )

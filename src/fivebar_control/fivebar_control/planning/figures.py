@@ -1,0 +1,102 @@
+"""The figures by which a motion is judged, and the verdict that they make together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fivebar_control.trajectory.refusal import place
+
+
+class Figure(NamedTuple):
+    """The worst of one quantity along a motion.
+
+    Attributes:
+        name: of the quantity, in words.
+        value, limit: in `unit`.
+        at_most: whether the limit is an upper one.
+        time: when (s since sample 0).
+        x, y: where (m).
+        unit: of value and limit, "" for none.
+    """
+
+    name: str
+    value: float
+    limit: float
+    at_most: bool
+    time: float
+    x: float
+    y: float
+    unit: str = ""
+
+    @property
+    def kept(self) -> bool:
+        """Whether the limit is kept; an undefined value keeps none."""
+        return self.value <= self.limit if self.at_most else self.value >= self.limit
+
+    def __str__(self) -> str:
+        """Return the figure in words: what, how much, where, when, and what was expected."""
+        unit = f" {self.unit}" if self.unit else ""
+        return (
+            f"{self.name} is {self.value:.3g}{unit} at {place(self.x, self.y)} after {self.time:.3f} s,"
+            f" expected at {'most' if self.at_most else 'least'} {self.limit:.3g}{unit}"
+        )
+
+
+(
+    TORQUE,
+    SPEED,
+    SERIAL,
+    DWELL,
+    ZONE_STAY,
+    REST,
+    DIRECTION,
+    NEAREST,
+    ERROR,
+    REQUEST,
+    MODE_CHANGES,
+    WRONG_MODE,
+    UNCERTAINTY,
+    LOADS,
+    WITH_RESERVE,
+) = (
+    "reference torque",
+    "motor speed",
+    "|sin q_i2|",
+    "time near the Type 2 locus",
+    "time in a blending zone",
+    "1/cond(A) at rest",
+    "|n.v1| where the path crosses the Type 2 locus",
+    "least 1/cond(A) under a law that is undefined on the Type 2 locus",
+    "predicted distance from the reference",
+    "predicted torque request",
+    "predicted number of unplanned changes of assembly mode",
+    "predicted probability of a wrong assembly mode within the tolerances",
+    "predicted position error within the tolerances",
+    "displacement by the declared loads where the path crosses the Type 2 locus",
+    "predicted distance from the reference without the reserve of torque",
+)
+"""Names of the figures."""
+
+
+FORBIDDEN = "time to the forbidden posture"
+"""How the names of the figures of forbidden postures begin."""
+
+
+class Feasibility(NamedTuple):
+    """The verdict on a motion: one figure per limit, the worst of the motion each."""
+
+    figures: tuple[Figure, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all limits are kept."""
+        return all(figure.kept for figure in self.figures)
+
+    @property
+    def reasons(self) -> list[str]:
+        """What is not kept, in words."""
+        return [str(figure) for figure in self.figures if not figure.kept]
+
+    def figure(self, name: str) -> Figure | None:
+        """Return a figure by its name; None where the motion has no such figure."""
+        return next((figure for figure in self.figures if figure.name == name), None)

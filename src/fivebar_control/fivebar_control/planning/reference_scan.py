@@ -1,0 +1,241 @@
+"""Evaluates a reference before the robot moves: where each quantity is worst along it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from scipy.optimize import brentq, minimize_scalar
+
+from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
+from fivebar_control.loop.supervisor import Supervisor
+from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
+from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, Figure
+from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.safety.forbidden import CLEAR, time_to_posture
+from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.rounded import RoundedSegment
+from fivebar_description.forbidden import NamedBounds
+from fivebar_description.parameters import FiveBar
+
+COARSE_SAMPLES = 200
+"""Samples per segment of the coarse pass; around crossings and extremes every sample is evaluated."""
+
+CLOSE_RANGE = 0.06
+"""Time (s) before and after a crossing in which every sample is evaluated."""
+
+BOUNDARY_TOLERANCE = 1e-6
+"""Time (s) to which beginning and end of a dwell near the locus are found."""
+
+FAR_FROM_FORBIDDEN = 1.0
+"""Times (s) to a forbidden posture are not reported beyond this one."""
+
+NEAR_PASS = 2.0 * NEAR_LOCUS
+"""Below this kappa every sample around a local minimum is evaluated."""
+
+
+class ReferenceSample(NamedTuple):
+    """The reference at one sample: torque (Nm), speed (rad/s), |sin q_i2|, kappa, place (m)."""
+
+    torque: float
+    speed: float
+    serial: float
+    kappa: float
+    x: float
+    y: float
+
+
+class Dwell(NamedTuple):
+    """A stretch of time (s) during which kappa is below a bound."""
+
+    start: float
+    end: float
+
+
+def dwells_near_locus(robot: FiveBar, plan: Plan, rate_hz: int) -> list[Dwell]:
+    """Return when a motion is near the Type 2 locus: at its crossings, and where it comes close without crossing."""
+    return ReferenceScan(robot, plan, rate_hz, default_tuning(CONTROLLERS["unified"])).dwells(NEAR_LOCUS)
+
+
+class ReferenceScan:
+    """The reference of a plan at the controllers' samples, each evaluated once, and the extremes of its quantities."""
+
+    def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController) -> None:
+        """Evaluate it coarsely, and every sample where it comes near the locus."""
+        self._robot, self._plan, self._rate_hz = robot, plan, rate_hz
+        self._needed = ReferenceTorque(robot, plan, rate_hz, follower)
+        self._blended = follower.controller.blended
+        self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
+        self._last = plan.path.samples(rate_hz)
+        self._seen: dict[int, ReferenceSample] = {}
+        self._coarse = self._with_near_passes(self._coarse_samples())
+
+    def worst(self, name: str, field: str, limit: float, at_most: bool, unit: str = "") -> Figure:
+        """Return the extreme of a field: every sample around that of the coarse pass is evaluated."""
+        sign = -1.0 if at_most else 1.0
+
+        def measure(sample: int) -> float:
+            value: float = getattr(self._sample(sample), field)
+            # an undefined figure is the worst
+            return -math.inf if math.isnan(value) else sign * value
+
+        first = self._coarse
+        place = min(range(len(first)), key=lambda index: measure(first[index]))
+        around = range(first[max(place - 1, 0)], first[min(place + 1, len(first) - 1)] + 1)
+        sample = min(around, key=measure)
+        seen = self._sample(sample)
+        return Figure(name, getattr(seen, field), limit, at_most, sample / self._rate_hz, seen.x, seen.y, unit)
+
+    def nearest_to(self, posture: NamedBounds) -> Figure:
+        """Return the least time in which the robot, if it went on as it moves, would be in a forbidden posture."""
+        times = [
+            (min(time_to_posture(posture.bounds, self._reference(t).state), FAR_FROM_FORBIDDEN), t)
+            for t in (sample / self._rate_hz for sample in self._coarse)
+        ]
+        left, t = min(times)
+        platform = self._plan.path.at(t)
+        name = f"{FORBIDDEN} {posture.name!r}"
+        return Figure(name, left, CLEAR, False, t, platform.x, platform.y, "s")
+
+    def worst_rest(self, limit: float) -> Figure:
+        """Return the rest with the least kappa."""
+        segments = self._plan.path.segments
+        times = [segment.start_time for segment in segments] + [self._plan.path.duration]
+        kappa, t = min((self._kappa(t), t) for t in times)
+        platform = self._plan.path.at(t)
+        return Figure(REST, kappa, limit, False, t, platform.x, platform.y)
+
+    def nearest_unguarded(self, limit: float) -> Figure | None:
+        """Return where the path is nearest to the locus outside of all zones; None where it is nowhere near.
+
+        Rests, turns and near passes are minima of kappa in time, which the samples need not meet.
+        """
+        found = [
+            (kappa, t) for kappa, t in self._minima() if kappa < NEAR_PASS and not (self._blended and self._guarded(t))
+        ]
+        if not found:
+            return None
+        kappa, t = min(found)
+        platform = self._plan.path.at(t)
+        return Figure(NEAREST, kappa, limit, False, t, platform.x, platform.y)
+
+    def _minima(self) -> list[tuple[float, float]]:
+        """Return the local minima of kappa near the locus and their times (s)."""
+        times = [sample / self._rate_hz for sample in self._coarse]
+        times[-1] = min(times[-1], self._plan.path.duration)
+        kappas = [self._kappa(t) for t in times]
+        minima = []
+        for index in (index for index in _local_minima(kappas) if kappas[index] < 2.0 * NEAR_PASS):
+            low, high = times[max(index - 1, 0)], times[min(index + 1, len(times) - 1)]
+            refined = minimize_scalar(
+                self._kappa, bounds=(low, high), method="bounded", options={"xatol": BOUNDARY_TOLERANCE}
+            )
+            minima.append(min((kappas[index], times[index]), (float(refined.fun), float(refined.x))))
+        return minima
+
+    def _guarded(self, t: float) -> bool:
+        """Return whether a constraint law acts at time t (s)."""
+        return self._supervise.at(t, self._reference(t).state).sigma > 0.0
+
+    def dwells(self, bound: float) -> list[Dwell]:
+        """Return the stretches of time with kappa below a bound, their ends to the microsecond."""
+        known = {sample / self._rate_hz: self._sample(sample).kappa for sample in self._coarse}
+        # a quick crossing may fall between two samples
+        known.update((crossing.time, 0.0) for crossing in self._plan.crossings)
+        times = sorted(known)
+        near = [known[t] < bound for t in times]
+        dwells = []
+        start = times[0]
+        for index, t in enumerate(times):
+            if near[index] and (index == 0 or not near[index - 1]):
+                start = t if index == 0 else self._boundary(t, times[index - 1], bound)
+            if near[index] and (index + 1 == len(times) or not near[index + 1]):
+                dwells.append(
+                    Dwell(start, t if index + 1 == len(times) else self._boundary(t, times[index + 1], bound))
+                )
+        return dwells
+
+    def dwell_at(self, t: float, bound: float) -> Dwell:
+        """Return the stretch of time with kappa below a bound that holds the moment of a crossing (s)."""
+        return next(dwell for dwell in self.dwells(bound) if dwell.start <= t <= dwell.end)
+
+    def longest(self, name: str, dwells: list[Dwell], limit: float) -> Figure:
+        """Return the figure of the longest dwell, at its middle."""
+        longest = max(dwells, key=lambda dwell: dwell.end - dwell.start)
+        middle = 0.5 * (longest.start + longest.end)
+        platform = self._plan.path.at(middle)
+        return Figure(name, longest.end - longest.start, limit, True, middle, platform.x, platform.y, "s")
+
+    def _boundary(self, inside: float, outside: float, bound: float) -> float:
+        """Return when kappa passes a bound between two times (s)."""
+        return float(brentq(lambda t: self._kappa(t) - bound, inside, outside, xtol=BOUNDARY_TOLERANCE))
+
+    def _sample(self, sample: int) -> ReferenceSample:
+        seen = self._seen.get(sample)
+        if seen is None:
+            reference = self._reference(sample / self._rate_hz)
+            state = reference.state
+            seen = self._seen[sample] = ReferenceSample(
+                torque=_largest(*self._needed(sample, reference)),
+                speed=_largest(state.leg1.dq1, state.leg2.dq1),
+                # a motion that is planned in the motors' angles is meant to meet Type 1
+                serial=math.inf if reference.by_motors else type1_margin(state),
+                kappa=inverse_condition(state),
+                x=state.x,
+                y=state.y,
+            )
+        return seen
+
+    def _reference(self, t: float) -> Reference:
+        return desired_at(self._robot, self._plan, t, self._plan.path.at(t))
+
+    def _kappa(self, t: float) -> float:
+        return inverse_condition(self._reference(t).state)
+
+    def _coarse_samples(self) -> list[int]:
+        """Return samples spread evenly over each segment, and all of them around the crossings."""
+        samples = {self._last}
+        for segment in self._plan.path.segments:
+            first = math.ceil(segment.start_time * self._rate_hz - 1e-6)
+            end = min(math.ceil((segment.start_time + segment.duration) * self._rate_hz - 1e-6), self._last)
+            samples.update(range(first, end, max(1, (end - first) // COARSE_SAMPLES)))
+            if isinstance(segment, RoundedSegment):
+                samples.update(self._in_corners(segment))
+        reach = math.ceil(CLOSE_RANGE * self._rate_hz)
+        for crossing in self._plan.crossings:
+            middle = round(crossing.time * self._rate_hz)
+            samples.update(range(max(middle - reach, 0), min(middle + reach, self._last) + 1))
+        return sorted(samples)
+
+    def _in_corners(self, segment: RoundedSegment) -> Iterator[int]:
+        """Yield the samples in the corners of a segment, which may be short against it."""
+        for corner in segment.curve.corners():
+            first, end = (segment.time_at(s) * self._rate_hz for s in corner)
+            yield from range(math.ceil(first), min(math.floor(end), self._last) + 1)
+
+    def _with_near_passes(self, coarse: list[int]) -> list[int]:
+        """Return the samples with all those around the minima of kappa near the locus."""
+        kappas = [self._sample(sample).kappa for sample in coarse]
+        samples = set(coarse)
+        for index in _local_minima(kappas):
+            if kappas[index] < NEAR_PASS:
+                samples.update(range(coarse[max(index - 1, 0)], coarse[min(index + 1, len(coarse) - 1)] + 1))
+        return sorted(samples)
+
+
+def _local_minima(values: list[float]) -> list[int]:
+    """Return the indices of the local minima, the ends included."""
+    last = len(values) - 1
+    return [
+        index
+        for index, value in enumerate(values)
+        if (index == 0 or value <= values[index - 1]) and (index == last or value <= values[index + 1])
+    ]
+
+
+def _largest(*values: float) -> float:
+    """Return the largest magnitude, NaN if one is NaN (`max` alone would lose it)."""
+    return math.nan if any(math.isnan(value) for value in values) else max(abs(value) for value in values)
