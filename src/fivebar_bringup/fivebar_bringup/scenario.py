@@ -490,7 +490,8 @@ def load_scenario(name_or_path: str) -> Scenario:
     Raises:
         InputError: there is no such scenario, it is malformed, or its motion is refused.
     """
-    path, scenario = _path_of(name_or_path), read_scenario(name_or_path)
+    path = _path_of(name_or_path)
+    scenario = read_scenario(str(path))
     try:
         check_engine(scenario.plant)
         scenario.plan()

@@ -176,12 +176,17 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     Of the section `imu` only the gyroscope is used: no controller reads the accelerometer.
 
     Raises:
-        InputError: the robot is MuJoCo's, which cannot be compiled.
+        InputError: the robot is MuJoCo's, which cannot be compiled, or is put elsewhere than where the motion begins.
     """
     if scenario.plant.engine == MUJOCO:
         raise InputError(
             f"{scenario.name}: plant.engine: mujoco cannot be compiled: expected pinocchio here; fivebar run, simulate"
             " and compare take it"
+        )
+    if scenario.stands is not None:
+        raise InputError(
+            f"{scenario.name}: stands: the compiled simulation begins where the motion does: expected none here;"
+            " fivebar run and simulate take it"
         )
     control = cycle_settings(scenario)
     plant, nominal = scenario.plant, control.robot

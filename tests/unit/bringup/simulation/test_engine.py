@@ -60,6 +60,12 @@ def test_the_middle_crossing_is_that_of_the_offline_runner(controller: str, plan
     expect_agreement(scenario, 1e-6 if controller == "ctc" else 1e-9)
 
 
+def test_a_robot_that_is_put_elsewhere_is_refused() -> None:
+    scenario = load_scenario("middle").model_copy(update={"stands": (0.0, 0.14, 1.0, -1.0)})
+    with pytest.raises(InputError, match=r"^middle: stands: the compiled simulation begins where the motion does:"):
+        case_of(scenario)
+
+
 def test_a_law_with_a_solver_is_refused_and_swept_without_the_engine() -> None:
     """The loop of the engine, interpreted: the same robot, the same references ahead, to the end of the motion."""
     # the rounding of either plant is multiplied near the locus
