@@ -80,7 +80,7 @@ DEAD = Planned("the planning process has died")
 
 
 class PlanningProcess:
-    """Plans one request at a time; its methods never wait for a plan."""
+    """Plans one request at a time; its methods wait for a plan only where they are asked to."""
 
     def __init__(self, conditions: Conditions) -> None:
         """Do not start a process before there is a request, or `start`."""
@@ -139,11 +139,11 @@ class PlanningProcess:
             self._start(gives_way=self._conditions.held > 0.0).send((self._number, order))
         self._awaited = True
 
-    def answer(self) -> Planned | None:
-        """Return the answer, None while it is not ready; returns at once."""
+    def answer(self, wait: float = 0.0) -> Planned | None:
+        """Return the answer, None while it is not ready; waits for it no longer than asked to (s)."""
         if not self._awaited:
             return None
-        planned = self._receive()
+        planned = self._receive(wait)
         if planned is not None:
             self._awaited = False
         return planned
@@ -163,14 +163,14 @@ class PlanningProcess:
             process.kill()
             process.wait()
 
-    def _receive(self) -> Planned | None:
+    def _receive(self, wait: float = 0.0) -> Planned | None:
         """Return the answer to the present request, if it has come."""
         if self._connection is None:
             return DEAD
         try:
-            while self._connection.poll():
+            while self._connection.poll(wait):
                 number, planned = self._connection.recv()
-                self._ready = True
+                self._ready, wait = True, 0.0
                 if number == self._number and planned is not None:
                     return cast(Planned, planned)
         except (EOFError, OSError):

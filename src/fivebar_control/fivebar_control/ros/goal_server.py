@@ -24,10 +24,15 @@ NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
 
 
+LOCKSTEP_WAIT = 0.1
+"""Time (s) for which a sample waits for a plan in lockstep, so that the robot rests for few samples meanwhile. Timeouts
+there are longer."""
+
+
 class GoalServer:
     """Passes requests to a planning process and the planned motions to the queue.
 
-    The node calls `update` at every sample. No method blocks.
+    The node calls `update` at every sample. By the clock no method blocks.
     """
 
     def __init__(self, node: GraphNode, motion: DeclaredMotion, queue: MotionQueue) -> None:
@@ -40,6 +45,7 @@ class GoalServer:
         self._queue = queue
         conditions = conditions_of(values)
         self._planning = PlanningProcess(conditions)
+        self._wait = 0.0 if conditions.held else LOCKSTEP_WAIT
         if self._open and conditions.held:
             # by the clock no cycle can wait until a process has been started, or while it loads
             self._planning.start()
@@ -102,7 +108,7 @@ class GoalServer:
         self._report("planning", [goal.x, goal.y])
 
     def _take_answer(self, goal: Goal) -> None:
-        planned = self._planning.answer()
+        planned = self._planning.answer(self._wait)
         if planned is None:
             return
         if planned.refused:

@@ -121,6 +121,18 @@ def test_a_request_takes_the_place_of_the_one_under_way(started: PlanningProcess
     assert "out of reach" in answer_of(started).refused
 
 
+def test_it_waits_for_an_answer_where_it_is_asked_to(started: PlanningProcess) -> None:
+    assert started.pid is not None
+    os.kill(started.pid, signal.SIGSTOP)
+    started.ask(NEAR)
+    begun = time.monotonic()
+    assert started.answer(0.05) is None
+    assert time.monotonic() - begun >= 0.05
+    os.kill(started.pid, signal.SIGCONT)
+    planned = started.answer(DEADLINE)
+    assert planned is not None and planned.refused == ""
+
+
 def test_an_error_of_the_planner_refuses_the_request(started: PlanningProcess) -> None:
     process = started.pid
     started.ask(NEAR._replace(working_mode=()))  # type: ignore[arg-type]
