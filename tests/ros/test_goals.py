@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import GOAL, GOAL_STATUS, JOINT_STATES, JOINTS, REFERENCE, sample_stamp_ns
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import joint_state
 
 MOTION = {"waypoints": [0.0, 0.15, 0.0, 0.14], "segment_durations": [0.1]}

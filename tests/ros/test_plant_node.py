@@ -27,7 +27,7 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import joint_state, stamp_of
 from fivebar_sim.plant import Plant
 from fivebar_sim.ros.node_settings import START_JOINTS

@@ -20,7 +20,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     sample_stamp_ns,
 )
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import joint_state, stamp_of
 
 EVERY = 40

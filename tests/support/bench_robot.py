@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 ROBOT = {
     "name": "bench",

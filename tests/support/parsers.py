@@ -33,7 +33,7 @@ from fivebar_control.planning.program import Program, read_program
 from fivebar_control.vision.calibration import read_calibration
 from fivebar_description.file_format import read_versioned
 from fivebar_description.interface import JOINT_STATES, JOINTS, RUN_EPOCH
-from fivebar_description.parameters import ROBOT_RULES, RobotFile
+from fivebar_description.robot_file import ROBOT_RULES, RobotFile
 from fivebar_description.run_plan import epoch_text, read_epoch, read_plan
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, validate
 from fivebar_sim.boards.configuration import BoardEmulationFile

@@ -17,7 +17,8 @@ from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 Point = tuple[float, float]
 

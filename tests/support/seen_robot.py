@@ -11,7 +11,7 @@ from fivebar_bringup.studies import vision_accuracy
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.vision.localisation import PlatformSight, PlatformTracker
 from fivebar_description.camera import CameraSettings
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_sim.vision.renderer import RenderedPosture, Renderer, posture_of
 
 CAMERA = CameraSettings(on=True)

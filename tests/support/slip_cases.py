@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 Vector = NDArray[np.float64]
 

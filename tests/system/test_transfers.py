@@ -14,7 +14,7 @@ from fivebar_control.planning.limits import limits_of
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 RATE_HZ = 500
 COUNTS = 100_000

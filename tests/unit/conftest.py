@@ -16,7 +16,8 @@ from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 settings.register_profile("unit", derandomize=True, deadline=None, database=None, max_examples=200)
 settings.load_profile("unit")

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import FiveBar, RobotFile, read_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import RobotFile, read_robot
 
 
 class Posture(NamedTuple):

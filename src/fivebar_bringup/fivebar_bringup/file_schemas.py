@@ -15,7 +15,7 @@ from fivebar_bringup.report.summary_schema import summary_schema
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.program import Program
 from fivebar_description.file_format import KEY, NEWEST
-from fivebar_description.parameters import RobotFile
+from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import StrictModel
 
 

@@ -39,8 +39,9 @@ from fivebar_description.forbidden import NamedBounds, bounds_in, named_bounds, 
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import FiveBar, known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
+from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
+from fivebar_description.robot_file import known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot

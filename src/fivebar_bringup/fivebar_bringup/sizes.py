@@ -11,7 +11,7 @@ from typing import Any
 
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes
-from fivebar_description.parameters import RobotFile, read_robot
+from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
 DEFAULT_ROBOT = "dextar"

@@ -15,15 +15,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_description.parameters import (
-    DistalLink,
-    DistalLinks,
-    FiveBar,
-    LegParameters,
-    Links,
-    ProximalLink,
-    tip_masses,
-)
+from fivebar_description.parameters import FiveBar, LegParameters, tip_masses
+from fivebar_description.robot_file import DistalLink, DistalLinks, Links, ProximalLink
 from fivebar_description.strict_yaml import InputError
 
 TIP_SHARE = 0.25

@@ -23,7 +23,8 @@ from xml.etree import ElementTree
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME, IMU_FRAME
 from fivebar_description.mass_split import Body, MassSplit, split_masses
-from fivebar_description.parameters import DistalLinks, FiveBar, LegParameters, Links
+from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.robot_file import DistalLinks, Links
 from fivebar_description.urdf import JOINT_RANGE
 
 Element = ElementTree.Element

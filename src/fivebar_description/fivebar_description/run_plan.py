@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from fivebar_description.interface import NANOSECONDS, START_STAMP_NS
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 DIGEST_LENGTH = 12
 

@@ -15,7 +15,7 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.file_schemas import schemas
 from fivebar_bringup.scenario import load_scenario, scenario_directory
 from fivebar_description.file_format import NEWEST
-from fivebar_description.parameters import load_robot, read_robot, robot_path
+from fivebar_description.robot_file import load_robot, read_robot, robot_path
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, load_yaml
 from fivebar_sim.effects.mechanism import mechanism_of

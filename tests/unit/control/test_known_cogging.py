@@ -13,7 +13,8 @@ from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import Platform
 from fivebar_description.friction import friction_torque, lost_torque
-from fivebar_description.parameters import FiveBar, load_robot, without_cogging
+from fivebar_description.parameters import FiveBar, without_cogging
+from fivebar_description.robot_file import load_robot
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fivebar_description.camera import CameraSettings
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_sim.vision.camera import Camera
 from fivebar_sim.vision.frames import FrameSchedule
 from fivebar_sim.vision.sights import Sights

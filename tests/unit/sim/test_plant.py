@@ -18,7 +18,8 @@ from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.friction import friction_torque
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar, load_robot, scaled
+from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.settings import PlantSettings

@@ -45,7 +45,7 @@ from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.timing import Speed
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS, radii_at
-from fivebar_description.parameters import read_robot
+from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError
 
 

@@ -15,7 +15,7 @@ from fivebar_bringup.scenario_format import SCENARIO_RULES
 from fivebar_control.planning.program import PROGRAM_RULES, Program
 from fivebar_description.file_format import NEWEST, UNNAMED, Migrated, Rule, format_in
 from fivebar_description.file_format import migrate as migrated_text
-from fivebar_description.parameters import ROBOT_RULES, RobotFile
+from fivebar_description.robot_file import ROBOT_RULES, RobotFile
 from fivebar_description.strict_yaml import InputError, StrictModel, parse_yaml, read_text, validate
 
 KINDS: dict[str, tuple[type[StrictModel], Sequence[Sequence[Rule]]]] = {

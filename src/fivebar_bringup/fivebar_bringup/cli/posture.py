@@ -12,7 +12,7 @@ from fivebar_bringup.cli.app import COMPLETED, JsonOption, app, input_errors
 from fivebar_bringup.studies.goto.start import standing_after
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.planning.standstill import DEVIATIONS, Standstill, mode_by_turn, standstill_at, way_out
-from fivebar_description.parameters import load_robot, tolerances_of
+from fivebar_description.robot_file import load_robot, tolerances_of
 from fivebar_description.strict_yaml import InputError
 
 

@@ -19,7 +19,8 @@ from fivebar_bringup.live.samples import COLUMNS
 from fivebar_bringup.live.server import LiveServer
 from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_description.interface import GOAL, GOAL_STATUS
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.known_drives import MOTKIN
-from fivebar_description.parameters import read_robot
+from fivebar_description.robot_file import read_robot
 
 BRIDGE, BOARD_BRIDGE = "dextar_bridge", "motkin_bridge"
 BRIDGES = (BRIDGE, BOARD_BRIDGE)

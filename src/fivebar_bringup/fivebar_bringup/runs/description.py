@@ -5,8 +5,8 @@ from __future__ import annotations
 from fivebar_bringup.scenario import load_scenario
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME
-from fivebar_description.parameters import read_robot
 from fivebar_description.robot_description import frame_prefix, robot_description
+from fivebar_description.robot_file import read_robot
 from fivebar_description.share import share_file
 
 DEFAULT_ROBOT = "dextar"

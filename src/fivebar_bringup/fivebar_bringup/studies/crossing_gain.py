@@ -21,7 +21,8 @@ from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_description.parameters import FiveBar, read_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import read_robot
 
 RATE_HZ = 500
 MODES: tuple[tuple[int, int], ...] = ((1, 1), (1, -1), (-1, 1), (-1, -1))

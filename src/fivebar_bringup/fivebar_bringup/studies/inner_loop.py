@@ -22,7 +22,7 @@ from fivebar_control.hardware.board_units import joint_angle, joint_torque, moto
 from fivebar_control.hardware.drive_interface import ZERO, JointTarget, Torques
 from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, set_point
 from fivebar_control.model.kinematics import det_a, state_from_joints
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import read_yaml
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import EmulatedMotor

@@ -17,7 +17,7 @@ from fivebar_control.hardware.drive_interface import JointTarget
 from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 HALF_TURN_MARGIN = 0.5
 """Distance (rad) of an encoder's reading from half a turn, where it jumps by a whole one, below which there is no inner

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fivebar_control.laws import ctc, lqr, mpc, multi_model, unified, vhc_cartesian, vhc_joint
 from fivebar_control.laws.law import Law, TunedLaw, check_law
 from fivebar_control.laws.robot_sizes import law_sizes
-from fivebar_description.parameters import RobotFile
+from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
 
 CONDITION, SIGMOID = "condition", "sigmoid"

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from fivebar_control.laws.unified import UnifiedSettings
-from fivebar_description.parameters import RobotFile
+from fivebar_description.robot_file import RobotFile
 from fivebar_description.tuning import Tuning
 
 DEXTAR_CROSSING = 0.55

@@ -38,7 +38,8 @@ from fivebar_description.interface import (
     VHC_TORQUE,
 )
 from fivebar_description.joint_sample import JointSample, joint_sample
-from fivebar_description.parameters import laden, load_robot
+from fivebar_description.parameters import laden
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node

@@ -15,7 +15,7 @@ from fivebar_control.ros.node_settings import ImuListenerSettings
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings, Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.joint_sample import MessageError
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of

@@ -47,8 +47,9 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
-from fivebar_description.parameters import known_sensors_of, laden, load_robot, tolerances_of
+from fivebar_description.parameters import laden
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
+from fivebar_description.robot_file import known_sensors_of, load_robot, tolerances_of
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node

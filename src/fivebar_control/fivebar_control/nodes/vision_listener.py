@@ -30,7 +30,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
 )
 from fivebar_description.joint_sample import joint_sample
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node

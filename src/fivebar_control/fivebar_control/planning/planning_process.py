@@ -26,7 +26,8 @@ from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import laden, read_robot
+from fivebar_description.parameters import laden
+from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError
 
 WORKER = "fivebar_control.planning.planning_worker"

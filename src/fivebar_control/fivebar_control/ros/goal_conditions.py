@@ -23,8 +23,8 @@ from fivebar_control.ros.node_settings import (
     GoalSettings,
 )
 from fivebar_description.loads import Loads
-from fivebar_description.parameters import loads_of, tolerances_of
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PassiveEncoder
+from fivebar_description.robot_file import loads_of, tolerances_of
 from fivebar_description.settings import from_parameters, to_parameters
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 from fivebar_description.tolerances import Tolerances

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 from fivebar_control.loop.shared_results import one_robot
 from fivebar_control.ros.node_settings import ZONE_PREFIX, MotionSettings
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneSettings, plan_motion
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.run_plan import HOMING, LEAD_SAMPLES, WORKING_MODE_AT_START, robot_value

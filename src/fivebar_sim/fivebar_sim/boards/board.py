@@ -10,7 +10,8 @@ from collections import deque
 from collections.abc import Iterator
 
 from fivebar_description.board_file import CLOCK
-from fivebar_description.parameters import laden, load_robot
+from fivebar_description.parameters import laden
+from fivebar_description.robot_file import load_robot
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import OFF, EmulatedMotor
 from fivebar_sim.boards.protocol import BUTTON, CommandFrame, CommandReader, StateFrame, fault_flags, write_state

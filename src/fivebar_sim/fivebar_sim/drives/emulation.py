@@ -10,7 +10,8 @@ from collections.abc import Callable
 import can
 
 from fivebar_description.drive_file import CanChannel
-from fivebar_description.parameters import laden, load_robot
+from fivebar_description.parameters import laden
+from fivebar_description.robot_file import load_robot
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord

@@ -32,8 +32,9 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
-from fivebar_description.parameters import laden, load_robot
+from fivebar_description.parameters import laden
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.payload import listen_to_payload

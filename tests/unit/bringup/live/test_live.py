@@ -21,7 +21,7 @@ from fivebar_bringup.live.samples import COLUMNS, JointStateSample, Messages, ro
 from fivebar_bringup.live.server import LiveServer
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import sample_stamp_ns
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 FAULTS_PAGE = Path(__file__).parents[4] / "docs/reference/graph.md"
 

@@ -34,7 +34,7 @@ from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.settings import as_numbers
 
 ROBOT = load_robot("unequal")

@@ -15,7 +15,7 @@ from fivebar_bringup.studies.goto.start import start_seen
 from fivebar_bringup.studies.seen_starts import random_starts
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.camera import CameraSettings
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 UNDECLARED = {

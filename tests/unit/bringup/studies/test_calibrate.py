@@ -28,7 +28,7 @@ from fivebar_description.interface import (
     late_stamp_ns,
     sample_stamp_ns,
 )
-from fivebar_description.parameters import known_sensors_of, read_robot
+from fivebar_description.robot_file import known_sensors_of, read_robot
 
 ERRORS = np.array([2.4e-4, -1.9e-4, -2.8e-4, 1.1e-4, 0.8e-4, -1.3e-4])
 ZEROS = (2.9e-3, -2.2e-3)

@@ -18,7 +18,7 @@ from fivebar_bringup.studies.calibrated_crossings import (
 from fivebar_bringup.studies.sweep.drawing import draw, plan_of
 from fivebar_bringup.studies.sweep.rigs import PRINTED, RIGS
 from fivebar_bringup.studies.sweep.rows import FEASIBLE
-from fivebar_description.parameters import read_robot
+from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError
 
 SEED = 71

@@ -46,7 +46,8 @@ from fivebar_control.model.kinematics import platform_acceleration
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 pytestmark = pytest.mark.extra
 """The general equations of the thesis' first chapter, on which nothing stands but one figure."""

@@ -14,7 +14,8 @@ from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import ComparisonCase
 from fivebar_bringup.studies.compare.results import motor_work
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.parameters import FiveBar, LegParameters, load_robot
+from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.robot_file import load_robot
 from fivebar_sim.plant import Plant
 
 

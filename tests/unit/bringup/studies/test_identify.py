@@ -24,7 +24,7 @@ from fivebar_control.identification.equations import PARAMETERS
 from fivebar_control.identification.identification import parameter_values
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_sim.plant import Plant
 
 LENGTHS = "lengths_m: {a: 0.118, l_11: 0.09, l_12: 0.09, l_21: 0.09, l_22: 0.09}\n"

@@ -19,7 +19,8 @@ from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_control.identification.equations import Record
 from fivebar_control.identification.identification import identify, parameter_values
-from fivebar_description.parameters import FiveBar, LegParameters, load_robot
+from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.robot_file import load_robot
 
 pytestmark = pytest.mark.extra
 

@@ -15,7 +15,7 @@ from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.studies.identify.reading import Source, read_record
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import ACTIVE_JOINTS, JOINT_STATES, JOINTS, MOTOR_STATES, sample_stamp_ns
-from fivebar_description.parameters import read_robot
+from fivebar_description.robot_file import read_robot
 
 Array = NDArray[np.float64]
 

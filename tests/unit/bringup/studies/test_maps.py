@@ -25,7 +25,8 @@ from fivebar_control.model.state import State
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.fields import Fields, closure_margin, evaluate
 from fivebar_control.workspace.loci import Loci, singular_loci
-from fivebar_description.parameters import FiveBar, robot_path
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import robot_path
 from fivebar_description.strict_yaml import InputError
 
 Array = NDArray[np.float64]

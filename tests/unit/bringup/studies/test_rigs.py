@@ -18,7 +18,7 @@ from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import made, quick_enough
 from fivebar_bringup.studies.sweep.statistics import silence_table
 from fivebar_control.model.geometry import workspace_margin
-from fivebar_description.parameters import load_robot, read_robot
+from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.links import LinkErrors

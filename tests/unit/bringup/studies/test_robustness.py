@@ -17,7 +17,7 @@ from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAR, WRONG_MOD
 from fivebar_bringup.studies.robustness.tables import first_failures
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.tolerances import EXACT
 from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.settings import PlantSettings

@@ -30,7 +30,7 @@ from fivebar_control.model.kinematics import det_a, state_from_joints, state_fro
 from fivebar_control.planning.figures import Figure
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.safety.stages import TRACKING_LOST
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 SEED, CASES = 3, 5

@@ -17,7 +17,8 @@ from fivebar_control.calibration.record import CalibrationRecord, NotCalibratabl
 from fivebar_control.calibration.result import Calibration
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 from fivebar_description.tolerances import Tolerances
 
 TOLERANCES = Tolerances(length=3e-4, base=3e-4, zero=3.5e-3)

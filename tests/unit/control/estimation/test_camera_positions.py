@@ -12,7 +12,8 @@ from fivebar_control.estimation.homing import HomingContradicted, homing_at, see
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 RATE_HZ, PLACE = 500, (0.01, 0.14)
 ROBOT = load_robot("dextar")

@@ -25,7 +25,8 @@ from fivebar_control.estimation.homing import homing_at
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar, LegParameters, load_robot
+from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.robot_file import load_robot
 from fivebar_description.tolerances import Tolerances
 from fivebar_sim.plant import Plant
 from fivebar_sim.settings import PlantSettings

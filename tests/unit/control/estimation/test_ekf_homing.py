@@ -15,7 +15,8 @@ from fivebar_control.estimation.homing import MIN_HOMING_KAPPA, Homing, HomingCo
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 RATE_HZ = 500

@@ -12,7 +12,7 @@ from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import JointEstimate, PositionFix, StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 ROBOT, PLACE = load_robot(), (0.0, 0.15)
 Q = inverse_geometry(ROBOT, 1, -1, *PLACE)

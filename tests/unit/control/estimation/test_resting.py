@@ -12,7 +12,7 @@ from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at
 from fivebar_control.estimation.resting import REST_TIME, MotorReading, Resting
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 RATE_HZ = 500
 ROBOT = load_robot("dextar")

@@ -27,8 +27,8 @@ from fivebar_control.estimation.readings import EstimatorMemory, Misfit, with_el
 from fivebar_control.estimation.step import Mean, first_update, inconsistency_reason, mean_of, next_update, prediction
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.known_sensors import KnownSensors
-from fivebar_description.parameters import load_robot
 from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.robot_file import load_robot
 
 ROBOT, MODES, RATE_HZ = load_robot(), (1, -1), 500
 HOME = (0.0, 0.15)

@@ -13,7 +13,7 @@ from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, set_point
 from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 ROBOT = load_robot("motkin")
 STILL = (0.0,) * 4

@@ -18,7 +18,8 @@ from fivebar_control.identification.identification import NotIdentifiable, ident
 from fivebar_control.identification.motor_map import map_motors
 from fivebar_control.identification.regressor import platform_load
 from fivebar_control.model.state import MotorMotion
-from fivebar_description.parameters import FiveBar, load_robot, scaled
+from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.robot_file import load_robot
 
 Array = NDArray[np.float64]
 

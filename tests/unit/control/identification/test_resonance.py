@@ -14,7 +14,7 @@ from fivebar_control.identification.resonance import elastic_model, find_resonan
 from fivebar_control.laws.chirp import HIGHEST, ChirpSettings, chirp
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 ROBOT = load_robot("dextar")
 RATE, COUNT = 500.0, 2.0 * math.pi / 20_000

@@ -13,7 +13,7 @@ from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 SETTINGS = ChirpSettings(amplitude=1.5, from_hz=4.0, to_hz=20.0, sweep=0.5)
 ROBOT, MODES, PERIOD = load_robot(), (1, -1), 0.002

@@ -8,7 +8,7 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes, tuning_for
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.known_drives import KnownDrives
-from fivebar_description.parameters import RobotFile, read_robot
+from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.tuning import Tuning
 
 USUAL = UnifiedSettings()

@@ -32,7 +32,8 @@ from fivebar_control.model.kinematics import state_from_joints, state_from_motor
 from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import FiveBar, LegParameters, load_robot
+from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.robot_file import load_robot
 
 States = Callable[[int, int], list[State]]
 

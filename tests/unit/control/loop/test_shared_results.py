@@ -6,7 +6,7 @@ import math
 
 from fivebar_control.loop.shared_results import SharedResult, one_robot, shared_state
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 POSITION, VELOCITY = (2.0, -1.5, 1.0, 1.5), (0.1, 0.2, 0.3, 0.4)
 

@@ -39,11 +39,11 @@ from fivebar_control.model.state import MotorMotion, Platform, State
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.planner import ZoneSettings, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import (
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import (
     DistalLink,
     DistalLinks,
     EndEffector,
-    FiveBar,
     Friction,
     Lengths,
     Links,

@@ -12,7 +12,8 @@ from fivebar_control.laws.unified import input_map
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.workspace.loci import Type3, singular_loci
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 ROBOT = load_robot("dextar")
 POINTS = singular_loci(ROBOT).type3

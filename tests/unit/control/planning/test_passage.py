@@ -23,7 +23,7 @@ from fivebar_control.planning.transfer import TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 ROBOT = load_robot()
 UNIFIED = default_tuning(CONTROLLERS["unified"])

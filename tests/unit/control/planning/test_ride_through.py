@@ -13,7 +13,7 @@ from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.planning.ride_through import DISPLACEMENT, GRID_HZ, LONGEST, longest_hold
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan, ZoneSettings, plan_motion
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 REAL = load_robot()
 ROBOT = REAL._replace(

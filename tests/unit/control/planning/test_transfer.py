@@ -22,7 +22,8 @@ from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 RATE_HZ = 500
 ROBOTS = {name: load_robot(name) for name in ("dextar", "unequal")}

@@ -36,7 +36,7 @@ from fivebar_control.safety.stages import (
     limits_of,
 )
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_sim.plant import Plant
 from fivebar_sim.settings import PlantSettings
 

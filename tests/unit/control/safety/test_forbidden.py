@@ -20,7 +20,7 @@ from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.forbidden import NOWHERE, PostureBounds
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 

@@ -13,7 +13,7 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.guard import ESTIMATE_FAULTS, FINAL_FAULTS, Guard
 from fivebar_control.safety.stages import Area, SafetySettings, fastest_motor
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 AWAY, ON_LOCUS = Torque(1.0, 2.0), Torque(-1.0, 4.0)
 PLACE = (0.0, 0.12)

@@ -27,7 +27,7 @@ from fivebar_control.safety.stages import (
     limits_of,
     rate_limited,
 )
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 from fivebar_description.settings import setting_named
 
 ROBOT = load_robot()

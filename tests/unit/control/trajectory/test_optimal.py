@@ -12,7 +12,8 @@ from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 RATE_HZ = 500
 MIDDLE = ((0.0, 0.15), (0.0, 0.02))

@@ -27,7 +27,8 @@ from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar, load_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot
 
 PLANNED, LIMIT = 0.85, 1.0
 """Torque of the reference, and limit of the law (Nm): the rest is for feedback."""

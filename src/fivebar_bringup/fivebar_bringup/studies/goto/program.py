@@ -32,7 +32,7 @@ from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
 from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.interface import PAYLOAD
-from fivebar_description.parameters import read_robot
+from fivebar_description.robot_file import read_robot
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import InputError, validate

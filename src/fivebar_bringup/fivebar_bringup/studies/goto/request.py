@@ -17,7 +17,7 @@ from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, plan_transfer
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import named_bounds
-from fivebar_description.parameters import load_robot, loads_of, read_robot
+from fivebar_description.robot_file import load_robot, loads_of, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.settings import PlantSettings
 

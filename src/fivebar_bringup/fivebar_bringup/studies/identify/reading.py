@@ -15,7 +15,7 @@ from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_control.identification.equations import Record
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.interface import ACTIVE_JOINTS, JOINT_STATES, JOINTS, MOTOR_STATES, NANOSECONDS, Topic
-from fivebar_description.parameters import RobotFile, read_robot
+from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
 LARGEST_GAP = 2e-3

@@ -11,7 +11,7 @@ from fivebar_control.identification.identification import NotIdentifiable
 from fivebar_control.identification.least_squares import CONFIDENCE
 from fivebar_control.identification.resonance import Resonance, find_resonance
 from fivebar_control.laws.robot_sizes import LINK_SIDE, bandwidth_of, tuning_for
-from fivebar_description.parameters import RobotFile
+from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError, yaml_text
 
 ROBOT_FILE, RESULTS = "tuned.yaml", "resonance.json"

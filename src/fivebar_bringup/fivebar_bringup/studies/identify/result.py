@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from fivebar_control.identification.equations import PARAMETERS
 from fivebar_control.identification.identification import Identification, parameter_values
 from fivebar_control.identification.least_squares import CONFIDENCE
-from fivebar_description.parameters import Friction, Inertias, Mass, RobotFile
+from fivebar_description.robot_file import Friction, Inertias, Mass, RobotFile
 from fivebar_description.strict_yaml import yaml_text
 
 INTERVALS = f"{100.0 * CONFIDENCE:.0f} % intervals"

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from fivebar_bringup.studies.study_directory import StudyDirectory
-from fivebar_description.parameters import FiveBar, RobotFile, read_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
 CELLS = 200

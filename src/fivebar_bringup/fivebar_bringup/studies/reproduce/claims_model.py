@@ -15,7 +15,7 @@ from fivebar_bringup.studies.reproduce.own_figures import draw_free_dynamics
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, largest, of, runs_of
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import as_printed, finite_torque, order_of_magnitude, vanishing
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 ROUNDING = 1e-9
 """Part of the largest force that the free dynamics may leave along t_s by rounding."""

@@ -10,7 +10,7 @@ from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import within
 from fivebar_bringup.studies.vision_accuracy import position_errors
 from fivebar_description.camera import CameraSettings
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 STATIC_LIMIT, MOVING_LIMIT = 5e-5, 2e-4
 """What the camera has to be accurate to (m): of a robot at rest, and of one that moves."""

@@ -27,7 +27,8 @@ from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.parameters import FiveBar, load_robot, read_robot
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import validate
 
 ROBOT = DEXTAR

@@ -18,7 +18,7 @@ from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow,
 from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.studies.sweep.statistics import runs_of
 from fivebar_control.planning.postures import WORKING_MODES
-from fivebar_description.parameters import load_robot
+from fivebar_description.robot_file import load_robot
 
 LOWEST = -0.185
 """Lower edge of the maps (m)."""

@@ -11,7 +11,7 @@ import fivebar_description
 import fivebar_sim
 from fivebar_bringup.studies.sweep.drawing import VARIED, robot_of
 from fivebar_bringup.studies.sweep.rigs import RIGS
-from fivebar_description.parameters import read_robot
+from fivebar_description.robot_file import read_robot
 
 DECIDING = {
     fivebar_description: ("*.py",),

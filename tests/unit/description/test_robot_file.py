@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fivebar_description.parameters import load_robot, read_robot, robot_path, scaled, tip_masses, tolerances_of
+from fivebar_description.parameters import scaled, tip_masses
+from fivebar_description.robot_file import load_robot, read_robot, robot_path, tolerances_of
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 

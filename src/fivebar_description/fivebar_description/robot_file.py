@@ -1,0 +1,331 @@
+"""Robot files: sections, and what they say of a robot as the numbers that equations, planner and estimator take."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from pydantic import Field, model_validator
+
+from fivebar_description.file_format import NEWEST, Format, read_versioned, yaml_1_1
+from fivebar_description.forbidden import MOST, ForbiddenPosture
+from fivebar_description.known_drives import NO_DRIVES, KnownDrives
+from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
+from fivebar_description.loads import NO_LOADS, Loads
+from fivebar_description.parameters import FiveBar, LegParameters, tip_masses
+from fivebar_description.settings import Section
+from fivebar_description.share import share_file, yaml_path
+from fivebar_description.sizes import Centre, Coulomb, Length, NoneOrWeighed, Residual, Torque, Weighed, Width
+from fivebar_description.strict_yaml import StrictModel
+from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_description.tuning import NO_TUNING, Tuning
+
+Place = Annotated[tuple[float, float], Field(strict=False)]
+
+ROBOT_RULES = ((yaml_1_1,),)
+"""What robot files of an older format said otherwise."""
+
+HOME = (0.0, 0.15)
+"""Where a robot rests by default (m), elbows outwards."""
+
+
+class Grouped(NamedTuple):
+    """zz_11R, zz_21R, zz_12R, zz_22R (kg m^2) and m (kg)."""
+
+    inertia1: float
+    inertia2: float
+    residual1: float
+    residual2: float
+    mass: float
+
+
+class Lengths(StrictModel):
+    """Section `lengths_m`."""
+
+    a: Length
+    l_11: Length
+    l_12: Length
+    l_21: Length
+    l_22: Length
+
+
+class Inertias(StrictModel):
+    """Section `inertias_kg_m2`: grouped inertias about the motor axes, residual inertias of the distal links."""
+
+    zz_11R: Weighed
+    zz_21R: Weighed
+    zz_12R: Residual = 0.0
+    zz_22R: Residual = 0.0
+
+
+class Mass(StrictModel):
+    """Section `mass_kg`: the platform mass."""
+
+    m: Weighed
+
+
+class Friction(StrictModel):
+    """Section `friction`: 1.32 per motor, and the width of its smoothing."""
+
+    f_s11: Coulomb
+    f_s21: Coulomb
+    f_off11: Torque
+    f_off21: Torque
+    width_rad_s: Width
+
+
+class CoggingHarmonic(StrictModel):
+    """A harmonic of a motor's cogging, as `identify --cogging` finds it: the torque (Nm) that compensates it."""
+
+    periods: Annotated[int, Field(ge=1, le=1000)]
+    cosine: Torque
+    sine: Torque
+
+
+Harmonics = Annotated[tuple[CoggingHarmonic, ...], Field(strict=False, max_length=2)]
+
+
+class MotorCogging(StrictModel):
+    """Section `cogging`: what the laws compensate of each motor's cogging, by its angle; nothing by default."""
+
+    q11: Harmonics = ()
+    q21: Harmonics = ()
+
+
+NO_COGGING = MotorCogging()
+
+
+class ProximalLink(StrictModel):
+    """A proximal link with all that turns with its motor: mass, centre of mass from the axis, inertia about that."""
+
+    mass_kg: Weighed
+    centre_m: Centre
+    inertia_kg_m2: NoneOrWeighed
+
+
+class DistalLink(StrictModel):
+    """A distal link as it was weighed: its mass, its centre of mass from the elbow, its inertia about that centre."""
+
+    mass_kg: Weighed
+    centre_m: Annotated[Centre, Field(ge=0.0)]
+    inertia_kg_m2: Weighed
+
+
+class ProximalLinks(StrictModel):
+    """Section `proximal_links`: with `distal_links`, in place of the grouped parameters."""
+
+    leg_1: ProximalLink
+    leg_2: ProximalLink
+
+
+class DistalLinks(StrictModel):
+    """Section `distal_links`: beside grouped parameters, which contain what the links add to them, for the URDF."""
+
+    leg_1: DistalLink
+    leg_2: DistalLink
+
+
+class EndEffector(StrictModel):
+    """Section `end_effector` beside the links: mass at the platform point, inertia of what turns with leg 2 there."""
+
+    mass_kg: NoneOrWeighed
+    inertia_kg_m2: NoneOrWeighed = 0.0
+
+
+class Links(NamedTuple):
+    """All moving bodies, in place of grouped parameters."""
+
+    proximal: ProximalLinks
+    distal: DistalLinks
+    effector: EndEffector
+
+
+NO_EFFECTOR = EndEffector(mass_kg=0.0)
+"""Of a robot whose distal links end in a pin that belongs to one of them."""
+
+
+class RobotFile(StrictModel):
+    """One parameter file, with the grouped parameters or with the links that they are made of."""
+
+    format: Format = NEWEST
+    name: Annotated[str, Field(min_length=1)]
+    lengths_m: Lengths
+    inertias_kg_m2: Inertias | None = None
+    mass_kg: Mass | None = None
+    proximal_links: ProximalLinks | None = None
+    friction: Friction
+    cogging: MotorCogging = NO_COGGING
+    tolerances: Section[Tolerances] = EXACT
+    loads: Section[Loads] = NO_LOADS
+    distal_links: DistalLinks | None = None
+    end_effector: EndEffector | None = None
+    sensors: Section[KnownSensors] = NOTHING_KNOWN
+    drives: Section[KnownDrives] = NO_DRIVES
+    tuning: Section[Tuning] = NO_TUNING
+    home_m: Place = HOME
+    forbidden: Annotated[tuple[ForbiddenPosture, ...], Field(strict=False, max_length=MOST)] = ()
+
+    @model_validator(mode="after")
+    def _moves_like_a_robot(self) -> RobotFile:
+        if self.proximal_links is None:
+            for key in ("inertias_kg_m2", "mass_kg"):
+                if getattr(self, key) is None:
+                    raise ValueError(f"{key}: is missing; or give proximal_links and distal_links in place of it")
+            if self.end_effector is not None:
+                raise ValueError("end_effector: expected only beside proximal_links and distal_links")
+        else:
+            if self.distal_links is None:
+                raise ValueError("distal_links: is missing beside proximal_links")
+            for key in ("inertias_kg_m2", "mass_kg"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key}: expected either grouped parameters or proximal_links, not both")
+            for name, link, length in self._distals(self.distal_links):
+                if link.centre_m > length:
+                    raise ValueError(
+                        f"distal_links.{name}.centre_m: {link.centre_m}: expected at most the length of the link,"
+                        f" {length} m"
+                    )
+        tip_masses(self.five_bar())
+        return self
+
+    def five_bar(self) -> FiveBar:
+        """Return the parameters as the plain numbers that the equations take."""
+        lengths, friction = self.lengths_m, self.friction
+        grouped = self.grouped()
+        leg1 = LegParameters(
+            base_x=-lengths.a / 2.0,
+            proximal=lengths.l_11,
+            distal=lengths.l_12,
+            inertia=grouped.inertia1,
+            coulomb=friction.f_s11,
+            offset=friction.f_off11,
+            width=friction.width_rad_s,
+            residual=grouped.residual1,
+            **_harmonics(self.cogging.q11),
+        )
+        leg2 = LegParameters(
+            base_x=lengths.a / 2.0,
+            proximal=lengths.l_21,
+            distal=lengths.l_22,
+            inertia=grouped.inertia2,
+            coulomb=friction.f_s21,
+            offset=friction.f_off21,
+            width=friction.width_rad_s,
+            residual=grouped.residual2,
+            **_harmonics(self.cogging.q21),
+        )
+        return FiveBar(leg1, leg2, grouped.mass)
+
+    def grouped(self) -> Grouped:
+        """Return the grouped parameters, as they stand in the file or as the links add up to them."""
+        if self.inertias_kg_m2 is not None and self.mass_kg is not None:
+            zz = self.inertias_kg_m2
+            return Grouped(zz.zz_11R, zz.zz_21R, zz.zz_12R, zz.zz_22R, self.mass_kg.m)
+        links = self.weighed()
+        if not isinstance(links, Links):
+            raise AssertionError("a file without grouped parameters has all links")
+        near, far, lengths = links.proximal, links.distal, self.lengths_m
+        inertia1, residual1, tip1 = _of_links(near.leg_1, far.leg_1, lengths.l_11, lengths.l_12)
+        inertia2, residual2, tip2 = _of_links(near.leg_2, far.leg_2, lengths.l_21, lengths.l_22)
+        return Grouped(
+            inertia1,
+            inertia2,
+            residual1,
+            residual2 + links.effector.inertia_kg_m2,
+            tip1 + tip2 + links.effector.mass_kg,
+        )
+
+    def weighed(self) -> Links | DistalLinks | None:
+        """Return what the file knows of single bodies: all links, the distal ones only, or nothing."""
+        if self.proximal_links is None or self.distal_links is None:
+            return self.distal_links
+        return Links(self.proximal_links, self.distal_links, self.end_effector or NO_EFFECTOR)
+
+    def _distals(self, links: DistalLinks) -> tuple[tuple[str, DistalLink, float], ...]:
+        return ("leg_1", links.leg_1, self.lengths_m.l_12), ("leg_2", links.leg_2, self.lengths_m.l_22)
+
+
+def _harmonics(found: tuple[CoggingHarmonic, ...]) -> dict[str, float]:
+    """Return harmonics as fields of `LegParameters`."""
+    return {
+        f"{name}_{number}": float(getattr(one, name))
+        for number, one in enumerate(found, start=1)
+        for name in ("periods", "cosine", "sine")
+    }
+
+
+def _of_links(near: ProximalLink, far: DistalLink, proximal: float, distal: float) -> tuple[float, float, float]:
+    """Return zz_i1R, zz_i2R (kg m^2) and the mass at the platform (kg) of a leg's links, of these lengths (m).
+
+    A rigid link moves like a mass at each of its ends, which have its mass and its centre of mass, and a massless
+    inertia that compensates the difference.
+    """
+    tip = far.mass_kg * far.centre_m / distal
+    elbow = far.mass_kg - tip
+    return (
+        near.inertia_kg_m2 + near.mass_kg * near.centre_m**2 + elbow * proximal**2,
+        far.inertia_kg_m2 - far.mass_kg * far.centre_m * (distal - far.centre_m),
+        tip,
+    )
+
+
+def robot_path(robot: str) -> Path:
+    """Return the parameter file for a robot's name ("dextar") or for a path to a YAML file.
+
+    Raises:
+        InputError: no such name.
+    """
+    return yaml_path("robot", robot, share_file("fivebar_description", "config"))
+
+
+def load_robot(robot: str = "dextar") -> FiveBar:
+    """Read a robot by name or by path.
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    return read_robot(robot).five_bar()
+
+
+def read_robot(robot: str = "dextar") -> RobotFile:
+    """Read a robot's whole parameter file by name or by path.
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    path = robot_path(robot)
+    return read_versioned(path, RobotFile, ROBOT_RULES) if path == Path(robot) else _read_shipped(path)
+
+
+@functools.cache
+def _read_shipped(path: Path) -> RobotFile:
+    """Read a file of this package, which does not change: once, since a run asks for its robot again and again."""
+    return read_versioned(path, RobotFile, ROBOT_RULES)
+
+
+def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:
+    """Return how exactly a robot (name or path) is known: as given, or by default as its file says.
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    return given if given != EXACT else read_robot(robot).tolerances
+
+
+def known_sensors_of(robot: str) -> KnownSensors:
+    """Return what is known of the sensors of a robot (name or path).
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    return read_robot(robot).sensors
+
+
+def loads_of(robot: str, given: Loads = NO_LOADS) -> Loads:
+    """Return what a robot (name or path) has to bear: as given, or by default as its file says.
+
+    Raises:
+        InputError: the file is missing or does not describe a five-bar.
+    """
+    return given if given != NO_LOADS else read_robot(robot).loads
