@@ -165,12 +165,6 @@ def crossed(
     return done
 
 
-def within(row: SweepRow) -> bool:
-    """Return whether a run stayed within 2 mm of its reference, without a fault, and ended in the planned mode."""
-    there = row.error_peak is not None and row.error_peak < PEAK_LIMIT
-    return there and not row.fault and row.mode_changes == row.crossings
-
-
 def _left_text(left: list[LeftError]) -> list[str]:
     """Return what calibrations leave, in the median and in nineteen of twenty robots."""
     middle, most = (LeftError(*np.percentile(np.array(left), share, axis=0).tolist()) for share in (50.0, 95.0))
@@ -192,7 +186,7 @@ def _left_text(left: list[LeftError]) -> list[str]:
 
 def _run_text(words: str, rows: list[SweepRow]) -> str:
     """Return how many runs stay within 2 mm, and their largest errors."""
-    good = sum(map(within, rows))
+    good = sum(row.within(PEAK_LIMIT) for row in rows)
     interval = clopper_pearson(good, len(rows))
     errors = [1e3 * row.error_peak for row in rows if row.error_peak is not None]
     middle, most = np.percentile(errors, (50.0, 95.0)) if errors else (np.nan, np.nan)
@@ -218,7 +212,7 @@ def main() -> None:
         crossings = crossed(given.seed, robot, plant, result, given.crossings)
         left.append(left_error(result))
         done += crossings
-        good = sum(within(crossing.after) for crossing in crossings)
+        good = sum(crossing.after.within(PEAK_LIMIT) for crossing in crossings)
         print(f"robot {robot}: {left[-1]}; {good} of {len(crossings)} within 2 mm", flush=True)
     print(*_left_text(left), sep="\n")
     print(_run_text("after", [one.after for one in done]))

@@ -13,7 +13,6 @@ from fivebar_bringup.studies.calibrated_crossings import (
     left_error,
     printed_robot,
     rigs_of,
-    within,
 )
 from fivebar_bringup.studies.sweep.drawing import draw, plan_of
 from fivebar_bringup.studies.sweep.rigs import PRINTED, RIGS
@@ -69,5 +68,5 @@ def test_a_calibration_by_hand_leaves_less_than_the_rig_of_calibrated_robots_has
     rigs = tuple(RIGS)
     crossings = crossed(SEED, 0, plant, result, 3)
     assert [one.after.status for one in crossings] == [FEASIBLE] * 3
-    assert sum(within(one.after) for one in crossings) >= 2
+    assert sum(one.after.within(2e-3) for one in crossings) >= 2
     assert tuple(RIGS) == rigs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from fivebar_bringup.studies.sweep.drawing import Draw, draw, on_robot, plan_of
 from fivebar_bringup.studies.sweep.rigs import DEGREE, DEXTAR, RIGS, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import made, quick_enough
-from fivebar_bringup.studies.sweep.statistics import silence_table
+from fivebar_bringup.studies.sweep.statistics import silence_table, within_table
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -236,6 +237,23 @@ def test_a_failure_is_silent_without_a_fault_in_time(run: SweepRow, silent: bool
     assert run.silent is silent
     (line,) = [line for line in silence_table([run]).rows if line[0].text == "unified" and line[1].text == "feasible"]
     assert line[4].value == int(silent)
+
+
+@pytest.mark.parametrize(
+    ("run", "within"),
+    [
+        (row(error_peak=1.9e-3), (1, 1)),
+        (row(error_peak=2e-3), (0, 1)),
+        (row(error_peak=5e-3), (0, 0)),
+        (row(error_peak=math.nan), (0, 0)),
+        (row(error_peak=1e-3, mode_changes=3), (0, 0)),
+        (row(error_peak=1e-3)._replace(fault="tracking_lost"), (0, 0)),
+    ],
+)
+def test_what_stays_within_2_and_5_mm_has_no_fault_and_the_planned_mode(run: SweepRow, within: tuple[int, int]) -> None:
+    lines = [line for line in within_table([run]).rows if line[0].text == "unified"]
+    assert [line[1].value for line in lines] == [2e-3, 5e-3]
+    assert tuple(line[3].value for line in lines) == within
 
 
 def test_an_unknown_rig_is_refused() -> None:

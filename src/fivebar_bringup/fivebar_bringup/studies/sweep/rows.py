@@ -97,6 +97,11 @@ class SweepRow(NamedTuple):
             return self.fault_time is None or self.fault_time > self.left_time + FAULT_DELAY
         return self.fault_time is None and self.mode_changes != self.crossings
 
+    def within(self, limit: float) -> bool:
+        """Return whether it stayed closer to its reference than a limit (m), without a fault, in the planned mode."""
+        near = self.error_peak is not None and self.error_peak < limit
+        return near and not self.fault and self.mode_changes == self.crossings
+
     @property
     def draw(self) -> Draw:
         """The case."""

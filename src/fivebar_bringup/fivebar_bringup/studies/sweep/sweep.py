@@ -31,6 +31,7 @@ from fivebar_bringup.studies.sweep.statistics import (
     refusals_table,
     runs_of,
     silence_table,
+    within_table,
 )
 
 BATCH = 10
@@ -148,7 +149,7 @@ def _all_rows(
 def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
     explanations = [explained(row) for row in runs_of(rows, counted(settings.controllers), FEASIBLE) if not row.success]
     overview = overview_table(rows)
-    tables = [overview, silence_table(rows), error_table(rows), equipment_table(rows)]
+    tables = [overview, within_table(rows), silence_table(rows), error_table(rows), equipment_table(rows)]
     on_rig, of_rig = (f" --rig {settings.rig}", f"rig {settings.rig} · ") if settings.rig else ("", "")
     with_these = "" if settings.controllers == SWEPT else f" --controller {','.join(settings.controllers)}"
     command = f"fivebar sweep --seed {settings.seed}{on_rig}{with_these}"
