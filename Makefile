@@ -131,10 +131,10 @@ audit: setup ## look up the locked packages in the database of known weaknesses;
 	PYTHONPATH=.audit $(BIN)/python packaging/audit.py
 
 .PHONY: version
-version: ## set the version of all packages: make version NEW=1.2.3
+version: ## set the version of all packages, released today: make version NEW=1.2.3
 	@[[ "$(NEW)" =~ ^[0-9]+\.[0-9]+\.[0-9]+$$ ]] || { echo "version: expected NEW=1.2.3" >&2; exit 1; }
 	sed -i 's|<version>.*</version>|<version>$(NEW)</version>|' $(PACKAGES:=/package.xml)
-	sed -i 's|^version: .*|version: $(NEW)|' CITATION.cff
+	sed -i "s|^version: .*|version: $(NEW)|; s|^date-released: .*|date-released: $$(date +%F)|" CITATION.cff
 
 .PHONY: lock
 lock: ## resolve requirements.in again, with the newest versions, into requirements.lock
@@ -188,7 +188,7 @@ $(VENV)/lock.stamp: requirements.lock
 	touch $@
 
 # `compat` puts the source folders on the path as they are, where type checkers and editors find them too.
-$(VENV)/packages.stamp: $(VENV)/lock.stamp $(PACKAGES:=/setup.py) $(PACKAGES:=/setup.cfg)
+$(VENV)/packages.stamp: $(VENV)/lock.stamp $(PACKAGES:=/setup.py) $(PACKAGES:=/setup.cfg) $(PACKAGES:=/package.xml)
 	@echo "setup: installing the workspace"
 	$(BIN)/pip install --quiet --no-deps --no-build-isolation --use-pep517 --config-settings editable_mode=compat \
 	    $(addprefix --editable ,$(PACKAGES))

@@ -27,6 +27,8 @@ def test_all_packages_and_the_citation_have_one_version() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert versions == {citation["version"]}
     assert {"cff-version", "title", "message", "authors"} <= citation.keys()
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [{citation['version']}] - {citation['date-released']}\n" in changes
 
 
 def pins(name: str) -> set[str]:
