@@ -133,8 +133,10 @@ audit: setup ## look up the locked packages in the database of known weaknesses;
 .PHONY: version
 version: ## set the version of all packages, released today: make version NEW=1.2.3
 	@[[ "$(NEW)" =~ ^[0-9]+\.[0-9]+\.[0-9]+$$ ]] || { echo "version: expected NEW=1.2.3" >&2; exit 1; }
+	today=$$(date +%F)
 	sed -i 's|<version>.*</version>|<version>$(NEW)</version>|' $(PACKAGES:=/package.xml)
-	sed -i "s|^version: .*|version: $(NEW)|; s|^date-released: .*|date-released: $$(date +%F)|" CITATION.cff
+	sed -i "s|^version: .*|version: $(NEW)|; s|^date-released: .*|date-released: $$today|" CITATION.cff
+	grep -qF "## [$(NEW)]" CHANGELOG.md || sed -i "s|^## \[Unreleased\]$$|&\n\n## [$(NEW)] - $$today|" CHANGELOG.md
 
 .PHONY: lock
 lock: ## resolve requirements.in again, with the newest versions, into requirements.lock

@@ -53,8 +53,8 @@ def test_it_works_through_the_locus_and_back(fivebar: Callable[..., FivebarComma
     assert summary["completed"] and summary["within_tolerance"]
     assert summary["assembly_mode_changes"] == summary["planned_mode_changes"] == 2
     assert summary["samples"] == summary["planned_samples"]
-    # moves, dwell and pick take 1.35 s; while moves are planned, for seconds, lockstep waits with few samples
-    assert 1.35 < summary["samples"] / 500 < 1.8
+    # moves, dwell and pick take 1.35 s; each sample waits for a plan, without which thousands would pass meanwhile
+    assert 1.35 < summary["samples"] / 500 < 3.0
     recording = read_bag(out / "bag")
     states = [json.loads(text) for text in recording.texts(GOAL_STATUS)]
     # the first move is the plan of the run

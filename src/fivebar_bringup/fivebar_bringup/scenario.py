@@ -41,11 +41,11 @@ from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
+from fivebar_description.physical_bounds import Positive
 from fivebar_description.robot_file import known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
-from fivebar_description.sizes import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.effects.mechanism import actual_robot
@@ -492,7 +492,7 @@ def load_scenario(name_or_path: str) -> Scenario:
         InputError: there is no such scenario, it is malformed, or its motion is refused.
     """
     path = _path_of(name_or_path)
-    scenario = read_scenario(str(path))
+    scenario = read_scenario(name_or_path)
     try:
         check_engine(scenario.plant)
         scenario.plan()

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fivebar_description.sizes import Positive
+from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import StrictModel
 
 NodeId = Annotated[int, Field(ge=1, le=127)]

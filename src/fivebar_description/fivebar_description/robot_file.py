@@ -14,14 +14,23 @@ from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, LegParameters, tip_masses
+from fivebar_description.physical_bounds import (
+    Coordinate,
+    CoulombFriction,
+    FrictionWidth,
+    Length,
+    MassOrInertia,
+    MassOrInertiaOrZero,
+    ResidualInertia,
+    Torque,
+)
 from fivebar_description.settings import Section
 from fivebar_description.share import share_file, yaml_path
-from fivebar_description.sizes import Centre, Coulomb, Length, NoneOrWeighed, Residual, Torque, Weighed, Width
 from fivebar_description.strict_yaml import StrictModel
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.tuning import NO_TUNING, Tuning
 
-Place = Annotated[tuple[float, float], Field(strict=False)]
+Place = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 
 ROBOT_RULES = ((yaml_1_1,),)
 """What robot files of an older format said otherwise."""
@@ -53,26 +62,26 @@ class Lengths(StrictModel):
 class Inertias(StrictModel):
     """Section `inertias_kg_m2`: grouped inertias about the motor axes, residual inertias of the distal links."""
 
-    zz_11R: Weighed
-    zz_21R: Weighed
-    zz_12R: Residual = 0.0
-    zz_22R: Residual = 0.0
+    zz_11R: MassOrInertia
+    zz_21R: MassOrInertia
+    zz_12R: ResidualInertia = 0.0
+    zz_22R: ResidualInertia = 0.0
 
 
 class Mass(StrictModel):
     """Section `mass_kg`: the platform mass."""
 
-    m: Weighed
+    m: MassOrInertia
 
 
 class Friction(StrictModel):
     """Section `friction`: 1.32 per motor, and the width of its smoothing."""
 
-    f_s11: Coulomb
-    f_s21: Coulomb
+    f_s11: CoulombFriction
+    f_s21: CoulombFriction
     f_off11: Torque
     f_off21: Torque
-    width_rad_s: Width
+    width_rad_s: FrictionWidth
 
 
 class CoggingHarmonic(StrictModel):
@@ -99,17 +108,17 @@ NO_COGGING = MotorCogging()
 class ProximalLink(StrictModel):
     """A proximal link with all that turns with its motor: mass, centre of mass from the axis, inertia about that."""
 
-    mass_kg: Weighed
-    centre_m: Centre
-    inertia_kg_m2: NoneOrWeighed
+    mass_kg: MassOrInertia
+    centre_m: Coordinate
+    inertia_kg_m2: MassOrInertiaOrZero
 
 
 class DistalLink(StrictModel):
     """A distal link as it was weighed: its mass, its centre of mass from the elbow, its inertia about that centre."""
 
-    mass_kg: Weighed
-    centre_m: Annotated[Centre, Field(ge=0.0)]
-    inertia_kg_m2: Weighed
+    mass_kg: MassOrInertia
+    centre_m: Annotated[Coordinate, Field(ge=0.0)]
+    inertia_kg_m2: MassOrInertia
 
 
 class ProximalLinks(StrictModel):
@@ -129,8 +138,8 @@ class DistalLinks(StrictModel):
 class EndEffector(StrictModel):
     """Section `end_effector` beside the links: mass at the platform point, inertia of what turns with leg 2 there."""
 
-    mass_kg: NoneOrWeighed
-    inertia_kg_m2: NoneOrWeighed = 0.0
+    mass_kg: MassOrInertiaOrZero
+    inertia_kg_m2: MassOrInertiaOrZero = 0.0
 
 
 class Links(NamedTuple):

@@ -176,7 +176,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     Of the section `imu` only the gyroscope is used: no controller reads the accelerometer.
 
     Raises:
-        InputError: the robot is MuJoCo's, which cannot be compiled, or is put elsewhere than where the motion begins.
+        InputError: the robot is MuJoCo's, which cannot be compiled, or the scenario says where the robot stands.
     """
     if scenario.plant.engine == MUJOCO:
         raise InputError(

@@ -1,4 +1,4 @@
-"""The estimator's constants: what it knows of robot, drives and sensors, each a number of one type."""
+"""The estimator's constants: what it knows of robot, drives and sensors."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.board_file import CLOCK, PEAK_CURRENT, BoardMotor
+from fivebar_description.physical_bounds import Positive
 from fivebar_description.share import share_file, yaml_path
-from fivebar_description.sizes import Positive
 from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 Angle = Annotated[float, Field(ge=-100.0, le=100.0)]

@@ -64,5 +64,5 @@ class Course(NamedTuple):
         return tuple(number / rate_hz for number in samples)
 
 
-NOWHERE = Course(())
-"""Of a motion that there is not."""
+NO_COURSE = Course(())
+"""That of a refused request, and of a step that moves nothing."""

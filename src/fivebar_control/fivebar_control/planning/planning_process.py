@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, Pipe
 from typing import NamedTuple, cast
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.planning.course import NOWHERE, Course
+from fivebar_control.planning.course import NO_COURSE, Course
 from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
@@ -61,14 +61,14 @@ class Planned(NamedTuple):
     """The answer to a request: a motion, or the reason why there is none.
 
     Attributes:
-        refused: the reason, "" for none; then there is nothing else.
+        refused: the reason, "" where it is not refused; where it is, the other fields are empty.
         course: where it goes.
         durations: of the legs (s).
         segments: between rests, as planned: who follows them needs no planner.
     """
 
     refused: str = ""
-    course: Course = NOWHERE
+    course: Course = NO_COURSE
     durations: tuple[float, ...] = ()
     segments: tuple[AnySegment, ...] = ()
 

@@ -24,15 +24,10 @@ NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
 
 
-LOCKSTEP_WAIT = 0.1
-"""Time (s) for which a sample waits for a plan in lockstep, so that the robot rests for few samples meanwhile. Timeouts
-there are longer."""
-
-
 class GoalServer:
     """Passes requests to a planning process and the planned motions to the queue.
 
-    The node calls `update` at every sample. By the clock no method blocks.
+    The node calls `update` at every sample, which blocks for at most the setting `goal_wait_ms`: by default not at all.
     """
 
     def __init__(self, node: GraphNode, motion: DeclaredMotion, queue: MotionQueue) -> None:
@@ -40,12 +35,13 @@ class GoalServer:
         values = {"robot": node.get_parameter("robot").value, "rate_hz": motion.rate_hz}
         for group in GROUPS:
             values |= node.parameters(specs_of(group.settings, group.prefix, group.without, **group.defaults))
-        self._open: bool = GOALS.read(values).takes_goals
+        settings = GOALS.read(values)
+        self._open: bool = settings.takes_goals
+        self._wait = settings.goal_wait_ms / 1e3
         self._rate_hz = motion.rate_hz
         self._queue = queue
         conditions = conditions_of(values)
         self._planning = PlanningProcess(conditions)
-        self._wait = 0.0 if conditions.held else LOCKSTEP_WAIT
         if self._open and conditions.held:
             # by the clock no cycle can wait until a process has been started, or while it loads
             self._planning.start()

@@ -165,6 +165,15 @@ class GoalSettings(NamedTuple):
             at_most=1e4,
         ),
     ] = 0.0
+    goal_wait_ms: Annotated[
+        float,
+        Setting(
+            "How long each sample waits for a plan that is under way; 0 but in lockstep, where time waits too.",
+            "ms",
+            at_least=0.0,
+            at_most=200.0,
+        ),
+    ] = 0.0
 
 
 class ProgramSettings(NamedTuple):

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fivebar_description.board_file import PEAK_CURRENT, BoardMotor
-from fivebar_description.sizes import Positive
+from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import StrictModel
 from fivebar_sim.emulation_file import EmulatedRobotFile
 

@@ -32,3 +32,15 @@ def test_they_are_what_the_scenario_declares(tmp_path: Path) -> None:
     assert conditions.error_tolerance == scenario.error_tolerance
     assert conditions.loads == Loads(tilt=0.02, push=0.3)
     assert conditions.sensing == scenario.sensing()
+
+
+def test_a_sample_waits_for_a_plan_in_lockstep_alone(tmp_path: Path) -> None:
+    waits = {
+        mode: [
+            node.parameters["goal_wait_ms"]
+            for node in crossing_graph(load_scenario("unified_middle"), mode, tmp_path)
+            if "goal_wait_ms" in node.parameters
+        ]
+        for mode in Mode
+    }
+    assert waits == {Mode.LOCKSTEP: [100.0], Mode.REALTIME: [0.0]}

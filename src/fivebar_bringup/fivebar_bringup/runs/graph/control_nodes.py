@@ -47,6 +47,10 @@ from fivebar_description.settings import to_parameters
 LOCKSTEP_DEADLINE_MS = 2000.0
 """Timeout for a candidate torque in lockstep (ms)."""
 
+LOCKSTEP_WAIT_MS = 100.0
+"""Time (ms) for which each sample waits for a plan in lockstep, so that few of them pass while the robot rests: less
+than the 500 ms after which the plant publishes a sample again."""
+
 
 def motion_parameters(scenario: Scenario) -> dict[str, Any]:
     """Return the parameters of the nodes that know the plan."""
@@ -75,6 +79,7 @@ def goal_parameters(scenario: Scenario, mode: Mode) -> dict[str, Any]:
         goal_gyro_every=scenario.imu.schedule(scenario.rate_hz).every,
         goal_camera_every=scenario.camera.every(scenario.rate_hz),
         goal_held_ms=scenario.stop_cycles() * 1e3 / scenario.rate_hz if mode is Mode.REALTIME else 0.0,
+        goal_wait_ms=0.0 if mode is Mode.REALTIME else LOCKSTEP_WAIT_MS,
     )
     return {
         **goal_conditions.GOALS.parameters(goals if limit is None else goals._replace(goal_torque_limit=limit)),

@@ -23,7 +23,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
-from fivebar_description.sizes import Positive
+from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 
 LEAST_READINGS = 100

@@ -1,0 +1,37 @@
+"""Numbers in files, most of them with the bounds of any robot of this kind: beyond them a number is a mistake.
+
+The commonest one is that of the unit.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+Positive = Annotated[float, Field(gt=0)]
+"""Of any unit, without an upper bound."""
+
+Length = Annotated[float, Field(ge=1e-4, le=10.0)]
+"""Of a link, or between the bases (m)."""
+
+Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
+"""Of a place, or of a centre of mass along its link (m)."""
+
+MassOrInertia = Annotated[float, Field(gt=0.0, le=1000.0)]
+"""kg, or kg m^2."""
+
+MassOrInertiaOrZero = Annotated[float, Field(ge=0.0, le=1000.0)]
+"""kg, or kg m^2."""
+
+ResidualInertia = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+"""kg m^2."""
+
+Torque = Annotated[float, Field(ge=-1e4, le=1e4)]
+"""Nm."""
+
+CoulombFriction = Annotated[float, Field(ge=0.0, le=1e4)]
+"""Nm."""
+
+FrictionWidth = Annotated[float, Field(gt=0.0, le=1e3)]
+"""Of the smoothing of Coulomb friction (rad/s)."""
