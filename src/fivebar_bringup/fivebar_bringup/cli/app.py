@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
-from types import FrameType
 from typing import Annotated
 
 import typer
@@ -82,20 +80,6 @@ def input_errors() -> Iterator[None]:
     except RunFailed as error:
         print(f"fivebar: the run failed: {error}", file=sys.stderr)
         raise typer.Exit(FAILED) from error
-
-
-@contextmanager
-def ending_on_sigterm() -> Iterator[None]:
-    """Make SIGTERM end a run in the same orderly way as Ctrl-C."""
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    previous = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, previous)
 
 
 @contextmanager

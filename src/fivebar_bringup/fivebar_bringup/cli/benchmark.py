@@ -11,11 +11,12 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.runs.results import finite
 from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import read_text
 
 ITS_RIGS = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
@@ -57,7 +58,7 @@ def benchmark(
     from fivebar_bringup.studies.benchmark.running import run_benchmark
     from fivebar_bringup.studies.benchmark.scoring import RULES, read_results, scores
 
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         every = crossings_of()
         wanted = every[: len(every) if crossings is None else crossings]
         if score is not None:

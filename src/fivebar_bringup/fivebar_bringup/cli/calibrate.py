@@ -10,10 +10,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
+from fivebar_bringup.cli.app import JsonOption, app, input_errors
 from fivebar_bringup.studies.calibrate.calibrate import DRIVES_FILE, ROBOT_FILE, calibrate_bag, write_calibration
 from fivebar_bringup.studies.calibrate.page import quality_rows
 from fivebar_bringup.studies.calibrate.result import INTERVALS, CalibrationResult
+from fivebar_description.interrupts import keyboard_interrupts
 
 
 @app.command()
@@ -58,7 +59,7 @@ def calibrate(
 
     Example: `fivebar calibrate runs/moved`, of a run made by `fivebar simulate calibration --out runs/moved`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         result = calibrate_bag(bags[0], robot, touched, encoders_only, camera)
         for bag in bags[1:]:
             result = calibrate_bag(bag, robot, None, encoders_only, camera, result)

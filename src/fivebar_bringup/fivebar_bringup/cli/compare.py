@@ -13,9 +13,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
 from fivebar_bringup.scenario import load_scenario
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import InputError
 
 LONGEST = 60.0
@@ -68,7 +69,7 @@ def compare(
     from fivebar_bringup.studies.compare.compare import compare as make
     from fivebar_bringup.studies.compare.rigs import RIG_NAMES
 
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         names = scenarios or (["middle"] if quick else ["middle", "multiple"])
         extent = ComparisonExtent(
             given=tuple(load_scenario(name) for name in names),

@@ -10,8 +10,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
+from fivebar_bringup.cli.app import JsonOption, app, input_errors
 from fivebar_bringup.studies.estimate.estimate import estimate_bag, write_estimation
+from fivebar_description.interrupts import keyboard_interrupts
 
 
 @app.command()
@@ -42,7 +43,7 @@ def estimate(
 
     Example: `fivebar estimate runs/first --set ekf.gyro_noise=0.02 --set tolerances.length=1e-4`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         estimation = estimate_bag(bag, file, settings or [], scenario)
         directory = write_estimation(estimation, out)
     if as_json:

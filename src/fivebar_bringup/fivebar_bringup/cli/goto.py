@@ -21,7 +21,6 @@ from fivebar_bringup.cli.app import (
     RealtimeOption,
     ScenarioArgument,
     app,
-    ending_on_sigterm,
     input_errors,
     progress_bar,
     verdict_of,
@@ -45,6 +44,7 @@ from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.timing import Speed
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS, radii_at
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -141,7 +141,7 @@ def goto(
 
     Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         if fastest and duration is not None:
             raise InputError("--fastest and --duration: expected one of them")
         points = [_point(one) for one in via or ()]
@@ -217,7 +217,7 @@ def stand(
 
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from rich.console import Console
 
-from fivebar_bringup.cli.app import OutOption, ScenarioArgument, app, ending_on_sigterm, input_errors
+from fivebar_bringup.cli.app import OutOption, ScenarioArgument, app, input_errors
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import load_scenario
 from fivebar_bringup.simulation.guided import guide as lead
 from fivebar_bringup.simulation.guided import write_guided_bag
+from fivebar_description.interrupts import keyboard_interrupts
 
 
 @app.command()
@@ -19,7 +20,7 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
 
     Example: `fivebar guide calibration --out runs/led`, then `fivebar calibrate runs/led --encoders-only`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         loaded = load_scenario(scenario)
         samples = lead(loaded)
         run = new_run_directory(out, loaded)

@@ -11,11 +11,12 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors
+from fivebar_bringup.cli.app import JsonOption, app, input_errors
 from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, map_bag, write_identification
 from fivebar_bringup.studies.identify.resonance import resonance_of_bag, write_resonance
 from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
 from fivebar_control.identification.motor_map import MotorMap, MotorValue
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import InputError
 
 MOST_PERIODS = 1000
@@ -62,7 +63,7 @@ def identify(
 
     Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         if cogging is not None and resonance:
             raise InputError("--resonance: expected without --cogging")
         if resonance:

@@ -19,7 +19,6 @@ from fivebar_bringup.cli.app import (
     PageOption,
     RealtimeOption,
     app,
-    ending_on_sigterm,
     input_errors,
     progress_bar,
     verdict_of,
@@ -37,6 +36,7 @@ from fivebar_bringup.studies.goto.program import (
     words_of,
 )
 from fivebar_control.planning.program import load_program
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import InputError
 
 
@@ -69,7 +69,7 @@ def program(
 
     Example: `fivebar program my_work.yaml --realtime --out runs/work`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         within = read_namespace(namespace)
         if hardware is Hardware.USB:
             raise InputError("--hardware usb: a program does not run on a real motor board: expected emulated")

@@ -12,8 +12,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
 from fivebar_bringup.runs.results import FIGURES
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import InputError
 
 
@@ -48,7 +49,7 @@ def robustness(
     from fivebar_bringup.studies.robustness.robustness import QUICK, Extent
     from fivebar_bringup.studies.robustness.robustness import robustness as make
 
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         extent = QUICK if quick else Extent()
         command = ["fivebar", "robustness"] + (["--quick"] if quick else [])
         if effects is not None:
@@ -73,7 +74,7 @@ def robustness(
 def _losses(out: Path | None, processes: int, as_json: bool) -> None:
     from fivebar_bringup.studies.robustness.bursts import BURSTS, write_losses
 
-    with input_errors(), ending_on_sigterm(), progress_bar("losses", as_json) as progress:
+    with input_errors(), keyboard_interrupts(), progress_bar("losses", as_json) as progress:
         directory, made = write_losses(out, processes, progress)
     if as_json:
         print(json.dumps([one.as_json() for one in made], indent=2, allow_nan=False))

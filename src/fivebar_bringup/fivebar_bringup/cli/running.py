@@ -21,7 +21,6 @@ from fivebar_bringup.cli.app import (
     RealtimeOption,
     ScenarioArgument,
     app,
-    ending_on_sigterm,
     input_errors,
     progress_bar,
     verdict_of,
@@ -42,6 +41,7 @@ from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import load_scenario
 from fivebar_description.interface import HIGHEST_PRIORITY
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
@@ -106,7 +106,7 @@ def run(
 
     Example: `fivebar run motkin_middle --hardware usb --port /dev/ttyACM0`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         emulated, board = hardware is Hardware.EMULATED, bridge_of(loaded) == BOARD_BRIDGE
@@ -147,7 +147,7 @@ def simulate(
 
     Example: `fivebar simulate middle --json`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         loaded = load_admitted(scenario)
         with progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_offline(loaded, out, progress, page)

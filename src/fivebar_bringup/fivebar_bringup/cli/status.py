@@ -15,6 +15,7 @@ from rich.table import Table
 from fivebar_bringup.cli.app import COMPLETED, FAILED, JsonOption, app, input_errors
 from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener, NodeReport
 from fivebar_bringup.runs.domain import held_domains
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import InputError
 
 COLOURS = {"ok": "green", "warning": "yellow", "error": "red", "stale": "magenta"}
@@ -58,7 +59,7 @@ def status(
     """
     with input_errors():
         number = graph_domain(domain)
-    with DiagnosticsListener(number) as listener:
+    with keyboard_interrupts(), DiagnosticsListener(number) as listener:
         if listener.wait_for_report(DISCOVERY_TIME):
             listener.take_for(LISTENING_TIME)
         if watch:

@@ -10,10 +10,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
 from fivebar_bringup.runs.results import new_directory
 from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
 from fivebar_bringup.studies.study_directory import StudyDirectory
+from fivebar_description.interrupts import keyboard_interrupts
 
 
 @app.command(name="map")
@@ -31,7 +32,7 @@ def map_robot(
 
     Example: `fivebar map dextar --out runs/map`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         file = read_mappable_robot(robot)
         directory = StudyDirectory(new_directory(out, f"map-{file.name}"), "map")
         with progress_bar(f"map of {file.name}", as_json) as progress:
@@ -58,7 +59,7 @@ def reproduce(
     # here, because it loads matplotlib
     from fivebar_bringup.studies.reproduce.reproduce import reproduce as make
 
-    with input_errors(), ending_on_sigterm(), progress_bar("reproduction", as_json) as progress:
+    with input_errors(), keyboard_interrupts(), progress_bar("reproduction", as_json) as progress:
         made = make(out, quick, progress)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))

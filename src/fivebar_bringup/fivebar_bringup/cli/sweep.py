@@ -11,11 +11,12 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, ending_on_sigterm, input_errors, progress_bar
+from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.runs.results import finite
 from fivebar_bringup.studies.sweep.rigs import RIGS
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import InputError
 
 QUICK_CASES = 60
@@ -98,7 +99,7 @@ def sweep(
 
     Example: `fivebar sweep --case 137 --controller unified --out runs/case-137`
     """
-    with input_errors(), ending_on_sigterm():
+    with input_errors(), keyboard_interrupts():
         if quick and cases is not None:
             raise InputError("--quick: has its own number of cases: expected either --quick or --cases")
         if rig is not None and rig not in RIGS:

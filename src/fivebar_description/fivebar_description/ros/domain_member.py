@@ -15,6 +15,7 @@ from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
 from fivebar_description.interface import Topic
+from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.ros.messages import message_class
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
@@ -45,7 +46,8 @@ class DomainMember:
 
     def take_one(self, seconds: float) -> None:
         """Take one message, waiting for it at most some seconds."""
-        self._executor.spin_once(timeout_sec=seconds)
+        with interrupts_deferred():
+            self._executor.spin_once(timeout_sec=seconds)
 
     def take_for(self, seconds: float) -> None:
         """Take what comes within some time (s)."""
@@ -58,7 +60,7 @@ class DomainMember:
             left = end - time.monotonic()
             if left <= 0.0:
                 return False
-            self._executor.spin_once(timeout_sec=min(left, LOOK_PERIOD))
+            self.take_one(min(left, LOOK_PERIOD))
         return True
 
     def __enter__(self) -> Self:

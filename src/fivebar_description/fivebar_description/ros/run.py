@@ -16,6 +16,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
+from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import ProcessTopics
@@ -47,8 +48,6 @@ SWITCH_INTERVAL = 2e-4
 """Switch interval (s) of Python's global interpreter lock; the default of 5 ms is more than two periods at 500 Hz."""
 
 BAD_INPUT = 2
-
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 PROFILE_VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 FAST_DDS = "rmw_fastrtps"
