@@ -460,7 +460,10 @@ def read_scenario(name_or_path: str) -> Scenario:
     Raises:
         InputError: there is no such scenario, it is malformed, or the camera does not see where the robot stands.
     """
-    path = _path_of(name_or_path)
+    return _read(_path_of(name_or_path))
+
+
+def _read(path: Path) -> Scenario:
     scenario = read_versioned(path, Scenario, SCENARIO_RULES)
     if scenario.start != SEEN:
         return scenario
@@ -492,7 +495,7 @@ def load_scenario(name_or_path: str) -> Scenario:
         InputError: there is no such scenario, it is malformed, or its motion is refused.
     """
     path = _path_of(name_or_path)
-    scenario = read_scenario(name_or_path)
+    scenario = _read(path)
     try:
         check_engine(scenario.plant)
         scenario.plan()
