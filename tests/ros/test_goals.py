@@ -16,6 +16,7 @@ from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import JointState
 
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.interface import GOAL, GOAL_STATUS, JOINT_STATES, JOINTS, REFERENCE, sample_stamp_ns
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import joint_state
@@ -88,8 +89,8 @@ class Driver:
         return self.__dict__.setdefault("told", [])
 
 
-def start(bench: Bench, takes_goals: bool = True) -> Driver:
-    bench.start("trajectory_generator", **MOTION, takes_goals=takes_goals)
+def start(bench: Bench, takes_goals: bool = True, **settings: float) -> Driver:
+    bench.start("trajectory_generator", **MOTION, takes_goals=takes_goals, **settings)
     return Driver(bench.probe())
 
 
@@ -121,6 +122,29 @@ def test_a_goal_is_planned_beside_the_cycle_and_followed(bench: Bench) -> None:
     assert [references[number] for number in range(last, last + 3)] == [pytest.approx(GOAL_REFERENCE)] * 3
     # no step anywhere: from one sample to the next no further than the speed takes it
     assert max(abs(after - here) for here, after in pairwise(places)) < 2.0 / RATE_HZ
+
+
+def test_the_status_says_by_which_time_law_loads_are_borne(bench: Bench) -> None:
+    driver = start(bench, goal_load_push=1.0)
+    driver.steps(60)
+    driver.request(x=0.0, y=0.03, assembly_mode=-1.0)
+    driver.wait_for_status("planning")
+    driver.step_until_status("moving")
+    moving = driver.statuses()[-1]
+    assert (moving["time_law"], moving["payload_kg"]) == ("optimal", 0.0)
+    assert "blend_radius" not in moving
+    driver.step_until_status("arrived")
+    ends, rule = [tuple(point) for point in moving["waypoints"]], ZoneRule()
+    made = [
+        plan_motion(load_robot("dextar"), (1, -1), ends, moving["durations_s"], RATE_HZ, rule, law, 0.0).path
+        for law in ("optimal", "quintic")
+    ]
+    references = driver.references()
+    first, last = moving["first_sample"], moving["last_sample"]
+    shown = [references[number] for number in range(first, last)]
+    optimal, quintic = ([path.at((n - first) / RATE_HZ)[:4] for n in range(first, last)] for path in made)
+    assert shown == [pytest.approx(one, abs=1e-12) for one in optimal]
+    assert max(math.dist(one[:2], other[:2]) for one, other in zip(shown, quintic, strict=True)) > 1e-3
 
 
 def test_what_cannot_be_is_refused_and_moves_nothing(bench: Bench) -> None:

@@ -11,7 +11,7 @@ from fivebar_control.planning.feasibility import displaced, is_predictable, scre
 from fivebar_control.planning.figures import LOADS, Feasibility
 from fivebar_control.planning.limits import MotionLimits, limits_of_given, reach_within
 from fivebar_control.planning.pacing import Borne, longest_within
-from fivebar_control.trajectory.planner import Plan, PlanRefused
+from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
 
 PREDICTED_SHARE = 0.5
 """Part of the error tolerance that the predicted run may use; the rest is for what the prediction does not know."""
@@ -53,9 +53,28 @@ def refuse_unfit(scenario: Scenario) -> None:
 
 
 def _advice(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
-    """Return what would make a motion feasible that the tolerances of the robot or its loads forbid."""
+    """Return what would make a motion feasible: another time law, or what the tolerances or the loads ask for."""
     if [figure.name for figure in verdict.figures if not figure.kept] == [LOADS]:
-        return _quicker(scenario)
+        found = _quicker(scenario)
+    else:
+        found = _within_tolerances(scenario, plan, verdict)
+    return ", or ".join(words for words in (found, _by_least_torque(scenario)) if words)
+
+
+def _by_least_torque(scenario: Scenario) -> str:
+    """Return whether the time law of least torque would do, in the same duration."""
+    if scenario.time_law == OPTIMAL or scenario.working_modes is not None:
+        return ""
+    other = scenario.model_copy(update={"time_law": OPTIMAL})
+    try:
+        feasible = screened(other, other.plan()).feasible
+    except PlanRefused:
+        return ""
+    return f"with time_law: {OPTIMAL}" if feasible else ""
+
+
+def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
+    """Return what would make a motion feasible that nothing but the tolerances of the robot forbids."""
     given = scenario.sensing()
     if given is None or not concerns_tolerances(verdict):
         return ""

@@ -10,6 +10,9 @@ from typing import NamedTuple
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
 
+LAWS_UNDER_LOADS = (QUINTIC, OPTIMAL)
+"""The time laws that the planner tries where loads are declared, in the order of its preference."""
+
 
 class Course(NamedTuple):
     """Where a motion goes.

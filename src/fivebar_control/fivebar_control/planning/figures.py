@@ -81,6 +81,9 @@ class Figure(NamedTuple):
 FORBIDDEN = "time to the forbidden posture"
 """How the names of the figures of forbidden postures begin."""
 
+WORTH_A_CHANGE = 0.9
+"""Share of the displacement by loads that another time law must not exceed to be taken: the first is the smoother."""
+
 
 class Feasibility(NamedTuple):
     """The verdict on a motion: one figure per limit, the worst of the motion each."""
@@ -96,6 +99,16 @@ class Feasibility(NamedTuple):
     def reasons(self) -> list[str]:
         """What is not kept, in words."""
         return [str(figure) for figure in self.figures if not figure.kept]
+
+    @property
+    def displacement(self) -> float:
+        """By the declared loads where the path crosses the Type 2 locus (m); 0 without loads, or a crossing."""
+        found = self.figure(LOADS)
+        return 0.0 if found is None else found.value
+
+    def bears_loads_better(self, other: Feasibility) -> bool:
+        """Return whether the declared loads displace the platform by a tenth less, or more, than under another."""
+        return self.displacement < WORTH_A_CHANGE * other.displacement
 
     def figure(self, name: str) -> Figure | None:
         """Return a figure by its name; None where the motion has no such figure."""

@@ -8,7 +8,7 @@ from enum import StrEnum
 from itertools import chain
 from typing import NamedTuple
 
-from fivebar_control.planning.course import Course
+from fivebar_control.planning.course import LAWS_UNDER_LOADS, Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.pacing import Pace, Task, pace_of
 from fivebar_control.trajectory.planner import Plan, PlanRefused
@@ -60,19 +60,38 @@ class DurationSearch:
         for chosen in self._durations(paces):
             shared = (part.sampled(one, task.rate_hz) for part, one in zip(parts, chosen, strict=True))
             durations = tuple(chain.from_iterable(shared))
-            try:
-                plan = task.plan(course, durations)
-            except PlanRefused as refusal:
-                reason = reason or str(refusal)
-                continue
-            feasibility = task.judge_run(plan)
-            if feasibility.feasible:
-                return Timed(plan, feasibility, course, durations)
-            reason = reason or "; ".join(feasibility.reasons) + self._advice(plan, feasibility)
+            best: Timed | None = None
+            for one in self._by_law(course):
+                tried = self._tried(one, durations)
+                if isinstance(tried, str):
+                    reason = reason or tried
+                elif best is None or tried.feasibility.bears_loads_better(best.feasibility):
+                    best = tried
+                if best is not None and not best.plan.crossings:
+                    break
+            if best is not None:
+                return best
         if isinstance(self._duration, Speed):
             return reason
         shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
         return f"in {self._duration:g} s {reason} (possible are about {shortest:.2f} to {longest:.2f} s)"
+
+    def _tried(self, course: Course, durations: tuple[float, ...]) -> Timed | str:
+        """Return the motion along a course in the given durations (s) of its legs."""
+        try:
+            plan = self._task.plan(course, durations)
+        except PlanRefused as refusal:
+            return str(refusal)
+        feasibility = self._task.judge_run(plan)
+        if feasibility.feasible:
+            return Timed(plan, feasibility, course, durations)
+        return "; ".join(feasibility.reasons) + self._advice(plan, feasibility)
+
+    def _by_law(self, course: Course) -> list[Course]:
+        """Return a course by each time law to try: its own only without loads, or where it rounds a corner."""
+        if not self._task.limits.loads.declared or course.rounded:
+            return [course]
+        return [course._replace(time_law=law) for law in LAWS_UNDER_LOADS]
 
     def _advice(self, plan: Plan, verdict: Feasibility) -> str:
         """Return what would make a motion feasible that the robot's tolerances forbid: once, as it takes long.

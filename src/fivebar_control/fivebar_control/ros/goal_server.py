@@ -14,6 +14,7 @@ from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue
 from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
 from fivebar_control.ros.motion_parameters import DeclaredMotion
+from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import specs_of
@@ -120,15 +121,15 @@ class GoalServer:
             last_sample=self._arrival,
             waypoints=[list(point) for point in planned.course.waypoints],
             durations_s=list(planned.durations),
-            **self._rounding(planned.course),
+            **self._beyond_waypoints(planned.course),
         )
 
-    def _rounding(self, course: Course) -> dict[str, Any]:
-        """Return what else decides where a motion is at which time, if it rounds corners."""
-        if not course.rounded:
+    def _beyond_waypoints(self, course: Course) -> dict[str, Any]:
+        """Return what else decides where a motion is at which time, unless it is the polynomial between rests."""
+        if not course.rounded and course.time_law == QUINTIC:
             return {}
         return {
-            "blend_radius": list(course.blend_radius),
+            **({"blend_radius": list(course.blend_radius)} if course.rounded else {}),
             "time_law": course.time_law,
             "payload_kg": self._planned_payload,
         }

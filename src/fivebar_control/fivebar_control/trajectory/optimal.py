@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from functools import cache
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -147,7 +147,7 @@ def _hump(u: float) -> tuple[float, float, float]:
     return v * v * v, 3.0 * v * v * (1.0 - 2.0 * u), 6.0 * v * ((1.0 - 2.0 * u) * (1.0 - 2.0 * u) - v)
 
 
-@cache
+@lru_cache(maxsize=64)
 def optimal_law(
     robot: FiveBar,
     mode1: int,

@@ -210,6 +210,22 @@ def test_what_the_advice_names_is_admitted_and_so_is_a_wider_tolerance(changes: 
     refuse_unfit(tolerant(**changes))
 
 
+def test_a_motion_that_asks_for_too_much_torque_is_refused_with_the_time_law_that_asks_for_less() -> None:
+    content = {
+        "name": "steep",
+        "controller": "unified",
+        "waypoints": ((0.0, 0.15), (0.0, 0.02)),
+        "segment_duration": 0.24,
+        "plant": {"torque_limit": 2.0},
+    }
+    with pytest.raises(PlanRefused, match=r"reference torque is .*; within the limits with time_law: optimal \(with"):
+        refuse_unfit(Scenario.model_validate(content))
+    refuse_unfit(Scenario.model_validate(content | {"time_law": "optimal"}))
+    with pytest.raises(PlanRefused) as refusal:
+        refuse_unfit(Scenario.model_validate(content | {"segment_duration": 0.1}))
+    assert "time_law" not in str(refusal.value)
+
+
 @pytest.mark.parametrize("changes", [{"tolerances": {"gyro_scale": 0.05}}, {"estimator": "none"}])
 def test_without_tolerances_or_an_estimator_nothing_more_is_judged(changes: dict[str, Any]) -> None:
     scenario = tolerant(**changes)

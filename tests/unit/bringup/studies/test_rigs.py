@@ -13,12 +13,14 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import sampled
 from fivebar_bringup.studies.sweep.drawing import Draw, draw, on_robot, plan_of
 from fivebar_bringup.studies.sweep.rigs import DEGREE, DEXTAR, RIGS, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
-from fivebar_bringup.studies.sweep.running import made, quick_enough
+from fivebar_bringup.studies.sweep.running import made, screened, timed_for_loads
 from fivebar_bringup.studies.sweep.statistics import silence_table, within_table
 from fivebar_control.model.geometry import workspace_margin
+from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.encoders import EncoderErrors
@@ -202,11 +204,35 @@ def test_a_robot_is_drawn_by_seed_number_and_rig_alone(numbers: tuple[int, ...])
 
 def test_a_crossing_too_slow_for_the_declared_loads_is_made_quicker() -> None:
     slow = draw(41, 128, "middling")
-    quick = quick_enough(slow)
+    quick = timed_for_loads(slow)
     assert quick.drawn_duration == slow.duration > 2.0 * quick.duration
-    assert quick._replace(duration=slow.duration, drawn_duration=None) == slow
+    assert quick._replace(duration=slow.duration, drawn_duration=None, time_law=QUINTIC) == slow
     without_loads = draw(41, 128, "encoders")
-    assert quick_enough(without_loads) == without_loads
+    assert timed_for_loads(without_loads) == without_loads
+
+
+@pytest.mark.parametrize(
+    ("seed", "number", "rig", "law"),
+    [
+        # the polynomial asks for too much torque
+        (75, 3, "calibrated", OPTIMAL),
+        (41, 128, "middling", OPTIMAL),
+        (75, 6, "calibrated", QUINTIC),
+        (75, 3, "encoders", QUINTIC),
+    ],
+)
+def test_the_time_law_is_that_by_which_the_loads_displace_less(seed: int, number: int, rig: str, law: str) -> None:
+    timed = timed_for_loads(draw(seed, number, rig))
+    assert timed.time_law == law == timed.scenario("unified").time_law
+    verdicts = {}
+    for one in (QUINTIC, OPTIMAL):
+        case = timed._replace(time_law=one)
+        scenario = case.scenario("unified")
+        samples = sampled(scenario.five_bar(), plan_of(case), scenario.rate_hz, scenario.lead_samples)
+        verdicts[one] = screened(case, "unified", plan_of(case), samples)
+    if rig != "encoders":
+        less = verdicts[OPTIMAL].displacement < 0.9 * verdicts[QUINTIC].displacement
+        assert (law == OPTIMAL) == (less or not verdicts[QUINTIC].feasible)
 
 
 def test_only_the_blended_controllers_let_the_estimator_find_disturbances_quickly() -> None:

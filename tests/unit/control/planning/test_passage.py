@@ -15,13 +15,13 @@ from fivebar_bringup.studies.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.figures import LOADS
+from fivebar_control.planning.figures import LOADS, Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
 from fivebar_control.planning.passage import displacement, exposure, unavoidable
-from fivebar_control.planning.transfer import TransferRefused, plan_transfer
+from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.robot_file import load_robot
 
@@ -116,6 +116,40 @@ def test_the_planner_makes_a_crossing_quick_enough_and_refuses_what_cannot_be() 
         plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits, duration=2.5)
     task = Task(ROBOT, (1, -1), 500, UNIFIED, MotionLimits(loads=Loads(push=30.0)))
     assert "no shorter duration bears the loads" in str(slowest_pace(task, Course((start, goal))))
+
+
+def by_law(transfer: Transfer, limits: MotionLimits) -> dict[str, Feasibility]:
+    """Verdicts on a transfer by each time law, in the same durations."""
+    task = Task(ROBOT, (1, -1), 500, UNIFIED, limits, min_authority=0.0)
+    courses = {law: Course(transfer.waypoints, (), law) for law in (QUINTIC, OPTIMAL)}
+    return {law: task.judge_run(task.plan(course, transfer.durations)) for law, course in courses.items()}
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "push", "chosen"),
+    [
+        # 0.67 of the displacement, and 1.16
+        ((0.0, 0.15), (0.0, 0.02), 0.5, OPTIMAL),
+        ((0.03, 0.12), (-0.02, 0.02), 0.5, QUINTIC),
+    ],
+)
+def test_the_planner_takes_the_time_law_by_which_the_loads_displace_less(
+    start: tuple[float, float], goal: tuple[float, float], push: float, chosen: str
+) -> None:
+    limits = MotionLimits(loads=Loads(push=push))
+    transfer = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits)
+    verdicts = by_law(transfer, limits)
+    assert all(verdict.feasible for verdict in verdicts.values())
+    ratio = verdicts[OPTIMAL].displacement / verdicts[QUINTIC].displacement
+    assert transfer.course.time_law == chosen == (OPTIMAL if ratio < 0.9 else QUINTIC)
+    assert transfer.feasibility.displacement == pytest.approx(verdicts[chosen].displacement)
+
+
+def test_without_loads_or_a_crossing_the_planner_keeps_the_polynomial() -> None:
+    start, goal = (0.0, 0.15), (0.0, 0.02)
+    assert plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, MotionLimits()).course.time_law == QUINTIC
+    loaded = MotionLimits(loads=BORNE)
+    assert plan_transfer(ROBOT, (1, -1), start, (0.03, 0.13), None, 500, UNIFIED, loaded).course.time_law == QUINTIC
 
 
 def test_the_longest_duration_is_found_beside_a_shorter_one_that_does_not_do() -> None:

@@ -226,9 +226,9 @@ def run_program(
     """
     first = steps[0].planned
     course = first.course
-    update: dict[str, Any] = {"waypoints": course.waypoints, "segment_duration": first.durations}
+    update = {"waypoints": course.waypoints, "segment_duration": first.durations, "time_law": course.time_law}
     if course.rounded:
-        update |= {"blend_radius": course.blend_radius, "time_law": course.time_law}
+        update["blend_radius"] = course.blend_radius
     timed = scenario.model_copy(update=update)
     run = new_run_directory(out, timed)
     file = run.path / PROGRAM_FILE

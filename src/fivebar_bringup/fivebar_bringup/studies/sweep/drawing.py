@@ -26,7 +26,7 @@ from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
-from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.planner import QUINTIC, Plan
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import validate
@@ -124,6 +124,7 @@ class Draw(NamedTuple):
         rig: whose robots are drawn from, "" for those whose encoders and delay vary.
         seed: of the sweep; with number and rig it determines the robot.
         drawn_duration: what was drawn, where the planner has made the crossing quicker for the rig's loads (s).
+        time_law: how the reference passes along the segment.
     """
 
     number: int
@@ -142,6 +143,7 @@ class Draw(NamedTuple):
     rig: str = VARIED
     seed: int = 1
     drawn_duration: float | None = None
+    time_law: str = QUINTIC
 
     def scenario(self, controller: str) -> DrawnScenario:
         """Return the scenario for a controller; with encoders it has estimator and gains of the rig with encoders.
@@ -188,6 +190,7 @@ class Draw(NamedTuple):
             "working_mode": (self.mode1, self.mode2),
             "waypoints": ((self.start_x, self.start_y), (self.end_x, self.end_y)),
             "segment_duration": self.duration,
+            "time_law": self.time_law,
         }
         return validate(rig, DrawnScenario, f"case {self.number}")
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_bringup.studies.sweep.drawing import Draw
+from fivebar_control.trajectory.planner import QUINTIC
 
 REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
 """By the planner, for all controllers; by the controller's screen, and run nevertheless; judged feasible."""
@@ -27,7 +28,7 @@ class SweepRow(NamedTuple):
         reason: why it was refused or screened out.
         success: of the run, by the rule of `success`.
         why_not: how it falls short of a success.
-        mode1 ... drawn_duration: as in `Draw`, lengths in m.
+        mode1 ... time_law: as in `Draw`, lengths in m.
         crossings: planned changes of assembly mode.
         authority: least |n.v1| at the planned crossings.
         crossing_x, crossing_y: of the first one (m).
@@ -67,6 +68,7 @@ class SweepRow(NamedTuple):
     rig: str = ""
     seed: int = 1
     drawn_duration: float | None = None
+    time_law: str = QUINTIC
     crossings: int | None = None
     authority: float | None = None
     crossing_x: float | None = None

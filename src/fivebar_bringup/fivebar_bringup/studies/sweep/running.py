@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
@@ -15,6 +15,7 @@ from fivebar_bringup.studies.sweep.drawing import RATE_HZ, VARIED, Draw, draw, p
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
+from fivebar_control.planning.course import LAWS_UNDER_LOADS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within
@@ -70,7 +71,7 @@ def run_case(seed: int, number: int, rig: str = VARIED, controllers: Sequence[st
     """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
     case = draw(seed, number, rig)
     try:
-        case = quick_enough(case)
+        case = timed_for_loads(case)
         plan = planned(case)
     except InputError as refusal:
         return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
@@ -78,12 +79,13 @@ def run_case(seed: int, number: int, rig: str = VARIED, controllers: Sequence[st
     return [_row(case, controller, plan, samples) for controller in controllers]
 
 
-def quick_enough(case: Draw) -> Draw:
+def timed_for_loads(case: Draw) -> Draw:
     """Return a case as the planner times it for `TIMED_FOR`: quicker than drawn where the rig's loads ask for it.
 
     The drawn duration is what a user asks for; the planner keeps it where the loads displace the platform by no more
     than it aims at. Otherwise it takes the longest duration that does, or the shortest that keeps the other limits, and
-    where that is not feasible somewhat longer ones, as for a requested motion.
+    where that is not feasible somewhat longer ones, as for a requested motion. The fifth-order
+    polynomial gives way to the time law of least torque where only that is feasible, or the loads displace it less.
 
     Raises:
         InputError: the planner refuses the motion.
@@ -93,27 +95,36 @@ def quick_enough(case: Draw) -> Draw:
     if not limits.loads.declared:
         return case
     task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
-    calm = longest_bearing(task, plan, limits.risk.load_aim, limits.loads)
-    if calm.duration == case.duration:
-        return case
-    free = task._replace(limits=limits._replace(loads=NO_LOADS))
-    wanted = max(calm.duration, pace_of(free, plan).fastest)
-    for factor in SLOWER:
-        duration = factor * wanted
-        if duration >= case.duration:
-            break
-        quicker = case._replace(duration=duration, drawn_duration=case.duration)
-        if _feasible(quicker):
-            return quicker
+    for duration in _durations(task, plan):
+        timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
+        best: tuple[Draw, Feasibility] | None = None
+        for one, verdict in _judged_by_law(timed):
+            if verdict.feasible and (best is None or verdict.bears_loads_better(best[1])):
+                best = one, verdict
+        if best is not None:
+            return best[0]
     return case
 
 
-def _feasible(case: Draw) -> bool:
-    try:
-        plan = planned(case)
-    except InputError:
-        return False
-    return screened(case, TIMED_FOR, plan, _sampled(case, plan)).feasible
+def _durations(task: Task, drawn: Plan) -> list[float]:
+    """Return the durations (s) to try under loads: from the shortest on, at last the drawn one."""
+    limits, longest = task.limits, drawn.path.duration
+    calm = longest_bearing(task, drawn, limits.risk.load_aim, limits.loads).duration
+    if calm == longest:
+        return [longest]
+    wanted = max(calm, pace_of(task._replace(limits=limits._replace(loads=NO_LOADS)), drawn).fastest)
+    return [*(factor * wanted for factor in SLOWER if factor * wanted < longest), longest]
+
+
+def _judged_by_law(case: Draw) -> Iterator[tuple[Draw, Feasibility]]:
+    """Yield a case by each time law that the planner does not refuse, with the screen's verdict."""
+    for time_law in LAWS_UNDER_LOADS:
+        one = case._replace(time_law=time_law)
+        try:
+            plan = planned(one)
+        except InputError:
+            continue
+        yield one, screened(one, TIMED_FOR, plan, _sampled(one, plan))
 
 
 def planned(case: Draw) -> Plan:
