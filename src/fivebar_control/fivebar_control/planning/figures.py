@@ -82,7 +82,7 @@ FORBIDDEN = "time to the forbidden posture"
 """How the names of the figures of forbidden postures begin."""
 
 WORTH_A_CHANGE = 0.9
-"""Share of the displacement by loads that another time law must not exceed to be taken: the first is the smoother."""
+"""Share of the expected distance that another time law must not exceed to be taken: the first is the smoother."""
 
 
 class Feasibility(NamedTuple):
@@ -101,14 +101,13 @@ class Feasibility(NamedTuple):
         return [str(figure) for figure in self.figures if not figure.kept]
 
     @property
-    def displacement(self) -> float:
-        """By the declared loads where the path crosses the Type 2 locus (m); 0 without loads, or a crossing."""
-        found = self.figure(LOADS)
-        return 0.0 if found is None else found.value
+    def expected_distance(self) -> float:
+        """How far from its reference (m) the platform is expected: as predicted without loads, and by these besides."""
+        return sum(figure.value for figure in self.figures if figure.name in (ERROR, LOADS))
 
-    def bears_loads_better(self, other: Feasibility) -> bool:
-        """Return whether the declared loads displace the platform by a tenth less, or more, than under another."""
-        return self.displacement < WORTH_A_CHANGE * other.displacement
+    def keeps_nearer_than(self, other: Feasibility) -> bool:
+        """Return whether the platform is expected nearer to its reference, by a tenth at least, than in another."""
+        return self.expected_distance < WORTH_A_CHANGE * other.expected_distance
 
     def figure(self, name: str) -> Figure | None:
         """Return a figure by its name; None where the motion has no such figure."""

@@ -65,7 +65,7 @@ class DurationSearch:
                 tried = self._tried(one, durations)
                 if isinstance(tried, str):
                     reason = reason or tried
-                elif best is None or tried.feasibility.bears_loads_better(best.feasibility):
+                elif best is None or tried.feasibility.keeps_nearer_than(best.feasibility):
                     best = tried
                 if best is not None and not best.plan.crossings:
                     break

@@ -128,21 +128,22 @@ def by_law(transfer: Transfer, limits: MotionLimits) -> dict[str, Feasibility]:
 @pytest.mark.parametrize(
     ("start", "goal", "push", "chosen"),
     [
-        # 0.67 of the displacement, and 1.16
-        ((0.0, 0.15), (0.0, 0.02), 0.5, OPTIMAL),
-        ((0.03, 0.12), (-0.02, 0.02), 0.5, QUINTIC),
+        # 0.73, 1.11 and 0.92 of the distance
+        ((0.0, 0.15), (0.0, 0.02), 0.3, OPTIMAL),
+        ((0.02, 0.12), (0.02, 0.04), 1.0, QUINTIC),
+        ((0.0, 0.13), (0.0, 0.03), 1.0, QUINTIC),
     ],
 )
-def test_the_planner_takes_the_time_law_by_which_the_loads_displace_less(
+def test_under_loads_the_planner_takes_the_time_law_that_keeps_nearer(
     start: tuple[float, float], goal: tuple[float, float], push: float, chosen: str
 ) -> None:
     limits = MotionLimits(loads=Loads(push=push))
     transfer = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits)
     verdicts = by_law(transfer, limits)
     assert all(verdict.feasible for verdict in verdicts.values())
-    ratio = verdicts[OPTIMAL].displacement / verdicts[QUINTIC].displacement
+    ratio = verdicts[OPTIMAL].expected_distance / verdicts[QUINTIC].expected_distance
     assert transfer.course.time_law == chosen == (OPTIMAL if ratio < 0.9 else QUINTIC)
-    assert transfer.feasibility.displacement == pytest.approx(verdicts[chosen].displacement)
+    assert transfer.feasibility.expected_distance == pytest.approx(verdicts[chosen].expected_distance)
 
 
 def test_without_loads_or_a_crossing_the_planner_keeps_the_polynomial() -> None:

@@ -85,7 +85,7 @@ def timed_for_loads(case: Draw) -> Draw:
     The drawn duration is what a user asks for; the planner keeps it where the loads displace the platform by no more
     than it aims at. Otherwise it takes the longest duration that does, or the shortest that keeps the other limits, and
     where that is not feasible somewhat longer ones, as for a requested motion. The fifth-order
-    polynomial gives way to the time law of least torque where only that is feasible, or the loads displace it less.
+    polynomial gives way to the time law of least torque where only that is feasible, or keeps nearer to the reference.
 
     Raises:
         InputError: the planner refuses the motion.
@@ -99,7 +99,7 @@ def timed_for_loads(case: Draw) -> Draw:
         timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
         best: tuple[Draw, Feasibility] | None = None
         for one, verdict in _judged_by_law(timed):
-            if verdict.feasible and (best is None or verdict.bears_loads_better(best[1])):
+            if verdict.feasible and (best is None or verdict.keeps_nearer_than(best[1])):
                 best = one, verdict
         if best is not None:
             return best[0]
