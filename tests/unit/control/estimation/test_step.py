@@ -1,4 +1,4 @@
-"""The estimator's constants and the steps of a sample, each by itself."""
+"""The steps of the estimator's sample, each by itself."""
 
 from __future__ import annotations
 
@@ -6,90 +6,19 @@ import math
 
 import numpy as np
 import pytest
+from estimator_at_rest import ANGLES, HOME, MODES, RATE_HZ, ROBOT, TIGHT, model_of, started
 
-from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model, history_samples
-from fivebar_control.estimation.ekf import Belief, EkfSettings, advanced, guessed, predicted
-from fivebar_control.estimation.encoder import MOST_REPETITIONS, Angle
+from fivebar_control.estimation.constants import Drives
+from fivebar_control.estimation.ekf import Belief, advanced, guessed, predicted
+from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.history import (
-    ELBOW,
-    LAG,
-    PERIODS,
-    RATE,
-    SAMPLE,
-    TAU1,
-    TAU2,
     angle_at,
     keep_belief,
-    row_of,
 )
 from fivebar_control.estimation.measurements import corrected, motor_speeds, seen_at, turn_rate
-from fivebar_control.estimation.readings import EstimatorMemory, Misfit, with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.readings import Misfit, with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import Mean, first_update, inconsistency_reason, mean_of, next_update, prediction
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.known_sensors import KnownSensors
-from fivebar_description.passive_encoder import PassiveEncoder
-from fivebar_description.robot_file import load_robot
-
-ROBOT, MODES, RATE_HZ = load_robot(), (1, -1), 500
-HOME = (0.0, 0.15)
-ANGLES = inverse_geometry(ROBOT, *MODES, *HOME)
-TIGHT = EkfSettings(gyro=True, camera=True, misfit_time=0.01)
-
-
-def model_of(
-    settings: EkfSettings = TIGHT,
-    drives: Drives | None = None,
-    passive: PassiveEncoder | None = None,
-    known: KnownSensors | None = None,
-) -> EstimatorModel:
-    return estimator_model(
-        ROBOT,
-        *MODES,
-        RATE_HZ,
-        Drives() if drives is None else drives,
-        settings,
-        passive=PassiveEncoder(2, None) if passive is None else passive,
-        known=KnownSensors() if known is None else known,
-    )
-
-
-def started(model: EstimatorModel, samples: int = 4) -> EstimatorMemory:
-    """Return the memory of a robot at rest at home, its last motor readings still to be taken."""
-    memory = first_update(model, 1, ANGLES.q11, ANGLES.q21)
-    for sample in range(1, samples + 1):
-        if sample > 1:
-            memory = next_update(model, memory, memory.newest).memory
-        memory = with_motors(memory, sample, 1, ANGLES.q11, ANGLES.q21, 0.0, 0.0)
-    return memory
-
-
-def test_constants_follow_from_the_settings() -> None:
-    settings = TIGHT._replace(play=0.02, camera_deviation=0.003, dwell_limit=0.3, mirror_deviations=4.0)
-    passive = PassiveEncoder(2, 1000, rate_hz=100)
-    model = model_of(settings, Drives(2000, 2, 1.5), passive, KnownSensors(0.004, 0.1))
-    assert (model.resolution, model.elbow_resolution) == pytest.approx((math.tau / 2000, math.tau / 1000), rel=1e-12)
-    assert (model.play, model.camera_variance) == pytest.approx((4e-4, 9e-6), rel=1e-12)
-    assert (model.delay_samples, model.torque_limit, model.elbow, model.elbow_rate) == (2, 1.5, 2, 100)
-    assert (model.gyro_clock, model.elbow_zero) == (0.004, 0.1)
-    # after a misfit of one for the time constant, 1 - 1/e of it are in the mean
-    assert (1.0 - model.misfit_share) ** (0.01 * RATE_HZ) == pytest.approx(math.exp(-1.0), rel=1e-9)
-    # a camera sees on which side of the locus the platform is
-    assert model.limits == (4.0, math.inf)
-    assert model_of(settings._replace(camera=False)).limits == (4.0, 0.3)
-    exact = model_of(drives=Drives(), passive=PassiveEncoder(2, None))
-    assert (exact.resolution, exact.elbow_resolution, exact.torque_limit) == (0.0, 0.0, math.inf)
-
-
-def test_as_many_samples_are_kept_as_the_latest_reading_needs() -> None:
-    """And the one before it, from which the filter goes on, and one for the sample's fraction."""
-    assert history_samples(500, 0.02) == 12
-    assert history_samples(500, 0.0201) == 13
-    none = PassiveEncoder(0)
-    assert model_of(EkfSettings(), passive=none).history == 2
-    assert model_of(EkfSettings(gyro=True), passive=none).history == 12
-    assert model_of(EkfSettings()).history == 12
-    assert model_of(EkfSettings(camera=True, camera_latency=0.1), passive=none).history == 52
-    assert model_of(EkfSettings(camera=True, camera_latency=0.0), passive=none).history == 12
 
 
 def test_a_mean_of_nothing_is_not_known() -> None:
@@ -107,59 +36,6 @@ def test_the_first_readings_give_the_place_and_expect_nothing_unusual() -> None:
     stiff = first_update(model_of(), 1, ANGLES.q11, ANGLES.q21).belief.covariance
     # the play of 1 mrad adds to the 1e-6 rad of an exact encoder
     assert memory.belief.covariance[0, 0] / stiff[0, 0] == pytest.approx(1.0 + 1e6, rel=1e-6)
-
-
-def test_further_readings_remember_those_before() -> None:
-    memory = first_update(model_of(), 1, 1.0, 2.0)
-    later = with_motors(with_motors(memory, 1, 1, 1.0, 2.5, 0.1, 0.2), 4, 3, 1.0, 2.5, 0.3, 0.4)
-    assert (later.newest, later.last1, later.last2, later.before1, later.before2) == (2, 1.0, 2.5, 1.0, 2.5)
-    assert (later.repeated1, later.repeated2) == (3, 2)
-    kept = later.history.inputs[row_of(later.history, 2)]
-    assert kept[[SAMPLE, PERIODS, TAU1, TAU2]].tolist() == [4.0, 3.0, 0.3, 0.4]
-    for sample in range(5, 40):
-        later = with_motors(later, sample, 1, 1.0, 2.5, 0.0, 0.0)
-    assert later.repeated1 == MOST_REPETITIONS
-
-
-@pytest.mark.parametrize(
-    ("made", "entry", "lag"), [(3.0, 3, 0.0), (2.25, 3, -0.75), (2.0, 2, 0.0), (4.5, 4, 0.5), (0.5, 1, -0.5)]
-)
-def test_a_rate_is_put_at_the_sample_after_it(made: float, entry: int, lag: float) -> None:
-    """By its own clock, of which 2 ms are known; what comes after the newest sample is put there."""
-    model = model_of(known=KnownSensors(imu_clock=0.002))
-    placed = with_rate(model, started(model), made + 1.0, 0.3)
-    kept = placed.memory.history.inputs[row_of(placed.memory.history, entry)]
-    assert placed.start == entry
-    assert kept[RATE] == 0.3
-    assert kept[LAG] * RATE_HZ == pytest.approx(lag, abs=1e-9)
-
-
-@pytest.mark.parametrize(("clock", "entry"), [(0.0, 4), (0.0015, 3), (0.0035, 2), (-0.0015, 4)])
-def test_a_rate_is_put_where_its_clock_is_estimated_to_have_been(clock: float, entry: int) -> None:
-    """It was stamped half a period after sample 3, by a clock that is so late (s)."""
-    model, memory = model_of(), started(model_of())
-    belief = memory.belief._replace(estimate=memory.belief.estimate._replace(clock=clock))
-    placed = with_rate(model, memory._replace(belief=belief), 3.5, 0.3)
-    assert placed.start == entry
-    lag = placed.memory.history.inputs[row_of(placed.memory.history, entry), LAG]
-    assert lag * RATE_HZ == pytest.approx(3.5 - entry, abs=1e-12)
-
-
-@pytest.mark.parametrize("zero", [0.0, 0.1])
-def test_the_passive_encoders_zero_is_taken_off_its_reading(zero: float) -> None:
-    model = model_of(known=KnownSensors(passive_zero=zero))
-    placed = with_elbow(model, started(model), 4.0, ANGLES.q22 + zero)
-    kept = placed.memory.history.inputs[row_of(placed.memory.history, placed.start)]
-    assert kept[ELBOW] == pytest.approx(ANGLES.q22, abs=1e-12)
-
-
-@pytest.mark.parametrize("add", [with_rate, lambda *rest: with_seen(*rest, 0.15, 1e-8), with_elbow])
-def test_a_reading_of_before_the_second_sample_is_left_out(add: object) -> None:
-    model = model_of()
-    memory = started(model)
-    before = memory.history.inputs.copy()
-    assert add(model, memory, -0.5, 0.3) == (memory, memory.newest)  # type: ignore[operator]
-    np.testing.assert_array_equal(memory.history.inputs, before)
 
 
 def test_each_reading_of_a_sensor_counts_once_in_its_mean() -> None:
