@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal, cast
 
 from pydantic import Field, model_validator
 
+from fivebar_bringup.robot_defaults import with_robot_defaults
 from fivebar_bringup.scenario_format import SCENARIO_RULES
-from fivebar_bringup.sizes import with_sizes
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.homing import Homing, check_declared, homing_at
@@ -175,7 +175,7 @@ class Scenario(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _sized(cls, content: Any) -> Any:
-        return with_sizes(content)
+        return with_robot_defaults(content)
 
     @model_validator(mode="after")
     def _settings_of_its_law(self) -> Scenario:

@@ -27,13 +27,13 @@ from fivebar_bringup.cli.app import (
 )
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.sizes import DEFAULT_ROBOT
 from fivebar_bringup.studies.goto.live import goal_fields, request_live
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
 from fivebar_bringup.studies.goto.stand import stand as rest

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph.control_nodes import goal_parameters
@@ -22,7 +23,6 @@ from fivebar_bringup.runs.results import write_results
 from fivebar_bringup.runs.run import RunFailed, write_outcome
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.sizes import DEFAULT_ROBOT
 from fivebar_bringup.studies.goto.request import within_drives
 from fivebar_bringup.studies.goto.stand import LONGEST, check_takes_goals, standing_graph
 from fivebar_control.planning.motion_queue import PlanningRequest

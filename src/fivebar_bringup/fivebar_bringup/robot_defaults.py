@@ -17,27 +17,27 @@ from fivebar_description.strict_yaml import InputError
 DEFAULT_ROBOT = "dextar"
 
 
-def sizes_of(file: RobotFile) -> dict[str, dict[str, Any]]:
+def robot_defaults(file: RobotFile) -> dict[str, dict[str, Any]]:
     """Return the settings that a robot's drives and tuning determine, by section and key."""
     drives, tuning = file.drives, file.tuning
-    sizes: dict[str, dict[str, Any]] = {"unified": {**law_sizes(file)["unified"]}, "ekf": {}, "plant": {}, "safety": {}}
+    found: dict[str, dict[str, Any]] = {"unified": {**law_sizes(file)["unified"]}, "ekf": {}, "plant": {}, "safety": {}}
     if drives.crossing_torque is not None:
         ratio, ekf = drives.crossing_torque / DEXTAR_CROSSING, EkfSettings()
-        sizes["ekf"] = {
+        found["ekf"] = {
             "disturbance_rate": ekf.disturbance_rate * ratio,
             "disturbance_initial": ekf.disturbance_initial * ratio,
         }
     if drives.torque_limit is not None:
-        sizes["plant"]["torque_limit"] = drives.torque_limit
+        found["plant"]["torque_limit"] = drives.torque_limit
     if drives.joint_speed_limit is not None:
-        sizes["safety"]["joint_speed_limit"] = drives.joint_speed_limit
+        found["safety"]["joint_speed_limit"] = drives.joint_speed_limit
     for name in ("acceleration_noise", "disturbance_rate"):
         if (value := getattr(tuning, name)) is not None:
-            sizes["ekf"][name] = value
-    return sizes
+            found["ekf"][name] = value
+    return found
 
 
-def with_sizes(content: Any) -> Any:
+def with_robot_defaults(content: Any) -> Any:
     """Return the content of a scenario with what it leaves out, as far as the robot's file says it.
 
     A robot whose file has the encoders of its motors is estimated from these, unless the scenario says otherwise or
@@ -53,13 +53,13 @@ def with_sizes(content: Any) -> Any:
     except InputError:
         # named where the robot is read
         return content
-    filled, sizes, drives = dict(content), sizes_of(file), file.drives
+    filled, found, drives = dict(content), robot_defaults(file), file.drives
     if drives.encoder_counts is not None:
         if content.get("working_modes") is None:
             filled.setdefault("estimator", "ekf")
         if filled.get("estimator") == "ekf":
-            sizes["plant"] |= {"encoder_counts": drives.encoder_counts, "delay_samples": drives.delay_samples}
-    for section, values in sizes.items():
+            found["plant"] |= {"encoder_counts": drives.encoder_counts, "delay_samples": drives.delay_samples}
+    for section, values in found.items():
         given = content.get(section, {})
         if values and isinstance(given, Mapping):
             filled[section] = {**values, **given}
