@@ -31,7 +31,7 @@ DECIDING = {
         "simulation/*.py",
         "scenario.py",
         "scenario_format.py",
-        "sizes.py",
+        "robot_defaults.py",
         "studies/compare/rigs.py",
         "studies/sweep/drawing.py",
         "studies/sweep/rigs.py",
