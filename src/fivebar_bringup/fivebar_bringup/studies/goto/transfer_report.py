@@ -63,7 +63,8 @@ def as_text(request: Request, transfer: Transfer, planning_s: float) -> Renderab
         f"from {place(*start)}, assembly mode {sign_name(transfer.assembly_start)}",
         f"to   {place(*goal)}, assembly mode {sign_name(transfer.assembly_goal)}",
         f"in working mode {mode_name(request.start.working_mode)} by {request.controller},"
-        f" {sum(transfer.durations):.3f} s in {len(parts)} segments; planned in {planning_s:.2f} s",
+        f" {sum(transfer.durations):.3f} s in {len(parts)} segments, time law {transfer.course.time_law};"
+        f" planned in {planning_s:.2f} s",
     ]
     for index, (part, segment) in enumerate(zip(parts, transfer.plan.path.segments, strict=True)):
         points = " to ".join(place(*point) for point in part.waypoints)
