@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import sampled
 from fivebar_bringup.studies.sweep.drawing import Draw, draw, on_robot, plan_of
 from fivebar_bringup.studies.sweep.rigs import DEGREE, DEXTAR, RIGS, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
@@ -227,9 +226,7 @@ def test_the_time_law_is_the_one_that_keeps_nearer(seed: int, number: int, rig: 
     verdicts = {}
     for one in (QUINTIC, OPTIMAL):
         case = timed._replace(time_law=one)
-        scenario = case.scenario("unified")
-        samples = sampled(scenario.five_bar(), plan_of(case), scenario.rate_hz, scenario.lead_samples)
-        verdicts[one] = screened(case, "unified", plan_of(case), samples)
+        verdicts[one] = screened(case, "unified")
     if rig != "encoders":
         less = verdicts[OPTIMAL].expected_distance < 0.9 * verdicts[QUINTIC].expected_distance
         assert (law == OPTIMAL) == (less or not verdicts[QUINTIC].feasible)

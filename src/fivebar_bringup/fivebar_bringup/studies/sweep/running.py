@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
@@ -75,8 +76,7 @@ def run_case(seed: int, number: int, rig: str = VARIED, controllers: Sequence[st
         plan = planned(case)
     except InputError as refusal:
         return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
-    samples = _sampled(case, plan)
-    return [_row(case, controller, plan, samples) for controller in controllers]
+    return [_row(case, controller, plan) for controller in controllers]
 
 
 def timed_for_loads(case: Draw) -> Draw:
@@ -121,10 +121,10 @@ def _judged_by_law(case: Draw) -> Iterator[tuple[Draw, Feasibility]]:
     for time_law in LAWS_UNDER_LOADS:
         one = case._replace(time_law=time_law)
         try:
-            plan = planned(one)
+            planned(one)
         except InputError:
             continue
-        yield one, screened(one, TIMED_FOR, plan, _sampled(one, plan))
+        yield one, screened(one, TIMED_FOR)
 
 
 def planned(case: Draw) -> Plan:
@@ -140,9 +140,13 @@ def planned(case: Draw) -> Plan:
     return plan
 
 
-def screened(case: Draw, controller: str, plan: Plan, samples: Sampled) -> Feasibility:
-    """Return the screen's judgement of a controller's run, given the sampled plan; predicted where nothing else is."""
-    scenario = case.scenario(controller)
+@lru_cache(maxsize=8)
+def screened(case: Draw, controller: str) -> Feasibility:
+    """Return the screen's judgement of a controller's run of a planned case; predicted where nothing else is.
+
+    The last ones are remembered: a case is judged when it is timed, and again for its row.
+    """
+    plan, scenario, samples = plan_of(case), case.scenario(controller), _sampled(case)
     limits = limits_for(case, scenario)
     verdict = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits)
     if only_torque(verdict, scenario.tuned()):
@@ -192,14 +196,15 @@ def _judged(case: Case, plan: Plan, samples: Sampled) -> tuple[Outcome, list[str
     return outcome, shortcomings(outcome, plan.path.samples(case.rate_hz) + 1, len(plan.crossings))
 
 
-def _sampled(case: Draw, plan: Plan) -> Sampled:
+@lru_cache(maxsize=4)
+def _sampled(case: Draw) -> Sampled:
     scenario = case.scenario(TIMED_FOR)
-    return sampled(scenario.five_bar(), plan, RATE_HZ, scenario.lead_samples)
+    return sampled(scenario.five_bar(), plan_of(case), RATE_HZ, scenario.lead_samples)
 
 
-def _row(case: Draw, controller: str, plan: Plan, samples: Sampled) -> SweepRow:
-    verdict = screened(case, controller, plan, samples)
-    outcome, missed = _judged(case_of(case.scenario(controller)), plan, samples)
+def _row(case: Draw, controller: str, plan: Plan) -> SweepRow:
+    verdict = screened(case, controller)
+    outcome, missed = _judged(case_of(case.scenario(controller)), plan, _sampled(case))
     nearest = max(verdict.figures, key=use_of)
     first = plan.crossings[0]
     faulty = outcome.fault != NO_FAULT
