@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fivebar_control.planning.course import LAWS_UNDER_LOADS, Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.pacing import Pace, Task, pace_of
-from fivebar_control.trajectory.planner import Plan, PlanRefused
+from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, PlanRefused
 
 SLOWER = (1.0, 1.4, 2.0, 2.8, 4.0)
 """Factors on the durations that are tried, where segments that are feasible each are not so together."""
@@ -41,6 +41,22 @@ class Timed(NamedTuple):
     feasibility: Feasibility
     course: Course
     durations: tuple[float, ...]
+
+
+def courses_for(course: Course, duration: float | Speed) -> list[Course]:
+    """Return a course by each time law to time it by: its own, and the one of least torque too for the fastest motion.
+
+    Round corners it is that of least torque already.
+    """
+    if course.rounded or duration is not Speed.FASTEST:
+        return [course]
+    return [course._replace(time_law=law) for law in (QUINTIC, OPTIMAL)]
+
+
+def quickest(found: Sequence[Timed | str]) -> Timed | str:
+    """Return the quickest of motions along the same way, or the reason against the first where there is none."""
+    timed = [one for one in found if isinstance(one, Timed)]
+    return min(timed, key=lambda one: sum(one.durations)) if timed else found[0]
 
 
 class DurationSearch:

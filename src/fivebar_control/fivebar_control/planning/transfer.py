@@ -24,7 +24,7 @@ from fivebar_control.planning.postures import assembly_problem, mode_name, place
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
 from fivebar_control.planning.sight import Point, look_along
-from fivebar_control.planning.timing import DurationSearch, Speed, Timed
+from fivebar_control.planning.timing import DurationSearch, Speed, Timed, courses_for, quickest
 from fivebar_control.planning.via_points import along
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
 from fivebar_control.trajectory.refusal import place
@@ -165,7 +165,7 @@ class _Search:
     def __init__(self, task: Task, start: Point, goal: Point, duration: float | Speed) -> None:
         self._task, self._start, self._goal, self._duration = task, start, goal, duration
         self._durations = DurationSearch(task, duration)
-        self._slowest: dict[tuple[Point, Point], Plan | NoPace] = {}
+        self._slowest: dict[Course, Plan | NoPace] = {}
 
     def found(self, needed: int) -> Timed:
         """Return the motion: the straight line where it crosses no more often than needed, else the best way known."""
@@ -236,20 +236,26 @@ class _Search:
 
     def _pass(self, start: Point, end: Point) -> Plan | NoPace:
         """Return the slowest feasible motion along a segment."""
-        known = self._slowest.get((start, end))
+        return self._slowest_along(Course((start, end)))
+
+    def _slowest_along(self, part: Course) -> Plan | NoPace:
+        known = self._slowest.get(part)
         if known is None:
-            known = self._slowest[start, end] = slowest_pace(self._task, Course((start, end)))
+            known = self._slowest[part] = slowest_pace(self._task, part)
         return known
 
     def _timed(self, waypoints: tuple[Point, ...]) -> Timed | str:
         """Choose the durations along straight segments."""
+        return quickest([self._timed_along(one) for one in courses_for(Course.through(waypoints), self._duration)])
+
+    def _timed_along(self, course: Course) -> Timed | str:
         slowest = []
-        for start, end in pairwise(waypoints):
-            found = self._pass(start, end)
+        for part in course.between_rests():
+            found = self._slowest_along(part)
             if isinstance(found, NoPace):
                 return found.reason
             slowest.append(found)
-        return self._durations.timed(Course.through(waypoints), slowest)
+        return self._durations.timed(course, slowest)
 
 
 def _branch(task: Task, plan: Plan, crossing: Crossing) -> Branch:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.pacing import LONGEST, NoPace, Task, slowest_pace
-from fivebar_control.planning.timing import DurationSearch, Speed, Timed
+from fivebar_control.planning.timing import DurationSearch, Speed, Timed, courses_for, quickest
 from fivebar_control.trajectory.planner import PlanRefused
 
 
@@ -16,13 +16,17 @@ def along(task: Task, course: Course, duration: float | Speed) -> Timed | str:
         course: to be kept to.
         duration: of the whole motion (s), or how to choose it.
     """
-    found = _tried(task, course, duration)
+    found = _quickest(task, course, duration)
     if isinstance(found, Timed) or not course.rounded:
         return found
-    rests = _tried(task, Course.through(course.waypoints), duration)
+    rests = _quickest(task, Course.through(course.waypoints), duration)
     if isinstance(rests, Timed):
         return f"{found}; with blend_radius 0, a rest in each of them, it takes {sum(rests.durations):.3g} s"
     return found
+
+
+def _quickest(task: Task, course: Course, duration: float | Speed) -> Timed | str:
+    return quickest([_tried(task, one, duration) for one in courses_for(course, duration)])
 
 
 def _tried(task: Task, course: Course, duration: float | Speed) -> Timed | str:

@@ -20,7 +20,7 @@ from fivebar_control.planning.pacing import NoPace, Task, pace_of, retimed, slow
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, ZoneRule, plan_motion
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
@@ -200,6 +200,29 @@ def test_a_duration_that_is_too_short_or_too_long_is_refused_with_the_possible_o
         plan(0.3)
     with pytest.raises(TransferRefused, match=r"in 7 s time near the Type 2 locus is 0\.2\d+ s"):
         plan(7.0)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "law"),
+    [
+        ((0.0, 0.15), (0.0, 0.02), OPTIMAL),
+        ((0.0, 0.15), (0.03, 0.13), OPTIMAL),
+        ((-0.02, 0.13), (0.02, 0.03), QUINTIC),
+    ],
+)
+def test_the_fastest_motion_is_that_of_the_quicker_time_law(
+    dextar: FiveBar, start: tuple[float, float], goal: tuple[float, float], law: str
+) -> None:
+    limits = MotionLimits(torque=0.6)
+    found = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=limits, duration=Speed.FASTEST)
+    expect_feasible(dextar, (1, -1), found, limits)
+    task, least = Task(dextar, (1, -1), RATE_HZ, UNIFIED, limits), {}
+    for time_law in (QUINTIC, OPTIMAL):
+        slowest = slowest_pace(task, Course((start, goal), (), time_law))
+        assert not isinstance(slowest, NoPace), slowest.reason
+        least[time_law] = pace_of(task, slowest).fastest
+    assert found.course.time_law == law == min(least, key=lambda one: least[one])
+    assert sum(found.durations) == pytest.approx(least[law], abs=1e-9)
 
 
 @pytest.mark.parametrize("follower", [UNIFIED, BLENDED], ids=["unified", "blended"])
