@@ -10,8 +10,8 @@ from typing import NamedTuple
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
 
-LAWS_UNDER_LOADS = (QUINTIC, OPTIMAL)
-"""The time laws that the planner tries where loads are declared, in the order of its preference."""
+STRAIGHT_LAWS = (QUINTIC, OPTIMAL)
+"""The time laws that the planner knows for straight parts between rests, the smoother one first."""
 
 
 class Course(NamedTuple):
@@ -50,6 +50,10 @@ class Course(NamedTuple):
             Course(self.waypoints[first : last + 1], self.blend_radius[first : last - 1], self.time_law)
             for first, last in zip(rests, ends, strict=True)
         ]
+
+    def by_each_law(self) -> list[Course]:
+        """Return it by each time law that the planner knows for it; round corners that is its own only."""
+        return [self] if self.rounded else [self._replace(time_law=law) for law in STRAIGHT_LAWS]
 
     def shared(self, duration: float) -> tuple[float, ...]:
         """Return the parts of a duration (s) that its legs have by their lengths."""

@@ -8,10 +8,10 @@ from enum import StrEnum
 from itertools import chain
 from typing import NamedTuple
 
-from fivebar_control.planning.course import LAWS_UNDER_LOADS, Course
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.pacing import Pace, Task, pace_of
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, PlanRefused
+from fivebar_control.trajectory.planner import Plan, PlanRefused
 
 SLOWER = (1.0, 1.4, 2.0, 2.8, 4.0)
 """Factors on the durations that are tried, where segments that are feasible each are not so together."""
@@ -44,13 +44,8 @@ class Timed(NamedTuple):
 
 
 def courses_for(course: Course, duration: float | Speed) -> list[Course]:
-    """Return a course by each time law to time it by: its own, and the one of least torque too for the fastest motion.
-
-    Round corners it is that of least torque already.
-    """
-    if course.rounded or duration is not Speed.FASTEST:
-        return [course]
-    return [course._replace(time_law=law) for law in (QUINTIC, OPTIMAL)]
+    """Return a course by each time law to time it by: its own, for the fastest motion all."""
+    return course.by_each_law() if duration is Speed.FASTEST else [course]
 
 
 def quickest(found: Sequence[Timed | str]) -> Timed | str:
@@ -77,7 +72,7 @@ class DurationSearch:
             shared = (part.sampled(one, task.rate_hz) for part, one in zip(parts, chosen, strict=True))
             durations = tuple(chain.from_iterable(shared))
             best: Timed | None = None
-            for one in self._by_law(course):
+            for one in course.by_each_law() if task.limits.loads.declared else [course]:
                 tried = self._tried(one, durations)
                 if isinstance(tried, str):
                     reason = reason or tried
@@ -102,12 +97,6 @@ class DurationSearch:
         if feasibility.feasible:
             return Timed(plan, feasibility, course, durations)
         return "; ".join(feasibility.reasons) + self._advice(plan, feasibility)
-
-    def _by_law(self, course: Course) -> list[Course]:
-        """Return a course by each time law to try: its own only without loads, or where it rounds a corner."""
-        if not self._task.limits.loads.declared or course.rounded:
-            return [course]
-        return [course._replace(time_law=law) for law in LAWS_UNDER_LOADS]
 
     def _advice(self, plan: Plan, verdict: Feasibility) -> str:
         """Return what would make a motion feasible that the robot's tolerances forbid: once, as it takes long.

@@ -16,7 +16,7 @@ from fivebar_bringup.studies.sweep.drawing import RATE_HZ, VARIED, Draw, draw, p
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
-from fivebar_control.planning.course import LAWS_UNDER_LOADS
+from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within
@@ -84,8 +84,8 @@ def timed_for_loads(case: Draw) -> Draw:
 
     The drawn duration is what a user asks for; the planner keeps it where the loads displace the platform by no more
     than it aims at. Otherwise it takes the longest duration that does, or the shortest that keeps the other limits, and
-    where that is not feasible somewhat longer ones, as for a requested motion. The fifth-order
-    polynomial gives way to the time law of least torque where only that is feasible, or keeps nearer to the reference.
+    where that is not feasible somewhat longer ones, as for a requested motion. The polynomial gives way to the time
+    law of least torque where only that is feasible, or keeps nearer to the reference.
 
     Raises:
         InputError: the planner refuses the motion.
@@ -118,7 +118,7 @@ def _durations(task: Task, drawn: Plan) -> list[float]:
 
 def _judged_by_law(case: Draw) -> Iterator[tuple[Draw, Feasibility]]:
     """Yield a case by each time law that the planner does not refuse, with the screen's verdict."""
-    for time_law in LAWS_UNDER_LOADS:
+    for time_law in STRAIGHT_LAWS:
         one = case._replace(time_law=time_law)
         try:
             planned(one)
