@@ -77,7 +77,7 @@ def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: Ope
     page.keyboard.press("s")
     until(page, "document.querySelectorAll('#live-faults .box').length === 1")
     assert "Someone pressed emergency stop." in page.text_content("#live-faults")
-    page.keyboard.press("r")
+    reset(page)
     until(page, "document.querySelectorAll('#live-faults .box').length === 0")
 
     standing.command.send(signal.SIGINT)
@@ -85,6 +85,19 @@ def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: Ope
     assert standing.command.finish() == 1
     standing.command.expect_no_process(PATIENCE)
     assert any(text.startswith("emergency_stop") for text in read_bag(standing.out / "bag").texts(FAULTS))
+
+
+def reset(page: Any) -> None:
+    """Press R until the graph accepts it: before the first sample after the stop it says why it does not."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        page.evaluate("document.getElementById('live-notice').textContent = ''")
+        page.keyboard.press("r")
+        until(page, "document.getElementById('live-notice').textContent !== ''")
+        notice = page.text_content("#live-notice")
+        if "blender/reset: cleared emergency_stop" in notice:
+            return
+        assert "not cleared, no sample has been complete" in notice and time.monotonic() < end, notice
 
 
 def on_screen(page: Any, x: float, y: float) -> tuple[float, float]:
