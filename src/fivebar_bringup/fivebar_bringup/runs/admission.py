@@ -65,12 +65,15 @@ def _by_least_torque(scenario: Scenario) -> str:
     """Return whether the time law of least torque would do, in the same duration."""
     if scenario.time_law == OPTIMAL or scenario.working_modes is not None:
         return ""
-    other = scenario.model_copy(update={"time_law": OPTIMAL})
-    try:
-        feasible = screened(other, other.plan()).feasible
-    except PlanRefused:
-        return ""
+    feasible = _is_feasible(scenario.model_copy(update={"time_law": OPTIMAL}))
     return f"with time_law: {OPTIMAL}" if feasible else ""
+
+
+def _is_feasible(scenario: Scenario) -> bool:
+    try:
+        return screened(scenario, scenario.plan()).feasible
+    except PlanRefused:
+        return False
 
 
 def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
@@ -81,11 +84,7 @@ def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> 
 
     def possible(factor: float) -> bool:
         durations = tuple(duration / factor for duration in scenario.durations())
-        quicker = scenario.model_copy(update={"segment_duration": durations})
-        try:
-            return screened(quicker, quicker.plan()).feasible
-        except PlanRefused:
-            return False
+        return _is_feasible(scenario.model_copy(update={"segment_duration": durations}))
 
     limits = limits_of_scenario(scenario, plan)
     judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeVar
 
 from fivebar_control.trajectory.refusal import place
 
@@ -112,3 +113,15 @@ class Feasibility(NamedTuple):
     def figure(self, name: str) -> Figure | None:
         """Return a figure by its name; None where the motion has no such figure."""
         return next((figure for figure in self.figures if figure.name == name), None)
+
+
+Found = TypeVar("Found")
+
+
+def nearest(found: Sequence[Found], verdict: Callable[[Found], Feasibility]) -> Found:
+    """Return the first of some feasible motions, unless a later one keeps nearer to its reference by a tenth."""
+    best = found[0]
+    for one in found[1:]:
+        if verdict(one).keeps_nearer_than(verdict(best)):
+            best = one
+    return best

@@ -9,7 +9,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.figures import Feasibility
+from fivebar_control.planning.figures import Feasibility, nearest
 from fivebar_control.planning.pacing import Pace, Task, pace_of
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 
@@ -71,17 +71,17 @@ class DurationSearch:
         for chosen in self._durations(paces):
             shared = (part.sampled(one, task.rate_hz) for part, one in zip(parts, chosen, strict=True))
             durations = tuple(chain.from_iterable(shared))
-            best: Timed | None = None
+            found: list[Timed] = []
             for one in course.by_each_law() if task.limits.loads.declared else [course]:
                 tried = self._tried(one, durations)
                 if isinstance(tried, str):
                     reason = reason or tried
-                elif best is None or tried.feasibility.keeps_nearer_than(best.feasibility):
-                    best = tried
-                if best is not None and not best.plan.crossings:
+                    continue
+                found.append(tried)
+                if not tried.plan.crossings:
                     break
-            if best is not None:
-                return best
+            if found:
+                return nearest(found, lambda timed: timed.feasibility)
         if isinstance(self._duration, Speed):
             return reason
         shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)

@@ -18,7 +18,7 @@ from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
-from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
+from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of
 from fivebar_control.planning.timing import SLOWER
@@ -97,12 +97,9 @@ def timed_for_loads(case: Draw) -> Draw:
     task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
     for duration in _durations(task, plan):
         timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
-        best: tuple[Draw, Feasibility] | None = None
-        for one, verdict in _judged_by_law(timed):
-            if verdict.feasible and (best is None or verdict.keeps_nearer_than(best[1])):
-                best = one, verdict
-        if best is not None:
-            return best[0]
+        found = [(one, verdict) for one, verdict in _judged_by_law(timed) if verdict.feasible]
+        if found:
+            return nearest(found, lambda judged: judged[1])[0]
     return case
 
 
