@@ -74,26 +74,36 @@ class ErrorDistribution(NamedTuple):
         return math.sqrt(sum(bound * bound for bound in self.bounds) / 3.0 + self.noise * self.noise)
 
     def beyond(self, distance: float) -> float:
-        """Return the probability of an error of more than a distance (m), to either side.
+        """Return the probability of an error of more than a distance (m), to either side."""
+        return _beyond(distance, *self._characteristic())
 
-        The integral of the characteristic function: the tail of a sum of bounded errors is lighter than a normal one.
-        """
-        if distance <= 0.0:
-            return 1.0
+    def exceeded_by(self, probability: float) -> float:
+        """Return the distance (m) that the error exceeds with a probability."""
+        characteristic = self._characteristic()
+        low, high = 0.0, sum(self.bounds) + 6.0 * self.noise
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if _beyond(middle, *characteristic) > probability else (low, middle)
+        return high
+
+    def _characteristic(self) -> tuple[Vector, Vector]:
+        """Return points (1/m) and the characteristic function there, both [INTEGRATION_POINTS - 1]."""
         t = np.linspace(0.0, INTEGRATION_END / self.deviation, INTEGRATION_POINTS)[1:]
         values = np.exp(-0.5 * (self.noise * t) ** 2)
         for bound in self.bounds:
             values *= np.sinc(bound * t / math.pi)
-        within = 2.0 / math.pi * (float(np.sum(values * np.sin(distance * t) / t)) + 0.5 * distance) * float(t[0])
-        return min(max(1.0 - within, 0.0), 1.0)
+        return t, values
 
-    def exceeded_by(self, probability: float) -> float:
-        """Return the distance (m) that the error exceeds with a probability."""
-        low, high = 0.0, sum(self.bounds) + 6.0 * self.noise
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.beyond(middle) > probability else (low, middle)
-        return high
+
+def _beyond(distance: float, t: Vector, values: Vector) -> float:
+    """Return the probability of an error of more than a distance (m), given its characteristic function at points t.
+
+    The integral of that function: the tail of a sum of bounded errors is lighter than a normal one.
+    """
+    if distance <= 0.0:
+        return 1.0
+    within = 2.0 / math.pi * (float(np.sum(values * np.sin(distance * t) / t)) + 0.5 * distance) * float(t[0])
+    return min(max(1.0 - within, 0.0), 1.0)
 
 
 class PredictedEstimate(NamedTuple):
