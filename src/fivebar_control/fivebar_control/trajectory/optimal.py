@@ -68,6 +68,10 @@ class StraightWay(NamedTuple):
         return self.start_x + s * d_x, self.start_y + s * d_y, d_x, d_y, 0.0, 0.0
 
 
+Way = StraightWay | RoundedPolyline
+"""A path from rest to rest, without the time that it takes."""
+
+
 class Hump(NamedTuple):
     """Factor of w(u) between the instants `centre` - `reach` and `centre` + `reach`."""
 
@@ -152,7 +156,7 @@ def optimal_law(
     robot: FiveBar,
     mode1: int,
     mode2: int,
-    way: StraightWay | RoundedPolyline,
+    way: Way,
     crossed: tuple[float, ...],
     ratios: tuple[float, ...],
 ) -> OptimalLaw | None:
@@ -249,9 +253,7 @@ def _hump_about(law: OptimalLaw, crossed: float, way: float, rho: float, reach: 
     return Hump(per_acceleration * (dds - rho * ds * ds), centre, reach) if ds >= LEAST_SPEED else None
 
 
-def _speeds(
-    robot: FiveBar, mode1: int, mode2: int, path: StraightWay | RoundedPolyline, grid: FloatArray
-) -> FloatArray | None:
+def _speeds(robot: FiveBar, mode1: int, mode2: int, path: Way, grid: FloatArray) -> FloatArray | None:
     """Return the speeds ds/dt of the quickest passage under 1 Nm beyond friction on the grid, None for no passage."""
     # loaded by plans with this time law only
     from toppra import SplineInterpolator

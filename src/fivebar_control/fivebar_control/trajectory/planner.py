@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, NamedTuple
 
@@ -20,7 +21,7 @@ from fivebar_control.model.singularity import (
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.criterion import criterion_law, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.optimal import StraightWay, optimal_law
+from fivebar_control.trajectory.optimal import StraightWay, Way, optimal_law
 from fivebar_control.trajectory.path import AnySegment, Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
@@ -199,7 +200,7 @@ def plan_motion(
             continue
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, index + 1, leg, leg_number)
-        fractions = _locus_fractions(robot, mode1, mode2, segment)
+        fractions = _locus_fractions(robot, mode1, mode2, _way_of(segment))
         timed = _timed(robot, mode1, mode2, segment, index + 1, fractions, time_law)
         segments[index] = timed
         met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
@@ -317,40 +318,48 @@ def _least_margin(segment: RoundedSegment, leg: LegParameters) -> tuple[float, f
     def margin(s: float) -> float:
         return reach_margin(leg, *segment.curve.at(s)[:2])
 
-    grid = _grid_along(segment)
+    grid = _grid_along(_way_of(segment))
     worst = min(range(len(grid)), key=lambda number: margin(grid[number]))
     around = grid[max(worst - 1, 0)], grid[min(worst + 1, len(grid) - 1)]
     refined = float(minimize_scalar(margin, bounds=around, method="bounded").x)
     return segment.curve.at(min((grid[worst], refined), key=margin))[:2]
 
 
-def _grid_along(segment: Segment | RoundedSegment) -> list[float]:
-    """Return shares of the way at which a segment is searched: so many on each leg, the corners' ends among them."""
-    if isinstance(segment, Segment):
+def _way_of(segment: Segment | RoundedSegment) -> Way:
+    """Return the way of a segment, whatever time it takes."""
+    if isinstance(segment, RoundedSegment):
+        return segment.curve
+    return StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
+
+
+def _grid_along(way: Way) -> list[float]:
+    """Return shares of a way at which it is searched: so many on each leg, the corners' ends among them."""
+    if isinstance(way, StraightWay):
         return [step / SEARCH_STEPS for step in range(SEARCH_STEPS + 1)]
-    count = SEARCH_STEPS * (len(segment.curve.points) - 1)
-    ends = (end for corner in segment.curve.corners() for end in corner)
+    count = SEARCH_STEPS * way.legs
+    ends = (end for corner in way.corners() for end in corner)
     return sorted({*(step / count for step in range(count + 1)), *ends})
 
 
-def _state_on(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> State:
-    place_on = segment.moved(s, 0.0, 0.0)
-    return state_from_platform(robot, mode1, mode2, place_on.x, place_on.y, 0.0, 0.0)
+def _state_on(robot: FiveBar, mode1: int, mode2: int, way: Way, s: float) -> State:
+    x, y = way.at(s)[:2]
+    return state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
 
 
-def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment) -> list[float]:
-    """Return the fractions of the way along a segment at which det A changes its sign."""
+@lru_cache(maxsize=64)
+def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, way: Way) -> tuple[float, ...]:
+    """Return the fractions of a way at which det A changes its sign; the same for all durations and time laws."""
 
     def assembly(s: float) -> float:
-        return det_a(_state_on(robot, mode1, mode2, segment, s))
+        return det_a(_state_on(robot, mode1, mode2, way, s))
 
-    grid = _grid_along(segment)
+    grid = _grid_along(way)
     values = [assembly(s) for s in grid]
-    return [
+    return tuple(
         float(brentq(assembly, grid[step], grid[step + 1], xtol=1e-15))
         for step in range(len(grid) - 1)
         if (values[step] > 0.0) != (values[step + 1] > 0.0)
-    ]
+    )
 
 
 def _timed(
@@ -359,7 +368,7 @@ def _timed(
     mode2: int,
     segment: Segment | RoundedSegment,
     number: int,
-    crossed: list[float],
+    crossed: tuple[float, ...],
     time_law: str,
 ) -> Segment | RoundedSegment:
     """Return a segment that crosses the locus at fractions of its way, with its time law."""
@@ -392,15 +401,10 @@ def _timed(
 
 
 def _quickest(
-    robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: list[float]
+    robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: tuple[float, ...]
 ) -> Segment | RoundedSegment:
-    way = (
-        segment.curve
-        if isinstance(segment, RoundedSegment)
-        else StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
-    )
     ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
-    law = optimal_law(robot, mode1, mode2, way, tuple(crossed), ratios)
+    law = optimal_law(robot, mode1, mode2, _way_of(segment), crossed, ratios)
     if law is None:
         raise PlanRefused(
             f"segment {number}: has no passage of bounded torque that only goes forwards and meets the criterion:"
@@ -419,10 +423,10 @@ def _refuse_zone_in_corner(
 ) -> None:
     """Raise where a zone reaches into a corner: the constraint law holds the platform to a line, not to a curve."""
     edge = 2.0 * max((crossing.epsilon for crossing in crossings), default=0.0)
-    grid = _grid_along(segment) if edge > 0.0 else []
+    grid = _grid_along(segment.curve) if edge > 0.0 else []
     for start, end in segment.curve.corners():
         for s in (s for s in grid if start <= s <= end):
-            state = _state_on(robot, mode1, mode2, segment, s)
+            state = _state_on(robot, mode1, mode2, segment.curve, s)
             if inverse_condition(state) < edge:
                 raise PlanRefused(
                     f"segment {number}: the corner at {place(state.x, state.y)} is inside the blending zone of the"
