@@ -15,9 +15,10 @@ from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
-from fivebar_control.loop.plan_sample import plan_sample
 from fivebar_control.loop.setup import with_floats
+from fivebar_control.loop.supervisor import time_weight
 from fivebar_control.model.state import Leg
+from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.interface import late_stamp_ns, moment_of_stamp
@@ -245,11 +246,10 @@ def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> 
     It is valid for every case with this plan, rate, nominal robot and lead.
     """
     moments = [number / rate_hz for number in range(plan.path.samples(rate_hz) + 1 + lead_samples)]
-    planned = [plan_sample(robot, plan, t) for t in moments]
-    rows = [(*one.platform, one.direction_x, one.direction_y, one.epsilon, one.time_weight) for one in planned]
+    rows = [(*plan.path.at(t), *plan.path.line_at(t)[2:], plan.epsilon_at(t), time_weight(plan, t)) for t in moments]
     references: list[list[float]] = []
     if any(isinstance(segment, JointSegment) for segment in plan.path.segments):
-        desired = [one.reference for one in planned]
+        desired = [desired_at(robot, plan, t, plan.path.at(t)) for t in moments]
         references = [[*one.state.leg1, *one.state.leg2, *one.state[2:], *one[1:]] for one in desired]
     return Sampled(
         np.array(rows, dtype=np.float64),
