@@ -151,7 +151,7 @@ class Draw(NamedTuple):
         Raises:
             InputError: there is no such controller, or the motion of a rig's case is refused, so that it has no robot.
         """
-        return self._scenario(controller, _effects(self))
+        return _scenario_of(self, controller)
 
     @property
     def torque_limit(self) -> float:
@@ -160,9 +160,10 @@ class Draw(NamedTuple):
 
     def motion(self) -> DrawnScenario:
         """Return a scenario with the case's motion, without the effects of its robot, which follow from the motion."""
-        return self._scenario(PLANNED_FOR, {})
+        return self.with_effects(PLANNED_FOR, {})
 
-    def _scenario(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
+    def with_effects(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
+        """Return the scenario for a controller and a robot with effects, which are keys of the section `plant`."""
         drives = drives_of(robot_of(self.rig))
         rig = on_rig(_given(robot_of(self.rig)), "ideal" if self.encoder_counts is None else "encoders")
         rig["plant"] |= {
@@ -250,6 +251,12 @@ def plan_of(case: Draw) -> Plan:
         InputError: the planner refuses the motion.
     """
     return case.motion().plan()
+
+
+@lru_cache(maxsize=16)
+def _scenario_of(case: Draw, controller: str) -> DrawnScenario:
+    """Return a case's scenario, for which its screen, its run and its row ask one after the other."""
+    return case.with_effects(controller, _effects(case))
 
 
 def _effects(case: Draw) -> Mapping[str, Any]:
