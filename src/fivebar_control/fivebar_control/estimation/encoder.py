@@ -93,9 +93,9 @@ def angle_variance(count: float, rate_hz: int, speed: float) -> float:
         return _repeated_variance(count, MOST_REPETITIONS)
     width = max(LEAST_TRAVEL, 1.0 / readings) * count
     information = 12.0 / (width * width)
-    information += sum(
-        1.0 / _repeated_variance(count, repeated)
-        for repeated in range(2, int(min(readings, float(MOST_REPETITIONS))) + 1)
-    )
+    repeats = 0.0
+    for repeated in range(2, int(min(readings, float(MOST_REPETITIONS))) + 1):
+        repeats += 1.0 / _repeated_variance(count, repeated)
+    information += repeats
     information += max(readings - MOST_REPETITIONS, 0.0) / _repeated_variance(count, MOST_REPETITIONS)
     return readings / information

@@ -8,17 +8,21 @@ honest where the tolerances are.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_control.compiling import compiled_and_kept
 from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
 from fivebar_control.estimation.covariance import CONSIDERED, Matrix, Vector, X, Y, propagated
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, transition
 from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
 from fivebar_control.estimation.measurements import corrected, elbow_turned, homed_belief, seen_at, turn_rate, turned
 from fivebar_control.estimation.mirror import mirror_distance
-from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
+from fivebar_control.loop.setup import with_floats
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, PredictedSample
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
@@ -131,6 +135,22 @@ def wrong_mode_probability(deviations: float) -> float:
     return 0.5 * math.erfc(0.5 * deviations / math.sqrt(2.0))
 
 
+class Readings(NamedTuple):
+    """Samples from one reading of a sensor to the next, 0 for a sensor that is not there."""
+
+    gyro: int
+    elbow: int
+    camera: int
+
+
+class Worth(NamedTuple):
+    """What an estimate is worth along a run: as in `PredictedEstimate`, with the covariance where it is widest."""
+
+    mirror: Peak
+    position: Peak
+    widest: Matrix
+
+
 def predict_estimate(
     robot: FiveBar, plan: Plan, rate_hz: int, sensing: Sensing, predicted: PredictedRun
 ) -> PredictedEstimate:
@@ -144,29 +164,76 @@ def predict_estimate(
         predicted: the run, of at least one sample.
     """
     model = estimator_model(
-        robot, plan.mode1, plan.mode2, rate_hz, sensing.drives, sensing.settings, sensing.tolerances, sensing.passive
+        with_floats(robot),
+        plan.mode1,
+        plan.mode2,
+        rate_hz,
+        sensing.drives,
+        sensing.settings,
+        sensing.tolerances,
+        sensing.passive,
     )
-    every = sensing.gyro_every if sensing.settings.gyro else 0
-    elbow_every = sensing.passive.schedule(rate_hz).every if model.elbow else 0
+    readings = Readings(
+        sensing.gyro_every if sensing.settings.gyro else 0,
+        sensing.passive.schedule(rate_hz).every if model.elbow else 0,
+        sensing.camera_every if sensing.settings.camera else 0,
+    )
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
-    mirror, position = Peak(math.inf, 0.0, first.x, first.y), Peak(0.0, 0.0, first.x, first.y)
-    widest = belief.covariance
-    for number, moment in enumerate(predicted.moments):
+    mirror, position, widest = _compiled_worth()(model, readings, np.array(predicted.moments), belief.covariance)
+    return PredictedEstimate(Peak(*mirror), Peak(*position), _spread(model, widest))
+
+
+@cache
+def _compiled_worth() -> Callable[[EstimatorModel, Readings, Matrix, Matrix], Worth]:
+    """Return `worth_along` as machine code, compiled where no process has done so before."""
+    worth: Callable[[EstimatorModel, Readings, Matrix, Matrix], Worth] = compiled_and_kept(worth_along)
+    return worth
+
+
+def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, covariance: Matrix) -> Worth:
+    """Return what the estimate is worth along a run.
+
+    Args:
+        model: of the estimator.
+        readings: when the sensors are read.
+        moments: the predicted samples, in the order of `PredictedSample`, [N, 6].
+        covariance: of the belief at the first of them, [SIZE, SIZE].
+    """
+    now = _sample(moments, 0)
+    belief = Belief(_estimate(now.x, now.y, now.vx, now.vy), covariance)
+    mirror, position = Peak(math.inf, 0.0, now.x, now.y), Peak(0.0, 0.0, now.x, now.y)
+    widest = covariance
+    for number in range(len(moments)):
         if number > 0:
-            gyro, elbow = (one > 0 and number % one == 0 for one in (every, elbow_every))
-            belief = _next(model, belief, predicted.moments[number - 1], moment, gyro, elbow)
-            if sensing.settings.camera and sensing.camera_every and number % sensing.camera_every == 0:
-                at = seen_at(belief, moment.x, moment.y, 0.0, model.camera_variance, model.camera_gate)
-                belief = belief._replace(covariance=at.belief.covariance)
-        t = number / rate_hz
+            before, now = now, _sample(moments, number)
+            belief = _next(model, belief, before, now, _is_due(readings.gyro, number), _is_due(readings.elbow, number))
+            if _is_due(readings.camera, number):
+                at = seen_at(belief, now.x, now.y, 0.0, model.camera_variance, model.camera_gate)
+                belief = Belief(belief.estimate, at.belief.covariance)
+        t = number / model.rate_hz
         distance = mirror_distance(model.filter, belief)
         if distance < mirror.value:
-            mirror = Peak(distance, t, moment.x, moment.y)
+            mirror = Peak(distance, t, now.x, now.y)
         deviation = _widest(belief.covariance)[0]
         if not deviation <= position.value:
-            position, widest = Peak(deviation, t, moment.x, moment.y), belief.covariance
-    return PredictedEstimate(mirror, position, _spread(model, widest))
+            position, widest = Peak(deviation, t, now.x, now.y), belief.covariance
+    return Worth(mirror, position, widest)
+
+
+def _sample(moments: Matrix, number: int) -> PredictedSample:
+    return PredictedSample(
+        moments[number, 0],
+        moments[number, 1],
+        moments[number, 2],
+        moments[number, 3],
+        moments[number, 4],
+        moments[number, 5],
+    )
+
+
+def _is_due(every: int, number: int) -> bool:
+    return every > 0 and number % every == 0
 
 
 def _next(
@@ -174,42 +241,41 @@ def _next(
 ) -> Belief:
     """Return the belief at the next sample, as the readings of the predicted robot leave it."""
     known = model.filter
-    middle = _estimate([0.5 * (one + two) for one, two in zip(before[:4], now[:4], strict=True)])
+    half_x, half_y = 0.5 * (before.x + now.x), 0.5 * (before.y + now.y)
+    middle = _estimate(half_x, half_y, 0.5 * (before.vx + now.vx), 0.5 * (before.vy + now.vy))
     covariance = propagated(belief.covariance, transition(known, middle, before.tau1, before.tau2), known.noise)
-    belief = Belief(_estimate(now[:4]), covariance)
-    legs = (
-        leg_motion(known.robot.leg1, known.mode1, *now[:4]),
-        leg_motion(known.robot.leg2, known.mode2, *now[:4]),
-    )
-    q11, q21 = (
-        Angle(math.atan2(leg.r_y, leg.r_x), angle_variance(model.resolution, model.rate_hz, leg.dq1) + model.play)
-        for leg in legs
-    )
-    belief = belief._replace(covariance=corrected(known, belief, q11, q21).belief.covariance)
+    belief = Belief(_estimate(now.x, now.y, now.vx, now.vy), covariance)
+    leg1 = leg_motion(known.robot.leg1, known.mode1, now.x, now.y, now.vx, now.vy)
+    leg2 = leg_motion(known.robot.leg2, known.mode2, now.x, now.y, now.vx, now.vy)
+    q11, q21 = _motor_angle(model, leg1), _motor_angle(model, leg2)
+    belief = Belief(belief.estimate, corrected(known, belief, q11, q21).belief.covariance)
     if elbow:
-        leg = legs[model.elbow - 1]
+        leg = leg1 if model.elbow == 1 else leg2
         variance = angle_variance(model.elbow_resolution, model.elbow_rate, leg.dtheta - leg.dq1)
         reading = Angle(math.atan2(leg.sin_q2, leg.cos_q2), variance)
-        belief = belief._replace(covariance=elbow_turned(known, belief, model.elbow, reading).belief.covariance)
+        belief = Belief(belief.estimate, elbow_turned(known, belief, model.elbow, reading).belief.covariance)
     if gyro:
-        rate = legs[1].dtheta
-        slope = (rate - turn_rate(known, _estimate(before[:4]))) / known.period
-        belief = belief._replace(covariance=turned(known, belief, rate, 0.0, slope).belief.covariance)
+        rate_before = turn_rate(known, _estimate(before.x, before.y, before.vx, before.vy))
+        slope = (leg2.dtheta - rate_before) / known.period
+        belief = Belief(belief.estimate, turned(known, belief, leg2.dtheta, 0.0, slope).belief.covariance)
     return belief
 
 
-def _estimate(platform: tuple[float, ...] | list[float]) -> Estimate:
-    x, y, vx, vy = platform
-    return Estimate(x, y, vx, vy, 0.0, 0.0)
+def _motor_angle(model: EstimatorModel, leg: LegMotion) -> Angle:
+    variance = angle_variance(model.resolution, model.rate_hz, leg.dq1) + model.play
+    return Angle(math.atan2(leg.r_y, leg.r_x), variance)
 
 
-def _widest(covariance: Matrix) -> tuple[float, Vector]:
-    """Return the largest standard deviation of the position in any direction (m), and that unit vector, [2]."""
+def _estimate(x: float, y: float, vx: float, vy: float) -> Estimate:
+    return Estimate(x, y, vx, vy, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def _widest(covariance: Matrix) -> tuple[float, float]:
+    """Return the largest standard deviation of the position in any direction (m), and that direction (rad)."""
     xx, yy, xy = float(covariance[X, X]), float(covariance[Y, Y]), float(covariance[X, Y])
     half = 0.5 * (xx - yy)
     variance = 0.5 * (xx + yy) + math.hypot(half, xy)
-    angle = 0.5 * math.atan2(xy, half)
-    return math.sqrt(variance), np.array([math.cos(angle), math.sin(angle)])
+    return math.sqrt(variance), 0.5 * math.atan2(xy, half)
 
 
 def _spread(model: EstimatorModel, covariance: Matrix) -> ErrorDistribution:
@@ -217,7 +283,8 @@ def _spread(model: EstimatorModel, covariance: Matrix) -> ErrorDistribution:
 
     Considered errors c get no gain, so the cross-covariance with them is the error's derivative times c's variance.
     """
-    deviation, direction = _widest(covariance)
+    deviation, angle = _widest(covariance)
+    direction = np.array([math.cos(angle), math.sin(angle)])
     bounds = []
     explained = 0.0
     for index, considered in enumerate(model.filter.considered):
