@@ -44,6 +44,12 @@ class FiveBar(NamedTuple):
     mass: float
 
 
+def with_floats(robot: FiveBar) -> FiveBar:
+    """Return a robot whose numbers are floats throughout: an integer among them is another type to the compiler."""
+    leg1, leg2, mass = robot
+    return FiveBar(LegParameters(*map(float, leg1)), LegParameters(*map(float, leg2)), float(mass))
+
+
 MOST_PAYLOAD = 1000.0
 """Mass (kg) beyond which a payload is a mistake."""
 

@@ -12,17 +12,15 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_model_of
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_control.estimation.constants import EstimatorModel
-from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.reference import REFERENCE_VALUES
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
-from fivebar_control.loop.setup import with_floats
 from fivebar_control.loop.supervisor import time_weight
-from fivebar_control.model.state import Leg
-from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.desired import desired_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.interface import late_stamp_ns, moment_of_stamp
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
@@ -42,17 +40,14 @@ X, Y, VX, VY, AX, AY, DIRECTION_X, DIRECTION_Y, EPSILON, WEIGHT = range(10)
 """Columns of a sampled plan: the reference (m, s), the direction of its straight segment (NaN where it is none), the
 zone width, and the weight in time of the multi-model method."""
 
-REFERENCE_FIELDS = 2 * len(Leg._fields) + 4 + len(Reference._fields) - 1
-"""Number of values of a flattened `Reference`."""
-
 
 class Sampled(NamedTuple):
     """A plan at the moments of its samples.
 
     Attributes:
         rows: float64[N + 1 + lead, 10] in the columns above; the lead is the drives' delay where there is an estimator.
-        references: float64[N + 1 + lead, REFERENCE_FIELDS] where the plan was made in the motors' angles in part; else
-            [0, REFERENCE_FIELDS], and the loop works the references out.
+        references: float64[N + 1 + lead, REFERENCE_VALUES] where the plan was made in the motors' angles in part; else
+            [0, REFERENCE_VALUES], and the loop works the references out.
     """
 
     rows: FloatArray
@@ -247,11 +242,6 @@ def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> 
     """
     moments = [number / rate_hz for number in range(plan.path.samples(rate_hz) + 1 + lead_samples)]
     rows = [(*plan.path.at(t), *plan.path.line_at(t)[2:], plan.epsilon_at(t), time_weight(plan, t)) for t in moments]
-    references: list[list[float]] = []
-    if any(isinstance(segment, JointSegment) for segment in plan.path.segments):
-        desired = [desired_at(robot, plan, t, plan.path.at(t)) for t in moments]
-        references = [[*one.state.leg1, *one.state.leg2, *one.state[2:], *one[1:]] for one in desired]
-    return Sampled(
-        np.array(rows, dtype=np.float64),
-        np.array(references, dtype=np.float64).reshape(len(references), REFERENCE_FIELDS),
-    )
+    by_motors = any(isinstance(segment, JointSegment) for segment in plan.path.segments)
+    references = desired_along(robot, plan, moments) if by_motors else np.zeros((0, REFERENCE_VALUES))
+    return Sampled(np.array(rows, dtype=np.float64), references)

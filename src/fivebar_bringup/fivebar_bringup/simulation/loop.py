@@ -34,7 +34,7 @@ from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_st
 from fivebar_control.estimation.readings import with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import first_update, next_update, prediction
 from fivebar_control.laws.law import no_step
-from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
+from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform, reference_of
 from fivebar_control.laws.torque import UNDEFINED, ZERO
 from fivebar_control.laws.vhc_cartesian import line_constraint
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings, control_cycle
@@ -43,7 +43,7 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import type1_distance
-from fivebar_control.model.state import Joints, Leg, Platform, State
+from fivebar_control.model.state import Joints, Platform, State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.passive_encoder import passive_reading
@@ -308,12 +308,7 @@ def reference_at(control: CycleSettings, sampled: Sampled, moment: int, platform
     """Return the desired instant of a sample for its platform reference."""
     if sampled.references.shape[0] == 0:
         return reference_from_platform(control.robot, control.mode1, control.mode2, platform)
-    r = sampled.references[moment]
-    leg1 = Leg(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11])
-    leg2 = Leg(r[12], r[13], r[14], r[15], r[16], r[17], r[18], r[19], r[20], r[21], r[22], r[23])
-    return Reference(
-        State(leg1, leg2, r[24], r[25], r[26], r[27]), r[28], r[29], r[30], r[31], r[32] != 0.0, r[33], r[34]
-    )
+    return reference_of(sampled.references[moment])
 
 
 def read(exact: Joints, before: Joints, resolution: float, period: float, first: bool) -> Joints:

@@ -12,7 +12,7 @@ from fivebar_control.loop.cycle import CycleMemory, CycleSettings
 from fivebar_control.model.state import Platform
 from fivebar_control.safety.brake import Brake
 from fivebar_control.safety.stages import Limits
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 
 
@@ -68,9 +68,3 @@ def cycle_settings_of(
         limits=limits,
         brake=brake,
     )
-
-
-def with_floats(robot: FiveBar) -> FiveBar:
-    """Return a robot whose numbers are floats throughout: an integer among them is another type to the compiler."""
-    leg1, leg2, mass = robot
-    return FiveBar(LegParameters(*map(float, leg1)), LegParameters(*map(float, leg2)), float(mass))

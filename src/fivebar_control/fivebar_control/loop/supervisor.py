@@ -36,9 +36,11 @@ class Supervisor:
     def at(self, t: float, state: State) -> SupervisorState:
         """Return sigma and kappa at time t (s)."""
         kappa = inverse_condition(state)
-        if self._in_time:
-            return SupervisorState(time_weight(self._plan, t), kappa)
-        return SupervisorState(blending_weight(kappa, self._plan.epsilon_at(t)), kappa)
+        return SupervisorState(self.weight(t, kappa), kappa)
+
+    def weight(self, t: float, kappa: float) -> float:
+        """Return sigma at time t (s) for a kappa."""
+        return time_weight(self._plan, t) if self._in_time else blending_weight(kappa, self._plan.epsilon_at(t))
 
 
 def time_weight(plan: Plan, t: float) -> float:

@@ -22,10 +22,9 @@ from fivebar_control.estimation.encoder import Angle, angle_variance, first_angl
 from fivebar_control.estimation.measurements import corrected, elbow_turned, homed_belief, seen_at, turn_rate, turned
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
-from fivebar_control.loop.setup import with_floats
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, PredictedSample
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 

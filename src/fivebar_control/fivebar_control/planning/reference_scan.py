@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from scipy.optimize import brentq, minimize_scalar
 
-from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.reference import Reference, reference_of
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.loop.supervisor import Supervisor
-from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, type1_margin
+from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
 from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, Figure
+from fivebar_control.planning.reference_sample import ReferenceSample, larger, samples_of
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.safety.forbidden import CLEAR, time_to_posture
-from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_description.forbidden import NamedBounds
@@ -35,17 +36,6 @@ FAR_FROM_FORBIDDEN = 1.0
 
 NEAR_PASS = 2.0 * NEAR_LOCUS
 """Below this kappa every sample around a local minimum is evaluated."""
-
-
-class ReferenceSample(NamedTuple):
-    """The reference at one sample: torque (Nm), speed (rad/s), |sin q_i2|, kappa, place (m)."""
-
-    torque: float
-    speed: float
-    serial: float
-    kappa: float
-    x: float
-    y: float
 
 
 class Dwell(NamedTuple):
@@ -85,6 +75,7 @@ class ReferenceScan:
         first = self._coarse
         place = min(range(len(first)), key=lambda index: measure(first[index]))
         around = range(first[max(place - 1, 0)], first[min(place + 1, len(first) - 1)] + 1)
+        self._evaluate(around)
         sample = min(around, key=measure)
         seen = self._sample(sample)
         return Figure(name, getattr(seen, field), limit, at_most, sample / self._rate_hz, seen.x, seen.y, unit)
@@ -174,20 +165,19 @@ class ReferenceScan:
         return float(brentq(lambda t: self._kappa(t) - bound, inside, outside, xtol=BOUNDARY_TOLERANCE))
 
     def _sample(self, sample: int) -> ReferenceSample:
-        seen = self._seen.get(sample)
-        if seen is None:
-            reference = self._reference(sample / self._rate_hz)
-            state = reference.state
-            seen = self._seen[sample] = ReferenceSample(
-                torque=_largest(*self._needed(sample, reference)),
-                speed=_largest(state.leg1.dq1, state.leg2.dq1),
-                # a motion that is planned in the motors' angles is meant to meet Type 1
-                serial=math.inf if reference.by_motors else type1_margin(state),
-                kappa=inverse_condition(state),
-                x=state.x,
-                y=state.y,
-            )
-        return seen
+        if sample not in self._seen:
+            self._evaluate([sample])
+        return self._seen[sample]
+
+    def _evaluate(self, samples: Iterable[int]) -> None:
+        """Evaluate the reference at those of some samples at which it has not been yet."""
+        new = [sample for sample in samples if sample not in self._seen]
+        references = desired_along(self._robot, self._plan, [sample / self._rate_hz for sample in new])
+        for sample, seen, row in zip(new, samples_of(self._robot, references), references, strict=True):
+            if self._needed.own_share(sample, seen.kappa) > 0.0:
+                torque = self._needed(sample, reference_of(row.tolist()))
+                seen = seen._replace(torque=larger(torque.tau1, torque.tau2))
+            self._seen[sample] = seen
 
     def _reference(self, t: float) -> Reference:
         return desired_at(self._robot, self._plan, t, self._plan.path.at(t))
@@ -218,11 +208,13 @@ class ReferenceScan:
 
     def _with_near_passes(self, coarse: list[int]) -> list[int]:
         """Return the samples with all those around the minima of kappa near the locus."""
-        kappas = [self._sample(sample).kappa for sample in coarse]
+        self._evaluate(coarse)
+        kappas = [self._seen[sample].kappa for sample in coarse]
         samples = set(coarse)
         for index in _local_minima(kappas):
             if kappas[index] < NEAR_PASS:
                 samples.update(range(coarse[max(index - 1, 0)], coarse[min(index + 1, len(coarse) - 1)] + 1))
+        self._evaluate(sorted(samples))
         return sorted(samples)
 
 
@@ -234,8 +226,3 @@ def _local_minima(values: list[float]) -> list[int]:
         for index, value in enumerate(values)
         if (index == 0 or value <= values[index - 1]) and (index == last or value <= values[index + 1])
     ]
-
-
-def _largest(*values: float) -> float:
-    """Return the largest magnitude, NaN if one is NaN (`max` alone would lose it)."""
-    return math.nan if any(math.isnan(value) for value in values) else max(abs(value) for value in values)

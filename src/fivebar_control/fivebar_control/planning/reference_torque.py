@@ -37,24 +37,26 @@ class ReferenceTorque:
         self._robot = robot
         self._plan = plan
         self._rate_hz = rate_hz
-        self._nominal = follower.nominal
         self._regular = follower.controller.needs_no_zones
-        self._constraint = follower.constraint
+        self._own = follower.nominal if self._regular else follower.constraint
         self._memories: dict[str, Any] = {}
         self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
 
     def __call__(self, sample: int, reference: Reference) -> Torque:
         """Return the torque (Nm) for a sample of the reference; NaN where the controller has none."""
-        if reference.by_motors:
-            return Torque(reference.u1 + reference.f1, reference.u2 + reference.f2)
-        state = reference.state
-        if self._regular and inverse_condition(state) < NEAR_LOCUS:
-            return self._answer(self._nominal, sample, state, reference)
-        full = full_torque(self._robot, reference)
-        if self._constraint is None:
+        state, full = reference.state, full_torque(self._robot, reference)
+        share = self.own_share(sample, inverse_condition(state))
+        if self._own is None or reference.by_motors or not share > 0.0:
             return full
-        sigma = self._supervise(sample, state).sigma
-        return blend(sigma, full, self._answer(self._constraint, sample, state, reference)) if sigma > 0.0 else full
+        return blend(share, full, self._answer(self._own, sample, state, reference))
+
+    def own_share(self, sample: int, kappa: float) -> float:
+        """Return the share of the controller's own answer in its torque, from 0, for `full_torque`, to 1."""
+        if self._own is None:
+            return 0.0
+        if self._regular:
+            return 1.0 if kappa < NEAR_LOCUS else 0.0
+        return self._supervise.weight(sample / self._rate_hz, kappa)
 
     def _answer(self, law: TunedLaw, sample: int, state: State, reference: Reference) -> Torque:
         """Return the torque of a law without memory and limits."""
@@ -67,9 +69,12 @@ class ReferenceTorque:
 
 def full_torque(robot: FiveBar, reference: Reference) -> Torque:
     """Return the inverse dynamics of a reference (Nm)."""
-    leg1, leg2 = reference.state.leg1, reference.state.leg2
-    ddq11, ddq21 = (joint_acceleration(leg, reference.ax, reference.ay) for leg in (leg1, leg2))
-    return Torque(*inverse_dynamics(robot, reference.state, ddq11, ddq21, reference.f1, reference.f2))
+    if reference.by_motors:
+        return Torque(reference.u1 + reference.f1, reference.u2 + reference.f2)
+    ddq11 = joint_acceleration(reference.state.leg1, reference.ax, reference.ay)
+    ddq21 = joint_acceleration(reference.state.leg2, reference.ax, reference.ay)
+    tau1, tau2 = inverse_dynamics(robot, reference.state, ddq11, ddq21, reference.f1, reference.f2)
+    return Torque(tau1, tau2)
 
 
 def unlimited(tuned: TunedLaw) -> TunedLaw:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_control.compiling import compiled_and_kept
 from fivebar_control.laws.reference import (
+    REFERENCE_VALUES,
     Reference,
     reference_at_rest,
     reference_from_motors,
     reference_from_platform,
+    write_reference,
 )
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, with_floats
+
+FloatArray = NDArray[np.float64]
 
 
 def desired_at(robot: FiveBar, plan: Plan, t: float, platform: Platform) -> Reference:
@@ -29,3 +40,31 @@ def desired_at(robot: FiveBar, plan: Plan, t: float, platform: Platform) -> Refe
         motors = segment.motors_at(t)
         return reference_from_motors(robot, state, platform.ax, platform.ay, motors.ddq11, motors.ddq21)
     return reference_from_platform(robot, *plan.modes_at(t), platform)
+
+
+def desired_along(robot: FiveBar, plan: Plan, times: Sequence[float]) -> FloatArray:
+    """Return the desired instants at times (s) as `write_reference` writes them, [N, REFERENCE_VALUES]."""
+    platforms = [plan.path.at(t) for t in times]
+    rows = np.empty((len(times), REFERENCE_VALUES))
+    if plan.modes:
+        for t, platform, row in zip(times, platforms, rows, strict=True):
+            write_reference(desired_at(robot, plan, t, platform), row)
+    else:
+        motion = np.array(platforms, dtype=np.float64).reshape(len(times), len(Platform._fields))
+        _compiled_references()(with_floats(robot), plan.mode1, plan.mode2, motion, rows)
+    return rows
+
+
+@cache
+def _compiled_references() -> Callable[[FiveBar, int, int, FloatArray, FloatArray], None]:
+    """Return `write_references` as machine code, compiled where no process has done so before."""
+    compiled: Callable[[FiveBar, int, int, FloatArray, FloatArray], None] = compiled_and_kept(write_references)
+    return compiled
+
+
+def write_references(robot: FiveBar, mode1: int, mode2: int, motion: FloatArray, rows: FloatArray) -> None:
+    """Write the desired instants of a platform motion in a working mode, [N, 6] as in `Platform`, into rows."""
+    for number in range(len(motion)):
+        m = motion[number]
+        platform = Platform(m[0], m[1], m[2], m[3], m[4], m[5])
+        write_reference(reference_from_platform(robot, mode1, mode2, platform), rows[number])
