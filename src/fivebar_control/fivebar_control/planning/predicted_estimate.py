@@ -8,13 +8,11 @@ honest where the tolerances are.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_control.compiling import compiled_and_kept
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
 from fivebar_control.estimation.covariance import CONSIDERED, Matrix, Vector, X, Y, propagated
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, transition
@@ -179,15 +177,9 @@ def predict_estimate(
     )
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
-    mirror, position, widest = _compiled_worth()(model, readings, np.array(predicted.moments), belief.covariance)
+    moments = np.array(predicted.moments, dtype=np.float64)
+    mirror, position, widest = as_machine_code(worth_along)(model, readings, moments, belief.covariance)
     return PredictedEstimate(Peak(*mirror), Peak(*position), _spread(model, widest))
-
-
-@cache
-def _compiled_worth() -> Callable[[EstimatorModel, Readings, Matrix, Matrix], Worth]:
-    """Return `worth_along` as machine code, compiled where no process has done so before."""
-    worth: Callable[[EstimatorModel, Readings, Matrix, Matrix], Worth] = compiled_and_kept(worth_along)
-    return worth
 
 
 def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, covariance: Matrix) -> Worth:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.compiling import compiled_and_kept
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.reference import Reference, reference_of
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.planning.reference_torque import full_torque
@@ -47,15 +45,8 @@ def sample_of(robot: FiveBar, reference: Reference) -> ReferenceSample:
 def samples_of(robot: FiveBar, references: FloatArray) -> list[ReferenceSample]:
     """Return the quantities of desired instants, given as `write_reference` writes them."""
     samples = np.empty((len(references), len(ReferenceSample._fields)))
-    _compiled_samples()(with_floats(robot), references, samples)
+    as_machine_code(write_samples)(with_floats(robot), references, samples)
     return [ReferenceSample(*row) for row in samples.tolist()]
-
-
-@cache
-def _compiled_samples() -> Callable[[FiveBar, FloatArray, FloatArray], None]:
-    """Return `write_samples` as machine code, compiled where no process has done so before."""
-    compiled: Callable[[FiveBar, FloatArray, FloatArray], None] = compiled_and_kept(write_samples)
-    return compiled
 
 
 def write_samples(robot: FiveBar, references: FloatArray, samples: FloatArray) -> None:

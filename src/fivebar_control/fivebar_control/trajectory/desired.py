@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.compiling import compiled_and_kept
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.reference import (
     REFERENCE_VALUES,
     Reference,
@@ -51,15 +50,8 @@ def desired_along(robot: FiveBar, plan: Plan, times: Sequence[float]) -> FloatAr
             write_reference(desired_at(robot, plan, t, platform), row)
     else:
         motion = np.array(platforms, dtype=np.float64).reshape(len(times), len(Platform._fields))
-        _compiled_references()(with_floats(robot), plan.mode1, plan.mode2, motion, rows)
+        as_machine_code(write_references)(with_floats(robot), plan.mode1, plan.mode2, motion, rows)
     return rows
-
-
-@cache
-def _compiled_references() -> Callable[[FiveBar, int, int, FloatArray, FloatArray], None]:
-    """Return `write_references` as machine code, compiled where no process has done so before."""
-    compiled: Callable[[FiveBar, int, int, FloatArray, FloatArray], None] = compiled_and_kept(write_references)
-    return compiled
 
 
 def write_references(robot: FiveBar, mode1: int, mode2: int, motion: FloatArray, rows: FloatArray) -> None:

@@ -1,0 +1,102 @@
+"""The screen's functions of whole runs as machine code: bit for bit what the plain ones find."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivebar_control.compiling import as_machine_code
+from fivebar_control.estimation.constants import Drives
+from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.laws.reference import REFERENCE_VALUES, Reference, reference_of, write_reference
+from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.planning import passage_response, predicted_estimate, reference_sample
+from fivebar_control.planning.passage import displacement
+from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate
+from fivebar_control.planning.predicted_run import predict_run
+from fivebar_control.planning.reference_sample import samples_of
+from fivebar_control.trajectory import desired
+from fivebar_control.trajectory.desired import desired_along, desired_at
+from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_description.loads import Loads
+from fivebar_description.parameters import FiveBar
+from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.tolerances import Tolerances
+
+RATE_HZ = 500
+FOLLOWER = default_tuning(CONTROLLERS["unified"])
+
+
+@pytest.fixture
+def plan(dextar: FiveBar) -> Plan:
+    """Return a motion through the locus."""
+    return plan_motion(dextar, (1, -1), ((0.0, 0.12), (0.0, 0.05)), [0.5], RATE_HZ, ZoneRule())
+
+
+@pytest.fixture
+def plainly(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], Any]:
+    """Return what has something worked out by plain functions."""
+
+    def worked_out(found: Callable[[], Any]) -> Any:
+        with monkeypatch.context() as patch:
+            for module in (desired, passage_response, predicted_estimate, reference_sample):
+                patch.setattr(module, as_machine_code.__name__, lambda function: function)
+            return found()
+
+    return worked_out
+
+
+def times_of(plan: Plan) -> list[float]:
+    return [number / RATE_HZ for number in range(plan.path.samples(RATE_HZ) + 1)]
+
+
+def test_the_reference_and_what_counts_of_it(
+    dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any]
+) -> None:
+    rows = desired_along(dextar, plan, times_of(plan))
+    assert rows.tobytes() == plainly(lambda: desired_along(dextar, plan, times_of(plan))).tobytes()
+    assert repr(samples_of(dextar, rows)) == repr(plainly(lambda: samples_of(dextar, rows)))
+    t = times_of(plan)[100]
+    assert repr(reference_of(rows[100].tolist())) == repr(desired_at(dextar, plan, t, plan.path.at(t)))
+
+
+def test_a_reference_by_motors_keeps_its_torque_in_a_row(dextar: FiveBar, plan: Plan) -> None:
+    row = np.empty(REFERENCE_VALUES)
+    given: Reference = desired_at(dextar, plan, 0.2, plan.path.at(0.2))._replace(by_motors=True, u1=0.3, u2=-0.4)
+    write_reference(given, row)
+    assert repr(reference_of(row.tolist())) == repr(given)
+    (sample,) = samples_of(dextar, row.reshape(1, -1))
+    assert sample.torque == max(abs(0.3 + given.f1), abs(-0.4 + given.f2))
+    assert sample.serial == math.inf
+
+
+@pytest.mark.parametrize("controller", ["unified", "multi_cartesian"])
+def test_the_response_to_loads(
+    dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any], controller: str
+) -> None:
+    loads = Loads(tilt=0.01, passive=1e-3, push=0.5, push_length=0.02)
+
+    def moved() -> float:
+        return displacement(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS[controller]), 2.0, loads).value
+
+    found = moved()
+    assert found > 0.0
+    assert repr(found) == repr(plainly(moved))
+
+
+def test_the_worth_of_an_estimate(dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any]) -> None:
+    predicted = predict_run(dextar, plan, RATE_HZ, FOLLOWER, 2.0)
+    settings = EkfSettings(gyro=True, camera=True)
+    sensing = Sensing(
+        Drives(20_000), settings, Tolerances(length=2e-4, zero=1e-3), 2, PassiveEncoder(1, 20_000), camera_every=10
+    )
+    found = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted)
+    plain = plainly(lambda: predict_estimate(dextar, plan, RATE_HZ, sensing, predicted))
+    # matrix products may come from two libraries
+    assert np.array(found.mirror) == pytest.approx(np.array(plain.mirror), rel=1e-9)
+    assert np.array(found.position) == pytest.approx(np.array(plain.position), rel=1e-9)
+    assert found.spread.deviation == pytest.approx(plain.spread.deviation, rel=1e-9)
