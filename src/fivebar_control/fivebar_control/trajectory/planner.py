@@ -8,8 +8,11 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -36,7 +39,7 @@ from fivebar_control.trajectory.type1 import (
     segments_between,
 )
 from fivebar_description.interface import NANOSECONDS
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, with_floats
 from fivebar_description.settings import Setting
 
 MIN_ZONE_SAMPLES = 10
@@ -354,12 +357,24 @@ def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, way: Way) -> tuple[
         return det_a(_state_on(robot, mode1, mode2, way, s))
 
     grid = _grid_along(way)
-    values = [assembly(s) for s in grid]
+    determinants = np.empty(len(grid))
+    places = np.array([way.at(s)[:2] for s in grid])
+    as_machine_code(write_determinants)(with_floats(robot), mode1, mode2, places, determinants)
+    sides = (determinants > 0.0).tolist()
     return tuple(
         float(brentq(assembly, grid[step], grid[step + 1], xtol=1e-15))
         for step in range(len(grid) - 1)
-        if (values[step] > 0.0) != (values[step + 1] > 0.0)
+        if sides[step] != sides[step + 1]
     )
+
+
+def write_determinants(
+    robot: FiveBar, mode1: int, mode2: int, places: NDArray[np.float64], determinants: NDArray[np.float64]
+) -> None:
+    """Write det A in a working mode, [N], for places of the platform (m), [N, 2]."""
+    for number in range(len(places)):
+        x, y = places[number]
+        determinants[number] = det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
 
 
 def _timed(

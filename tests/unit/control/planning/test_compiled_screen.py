@@ -19,8 +19,9 @@ from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.planning.reference_sample import samples_of
-from fivebar_control.trajectory import desired
+from fivebar_control.trajectory import desired, planner
 from fivebar_control.trajectory.desired import desired_along, desired_at
+from fivebar_control.trajectory.optimal import StraightWay
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
@@ -43,11 +44,26 @@ def plainly(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], An
 
     def worked_out(found: Callable[[], Any]) -> Any:
         with monkeypatch.context() as patch:
-            for module in (desired, passage_response, predicted_estimate, reference_sample):
+            for module in (desired, passage_response, planner, predicted_estimate, reference_sample):
                 patch.setattr(module, as_machine_code.__name__, lambda function: function)
             return found()
 
     return worked_out
+
+
+def test_where_a_way_crosses_the_locus(
+    dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any]
+) -> None:
+    segment = plan.path.straight(0)
+    way = StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
+
+    def places() -> tuple[float, ...]:
+        planner._locus_fractions.cache_clear()
+        return planner._locus_fractions(dextar, plan.mode1, plan.mode2, way)
+
+    found = places()
+    assert len(found) == 1
+    assert repr(found) == repr(plainly(places))
 
 
 def times_of(plan: Plan) -> list[float]:
@@ -64,11 +80,10 @@ def test_the_reference_and_what_counts_of_it(
     assert repr(reference_of(rows[100].tolist())) == repr(desired_at(dextar, plan, t, plan.path.at(t)))
 
 
-def test_a_reference_by_motors_keeps_its_torque_in_a_row(dextar: FiveBar, plan: Plan) -> None:
+def test_a_reference_by_motors_has_its_own_torque_and_no_margin_to_type_1(dextar: FiveBar, plan: Plan) -> None:
     row = np.empty(REFERENCE_VALUES)
     given: Reference = desired_at(dextar, plan, 0.2, plan.path.at(0.2))._replace(by_motors=True, u1=0.3, u2=-0.4)
     write_reference(given, row)
-    assert repr(reference_of(row.tolist())) == repr(given)
     (sample,) = samples_of(dextar, row.reshape(1, -1))
     assert sample.torque == max(abs(0.3 + given.f1), abs(-0.4 + given.f2))
     assert sample.serial == math.inf
