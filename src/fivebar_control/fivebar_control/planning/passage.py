@@ -18,7 +18,7 @@ from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.planning.passage_response import Feedback, LoadCase, LocusPassage, largest_displacement
+from fivebar_control.planning.passage_response import Feedback, JudgedPassage, LoadCase, largest_displacement
 from fivebar_control.planning.predicted_run import Peak
 from fivebar_control.trajectory.desired import desired_along
 from fivebar_control.trajectory.planner import Crossing, Plan
@@ -148,7 +148,7 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
         supervise = Supervisor(plan, judged.rate_hz, controller.weighting)
         for number, (time, row) in enumerate(zip(times, references.tolist(), strict=True)):
             held[number] = 1.0 - supervise.at(crossing.time + time, reference_of(row).state).sigma
-    passage = LocusPassage(
+    passage = JudgedPassage(
         robot,
         parallel_svd(reference_of(at_crossing).state),
         feedback_of(judged.follower),

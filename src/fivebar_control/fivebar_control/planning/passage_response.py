@@ -40,7 +40,7 @@ class Feedback(NamedTuple):
     observer_rate: float
 
 
-class LocusPassage(NamedTuple):
+class JudgedPassage(NamedTuple):
     """A passage through the locus.
 
     Attributes:
@@ -94,7 +94,7 @@ class PassageInstant(NamedTuple):
 
 
 def largest_displacement(
-    passage: LocusPassage, times: FloatArray, references: FloatArray, held: FloatArray, loads: list[LoadCase]
+    passage: JudgedPassage, times: FloatArray, references: FloatArray, held: FloatArray, loads: list[LoadCase]
 ) -> float:
     """Return the largest displacement (m) by any of some loads about a crossing.
 
@@ -109,7 +109,7 @@ def largest_displacement(
 
 
 def largest_response(
-    passage: LocusPassage, times: FloatArray, references: FloatArray, held: FloatArray, loads: FloatArray
+    passage: JudgedPassage, times: FloatArray, references: FloatArray, held: FloatArray, loads: FloatArray
 ) -> float:
     """Return the same for loads as rows, [M, 4] as in `LoadCase`."""
     instants = _instants(passage, times, references, held)
@@ -121,7 +121,7 @@ def largest_response(
 
 
 def _instants(
-    passage: LocusPassage, times: FloatArray, references: FloatArray, held: FloatArray
+    passage: JudgedPassage, times: FloatArray, references: FloatArray, held: FloatArray
 ) -> list[PassageInstant]:
     """Return the robot on its reference; arguments as for `largest_displacement`."""
     robot, limit = passage.robot, passage.limit
@@ -151,7 +151,7 @@ def _instants(
     return found
 
 
-def _response(passage: LocusPassage, instants: list[PassageInstant], load_case: LoadCase) -> float:
+def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case: LoadCase) -> float:
     """Return the largest displacement (m) by a load and the friction of the passive joints."""
     here, feedback = passage.here, passage.feedback
     period = instants[1].time - instants[0].time
