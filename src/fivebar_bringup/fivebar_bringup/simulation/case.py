@@ -12,13 +12,13 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_model_of
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_control.estimation.constants import EstimatorModel
-from fivebar_control.laws.reference import REFERENCE_VALUES
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.supervisor import time_weight
 from fivebar_control.trajectory.desired import desired_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.reference_row import REFERENCE_VALUES
 from fivebar_description.interface import late_stamp_ns, moment_of_stamp
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers

@@ -34,7 +34,7 @@ from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_st
 from fivebar_control.estimation.readings import with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import first_update, next_update, prediction
 from fivebar_control.laws.law import no_step
-from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform, reference_of
+from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
 from fivebar_control.laws.vhc_cartesian import line_constraint
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings, control_cycle
@@ -45,6 +45,7 @@ from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import Joints, Platform, State
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.passive_encoder import passive_reading
 from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_control.laws.reference import reference_of
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.loop.supervisor import Supervisor
@@ -22,6 +21,7 @@ from fivebar_control.planning.passage_response import Feedback, JudgedPassage, L
 from fivebar_control.planning.predicted_run import Peak
 from fivebar_control.trajectory.desired import desired_along
 from fivebar_control.trajectory.planner import Crossing, Plan
+from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_description.imu import STANDARD_GRAVITY
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar, with_floats

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq, minimize_scalar
 
-from fivebar_control.laws.reference import Reference, reference_of
+from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
@@ -18,6 +18,7 @@ from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.safety.forbidden import CLEAR, time_to_posture
 from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_description.forbidden import NamedBounds
 from fivebar_description.parameters import FiveBar

@@ -8,17 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.compiling import as_machine_code
-from fivebar_control.laws.reference import (
-    REFERENCE_VALUES,
-    Reference,
-    reference_at_rest,
-    reference_from_motors,
-    reference_from_platform,
-    write_reference,
-)
+from fivebar_control.laws.reference import Reference, reference_at_rest, reference_from_motors, reference_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.reference_row import REFERENCE_VALUES, write_reference
 from fivebar_description.parameters import FiveBar, with_floats
 
 FloatArray = NDArray[np.float64]

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import (
-    REFERENCE_VALUES,
-    Reference,
     against_disturbance,
     reference_at_rest,
     reference_from_motors,
     reference_from_platform,
-    reference_of,
-    write_reference,
 )
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.model.state import Leg, Platform, State
+from fivebar_control.model.state import Platform, State
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 
@@ -67,15 +62,3 @@ def test_a_motion_of_the_motors_takes_the_torque_that_moves_them_so(robot: FiveB
         assert (reference.ax, reference.ay, reference.by_motors) == (1.0, 2.0, True)
         motion = direct_dynamics(robot, state, reference.u1, reference.u2, 0.0, 0.0)
         assert (motion.ddq11, motion.ddq21) == pytest.approx((4.0, -3.0), rel=1e-7, abs=1e-7)
-
-
-@pytest.mark.parametrize("by_motors", [False, True])
-def test_a_row_holds_a_desired_instant(by_motors: bool) -> None:
-    count = len(Leg._fields)
-    legs = Leg(*map(float, range(count))), Leg(*map(float, range(count, 2 * count)))
-    state = State(*legs, 24.0, 25.0, 26.0, 27.0)
-    reference = Reference(state, 28.0, 29.0, 30.0, 31.0, by_motors, 33.0, 34.0)
-    row = np.full(REFERENCE_VALUES, -1.0)
-    write_reference(reference, row)
-    assert row.tolist() == [*map(float, range(32)), float(by_motors), 33.0, 34.0]
-    assert repr(reference_of(row.tolist())) == repr(reference)

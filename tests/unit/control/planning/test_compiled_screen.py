@@ -12,7 +12,7 @@ import pytest
 from fivebar_control.compiling import as_machine_code
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.laws.reference import REFERENCE_VALUES, Reference, reference_of, write_reference
+from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning import passage_response, predicted_estimate, reference_sample
 from fivebar_control.planning.passage import displacement
@@ -23,6 +23,7 @@ from fivebar_control.trajectory import desired, planner
 from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.optimal import StraightWay
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.reference_row import REFERENCE_VALUES, reference_of, write_reference
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder
