@@ -569,6 +569,15 @@ def damage(path: Path, offset: int) -> None:
     path.write_bytes(content)
 
 
+def with_nameless_topic(path: Path) -> None:
+    """Have the metadata promise no messages, of a single topic that has no name."""
+    topic = "{topic_metadata: {name: , type: a/msg/B, serialization_format: cdr}, message_count: 0}"
+    text = (path / "metadata.yaml").read_text()
+    text = re.sub(r"(?ms)^  message_count: .*?^  compression_format", "  message_count: 0\n  compression_format", text)
+    text += f"  topics_with_message_count: [{topic}]\n"
+    (path / "metadata.yaml").write_text(text)
+
+
 @pytest.mark.parametrize(
     "break_bag",
     [
@@ -588,6 +597,7 @@ def damage(path: Path, offset: int) -> None:
             ),
             id="fewer messages",
         ),
+        pytest.param(with_nameless_topic, id="a topic without a name"),
     ],
 )
 def test_broken_bag_is_one_line_that_names_it(bag: tuple[Path, Messages], break_bag: Callable[[Path], object]) -> None:

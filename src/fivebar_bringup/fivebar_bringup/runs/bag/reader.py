@@ -55,6 +55,9 @@ def _found(directory: Path, topics: Iterable[str]) -> str:
 def _read(directory: Path) -> tuple[dict[str, RawTopic], dict[str, str], int]:
     """Return the topics by absolute name, the custom data and the number of messages that the metadata names."""
     with Reader(directory) as reader:
+        for connection in reader.connections:
+            if not isinstance(connection.topic, str):
+                raise TypeError(f"topic {connection.topic!r} in its metadata.yaml: expected a name")
         topics = {connection.topic: RawTopic(connection.msgtype, [], []) for connection in reader.connections}
         for connection, log_time, data in reader.messages():
             topic = topics[connection.topic]
