@@ -247,6 +247,9 @@ FOR_ELASTIC = {
 """Settings of the estimator, which has no model of elastic transmissions: motor and link differ by some 0.5 mrad, and
 by 0.2 rad/s where they swing at 60 Hz."""
 
+FOR_MIDDLING = {**FOR_ELASTIC, "play": 4e-3, "force_deviation": 1.4}
+"""The same for 60 Hz, a backlash of 0.03 degrees and pushes of up to 2 N."""
+
 NO_OBSERVER = {"observer_rate": 0.0}
 """Of `unified`, for transmissions that bend: torque bends them, the estimate follows, and what the law's own observer
 makes of that is torque again. The estimator has disturbances of its own."""
@@ -288,7 +291,7 @@ FOR_PRINTED = {
     "disturbance_rate": 0.03,
     "play": 2e-3,
     "acceleration_noise": 0.1,
-    "gyro_noise": 0.1,
+    "gyro_noise": 0.2,
     "misfit_limit": 200.0,
     "force_deviation": 0.02,
     "force_time": 0.4,
@@ -354,7 +357,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
             MIDDLING,
-            sections=with_gyro(MIDDLING, FOR_ELASTIC, gains(3600.0, 120.0)),
+            sections=with_gyro(MIDDLING, FOR_MIDDLING, gains(3600.0, 120.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
         ),
