@@ -10,11 +10,9 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any, TypeVar, cast, get_type_hints
+from typing import Any, get_type_hints
 
 import numba
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 DIGEST = re.compile(r"[0-9a-f]{16}")
 
@@ -69,14 +67,6 @@ def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any])
     plain = _with_names(_plain(function), {name: _plain(one) for name, one in bound.items()})
     name = "_".join([plain.__qualname__, *(one.__name__ for one in bound.values())])
     return _kept_code(plain, name)
-
-
-_as_machine_code = cache(compiled_and_kept)
-
-
-def as_machine_code(function: F) -> F:
-    """Return the same without other functions under its names, made once in a process."""
-    return cast(F, _as_machine_code(function))
 
 
 def _kept_code(function: FunctionType, name: str, **options: Any) -> Any:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.reference import Reference
+from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.planning.reference_torque import full_torque
 from fivebar_control.trajectory.reference_row import reference_of

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.law import MIN_AUTHORITY
+from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import (

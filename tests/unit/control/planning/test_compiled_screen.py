@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivebar_control.compiling import as_machine_code
+from fivebar_control import machine_code
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.reference import Reference
@@ -39,6 +39,20 @@ def plan(dextar: FiveBar) -> Plan:
     return plan_motion(dextar, (1, -1), ((0.0, 0.12), (0.0, 0.05)), [0.5], RATE_HZ, ZoneRule())
 
 
+@pytest.fixture(autouse=True)
+def as_in_a_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judge motions by machine code, as a process of a sweep does."""
+    monkeypatch.setattr(machine_code, "_many", True)
+
+
+def test_only_who_judges_many_motions_loads_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert machine_code.as_machine_code(planner.write_determinants) is not planner.write_determinants
+    monkeypatch.setattr(machine_code, "_many", False)
+    assert machine_code.as_machine_code(planner.write_determinants) is planner.write_determinants
+    machine_code.expect_many_motions()
+    assert machine_code.as_machine_code(planner.write_determinants) is not planner.write_determinants
+
+
 @pytest.fixture
 def plainly(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], Any]:
     """Return what has something worked out by plain functions."""
@@ -46,7 +60,7 @@ def plainly(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], An
     def worked_out(found: Callable[[], Any]) -> Any:
         with monkeypatch.context() as patch:
             for module in (desired, passage_response, planner, predicted_estimate, reference_sample):
-                patch.setattr(module, as_machine_code.__name__, lambda function: function)
+                patch.setattr(module, machine_code.as_machine_code.__name__, lambda function: function)
             return found()
 
     return worked_out

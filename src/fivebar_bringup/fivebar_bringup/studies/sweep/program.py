@@ -18,6 +18,7 @@ DECIDING = {
     fivebar_sim: ("*.py", "effects/*.py", "vision/*.py"),
     fivebar_control: (
         "compiling.py",
+        "machine_code.py",
         "fault.py",
         "estimation/*.py",
         "laws/*.py",

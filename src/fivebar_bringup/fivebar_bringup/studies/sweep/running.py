@@ -16,6 +16,7 @@ from fivebar_bringup.studies.sweep.drawing import RATE_HZ, VARIED, Draw, draw, p
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
+from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
@@ -64,6 +65,7 @@ class Batch(NamedTuple):
 
 def run_batch(batch: Batch) -> list[SweepRow]:
     """Return the rows of a batch, in order of case and controller."""
+    expect_many_motions()
     numbers = range(batch.first, batch.end)
     return [row for number in numbers for row in run_case(batch.seed, number, batch.rig, batch.controllers)]
 
