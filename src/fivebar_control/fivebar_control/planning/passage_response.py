@@ -117,7 +117,9 @@ def largest_response(
     worst = 0.0
     for number in range(len(loads)):
         one = loads[number]
-        worst = max(worst, _response(passage, instants, LoadCase(one[0], one[1], one[2], one[3])))
+        worst = max(
+            worst, _response(passage, instants, LoadCase(float(one[0]), float(one[1]), float(one[2]), float(one[3])))
+        )
     return worst
 
 
@@ -136,7 +138,7 @@ def _instants(
         svd = parallel_svd(state)
         found.append(
             PassageInstant(
-                times[number],
+                float(times[number]),
                 state.vx,
                 state.vy,
                 reference.ax,
@@ -144,7 +146,7 @@ def _instants(
                 mapped,
                 svd.t_x,
                 svd.t_y,
-                held[number],
+                float(held[number]),
                 Box(-limit - reference.f1, limit - reference.f1, -limit - reference.f2, limit - reference.f2),
                 _passive_load(robot, reference, passage.here, passage.friction),
             )

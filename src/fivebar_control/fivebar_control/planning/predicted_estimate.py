@@ -214,12 +214,12 @@ def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, cova
 
 def _sample(moments: Matrix, number: int) -> PredictedSample:
     return PredictedSample(
-        moments[number, 0],
-        moments[number, 1],
-        moments[number, 2],
-        moments[number, 3],
-        moments[number, 4],
-        moments[number, 5],
+        float(moments[number, 0]),
+        float(moments[number, 1]),
+        float(moments[number, 2]),
+        float(moments[number, 3]),
+        float(moments[number, 4]),
+        float(moments[number, 5]),
     )
 
 

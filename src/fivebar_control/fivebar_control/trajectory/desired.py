@@ -52,5 +52,5 @@ def write_references(robot: FiveBar, mode1: int, mode2: int, motion: FloatArray,
     """Write the desired instants of a platform motion in a working mode, [N, 6] as in `Platform`, into rows."""
     for number in range(len(motion)):
         m = motion[number]
-        platform = Platform(m[0], m[1], m[2], m[3], m[4], m[5])
+        platform = Platform(float(m[0]), float(m[1]), float(m[2]), float(m[3]), float(m[4]), float(m[5]))
         write_reference(reference_from_platform(robot, mode1, mode2, platform), rows[number])

@@ -373,7 +373,7 @@ def write_determinants(
 ) -> None:
     """Write det A in a working mode, [N], for places of the platform (m), [N, 2]."""
     for number in range(len(places)):
-        x, y = places[number]
+        x, y = float(places[number, 0]), float(places[number, 1])
         determinants[number] = det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
 
 

@@ -29,9 +29,34 @@ def write_reference(reference: Reference, row: NDArray[np.float64]) -> None:
 
 def reference_of(row: NDArray[np.float64] | Sequence[float]) -> Reference:
     """Return the desired instant of such a row."""
-    r = row
-    leg1 = Leg(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11])
-    leg2 = Leg(r[12], r[13], r[14], r[15], r[16], r[17], r[18], r[19], r[20], r[21], r[22], r[23])
+    state = State(
+        _leg_of(row, 0), _leg_of(row, LEG_VALUES), float(row[24]), float(row[25]), float(row[26]), float(row[27])
+    )
     return Reference(
-        State(leg1, leg2, r[24], r[25], r[26], r[27]), r[28], r[29], r[30], r[31], r[32] != 0.0, r[33], r[34]
+        state,
+        float(row[28]),
+        float(row[29]),
+        float(row[30]),
+        float(row[31]),
+        row[32] != 0.0,
+        float(row[33]),
+        float(row[34]),
+    )
+
+
+def _leg_of(row: NDArray[np.float64] | Sequence[float], first: int) -> Leg:
+    """Return the leg whose values begin at an index; as plain numbers, with which Python computes faster."""
+    return Leg(
+        float(row[first]),
+        float(row[first + 1]),
+        float(row[first + 2]),
+        float(row[first + 3]),
+        float(row[first + 4]),
+        float(row[first + 5]),
+        float(row[first + 6]),
+        float(row[first + 7]),
+        float(row[first + 8]),
+        float(row[first + 9]),
+        float(row[first + 10]),
+        float(row[first + 11]),
     )
