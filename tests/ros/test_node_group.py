@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from typing import Any
 
 import pytest
@@ -10,13 +9,11 @@ from graph_probe import Bench, Probe
 from middle_motion import MiddleMotion
 from std_msgs.msg import String
 
-from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_description.interface import (
     CTC_TORQUE,
     FAULTS,
     JOINT_STATES,
     REFERENCE,
-    SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
@@ -90,34 +87,3 @@ def test_a_fault_from_outside_stops_the_group(group: Probe, motion: MiddleMotion
     group.wait_for(lambda: tuple(group.got(TORQUE_COMMAND)[-1].effort) == (0.0, 0.0), "zero torque")
     ask(group, motion, range(5, 8))
     assert tuple(group.answer(TORQUE_COMMAND, 7).effort) == (0.0, 0.0)
-
-
-def test_a_recorder_that_gets_bundles_records_what_the_others_hear(
-    bench: Bench, group: Probe, motion: MiddleMotion
-) -> None:
-    """Each message once, in the order of its topic, those that are no JointState too; it hears nothing else of them."""
-    directory = bench.folder / "bag"
-    bundled = [topic.name for topic in (*OUTPUTS, SUPERVISOR_SIGMA)]
-    recorder = bench.start(
-        "bag_recorder", directory=str(directory), topics=[JOINT_STATES.name, *bundled], bundled=bundled
-    )
-    group.join("bag_recorder", [JOINT_STATES], [])
-    ask(group, motion, range(COUNT))
-    heard = answers(group, COUNT - 1)
-    least = sum(map(len, heard.values())) + 2 * COUNT
-    group.wait_for(lambda: int(group.health("/bag_recorder")[1]["answered"]) >= least, "all messages are recorded")
-    recorder.send(signal.SIGINT)
-    assert recorder.wait() == 0
-
-    bag = read_bag(directory)
-    assert bag.custom_data["dropped"] == "0"
-    for topic in OUTPUTS:
-        # sample 0 was asked for, and answered, until the answer was heard
-        assert list(dict.fromkeys(bag.stamps(topic).tolist())) == list(heard[topic.name]), topic.name
-    efforts = dict(zip(bag.stamps(TORQUE_COMMAND).tolist(), bag.field(TORQUE_COMMAND, "effort").tolist(), strict=True))
-    assert {stamp: said[2] for stamp, said in heard[TORQUE_COMMAND.name].items()} == {
-        stamp: tuple(effort) for stamp, effort in efforts.items()
-    }
-    assert bag.count(SUPERVISOR_SIGMA) == bag.count(SUPERVISOR_STATE)
-    sigma = bag.field(SUPERVISOR_STATE, "position")[:, 0]
-    assert bag.field(SUPERVISOR_SIGMA, "data").tolist() == sigma.tolist()

@@ -31,10 +31,8 @@ from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_control.hardware.frames import FrameReader
 from fivebar_control.planning.program import Program, read_program
 from fivebar_control.vision.calibration import read_calibration
-from fivebar_description.bundle import bundled, unbundled
 from fivebar_description.file_format import read_versioned
 from fivebar_description.interface import JOINT_STATES, JOINTS, RUN_EPOCH
-from fivebar_description.joint_sample import MessageError
 from fivebar_description.robot_file import ROBOT_RULES, RobotFile
 from fivebar_description.run_plan import epoch_text, read_epoch, read_plan
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, validate
@@ -263,11 +261,6 @@ PARSERS: Mapping[str, Parser] = {
         _as_text(partial(read_injection, board=True)), (InputError,), (b"0.3 fault 1", b"0.3 button press")
     ),
     "can-frame": Parser(_can_frame, (), (b"\x81\x01\x37\x02\x00\x00\x00\x00", b"\x01\x07\x05")),
-    "bundle": Parser(
-        lambda content, _: unbundled(content),
-        (MessageError,),
-        (bundled([("/joint_states", b"\0\1\0\0abcd"), ("/supervisor/sigma", b"")]),),
-    ),
     "board-stream": Parser(_board_stream, (), (b"\x09\x20\x40\x60" + 3 * board_frame(),)),
 }
 """All parsers of input from outside, by name."""

@@ -137,10 +137,6 @@ CLOCK = Topic("clock", "rosgraph_msgs/msg/Clock")
 """In lockstep, the stamp of the present sample, from the plant: /clock, for tools with use_sim_time, unless the robot
 has a namespace. A bag leaves it out, since whoever plays a bag publishes the time."""
 
-CONTROL_CYCLE = Topic("control_cycle", "std_msgs/msg/UInt8MultiArray")
-"""Where several nodes share a process, what they have published while they answered a message, once more and as one
-message for the recorder (`fivebar_description.bundle`). A bag has the messages themselves."""
-
 TOPICS = (
     JOINT_STATES,
     REFERENCE,

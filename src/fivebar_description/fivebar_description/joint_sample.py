@@ -57,7 +57,7 @@ class JointSample:
         position, velocity, effort = self.position, self.velocity, self.effort
         layout = _layout(self.name, len(position), len(velocity), len(effort))
         seconds, nanoseconds = divmod(self.stamp_ns, NANOSECONDS)
-        head = CDR_HEAD, seconds, nanoseconds, _names(self.name)
+        head = _HEAD, seconds, nanoseconds, _names(self.name)
         return layout.pack(*head, len(position), *position, len(velocity), *velocity, len(effort), *effort)
 
     def alike(self, data: bytes) -> JointSample | None:
@@ -71,7 +71,7 @@ class JointSample:
             return None
         head, seconds, nanoseconds, names, *fields = layout.unpack_from(data)
         velocity, effort = counts[0] + 1, counts[0] + counts[1] + 2
-        if (head, names) != (CDR_HEAD, _names(self.name)) or (fields[0], fields[velocity], fields[effort]) != counts:
+        if (head, names) != (_HEAD, _names(self.name)) or (fields[0], fields[velocity], fields[effort]) != counts:
             return None
         return JointSample(
             seconds * NANOSECONDS + nanoseconds,
@@ -82,7 +82,7 @@ class JointSample:
         )
 
 
-CDR_HEAD = b"\0\1\0\0"
+_HEAD = b"\0\1\0\0"
 """Says that CDR in the order of this machine follows, from which on fields are aligned."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,7 @@ from std_msgs.msg import String
 
 from fivebar_bringup.runs.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_description.bundle import unbundled
 from fivebar_description.interface import (
-    CONTROL_CYCLE,
     DIAGNOSTICS,
     FAULTS,
     PICTURES,
@@ -25,7 +23,6 @@ from fivebar_description.interface import (
     Topic,
     topic_named,
 )
-from fivebar_description.joint_sample import MessageError
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
@@ -55,12 +52,8 @@ class BagRecorder(GraphNode):
         self._lost: dict[str, int] = {}
         self._failed = False
         self._faults = self.advertise(FAULTS)
-        bundled = {self.resolve_topic_name(topic.name): topic for topic in topics if topic.name in settings.bundled}
         for topic in topics:
-            if topic not in bundled.values():
-                self._record(topic, self._receiver(topic))
-        if bundled:
-            self._record(CONTROL_CYCLE, self._bundle_receiver(bundled))
+            self._record(topic)
         self.wait_for_publishers(settings.wait_for_nodes)
         self.every(CHECKPOINT_PERIOD, self._checkpoint)
 
@@ -73,7 +66,7 @@ class BagRecorder(GraphNode):
         except OSError as error:
             self._fail(error)
 
-    def _record(self, topic: Topic, receive: Callable[[bytes], None]) -> None:
+    def _record(self, topic: Topic) -> None:
         def count_lost(information: Any) -> None:
             # a picture or a report of health less is no loss of data, nor is a state that a later one has replaced
             if topic not in (*PICTURES, DIAGNOSTICS) and topic.qos != STATE_QOS:
@@ -81,7 +74,7 @@ class BagRecorder(GraphNode):
 
         self.listen(
             topic,
-            receive,
+            self._receiver(topic),
             QUEUE_DEPTH,
             awaited=topic not in (*RECORDED_BESIDES, *WORK_TOPICS),
             raw=True,
@@ -92,21 +85,6 @@ class BagRecorder(GraphNode):
         def receive(data: bytes) -> None:
             self._bag.write(topic, time.time_ns(), data)
             self.answered += 1
-
-        return receive
-
-    def _bundle_receiver(self, bundled: Mapping[str, Topic]) -> Callable[[bytes], None]:
-        def receive(data: bytes) -> None:
-            try:
-                messages = unbundled(data)
-            except MessageError as error:
-                self.drop(CONTROL_CYCLE, str(error))
-                return
-            now = time.time_ns()
-            for name, message in messages:
-                if name in bundled:
-                    self._bag.write(bundled[name], now, message)
-                    self.answered += 1
 
         return receive
 

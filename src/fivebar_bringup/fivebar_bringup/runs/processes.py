@@ -10,7 +10,7 @@ from typing import NamedTuple
 import yaml
 
 from fivebar_bringup.runs.bridges import BRIDGES
-from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, Mode, NodeSpec
+from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.namespace import remapping
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling
@@ -78,19 +78,8 @@ def processes(
         return tuple(ProcessSpec(node.executable, (node,)) for node in nodes)
     timed = [_timed(node, rate_hz, scheduling or Scheduling()) for node in nodes]
     chain = tuple(node for node in timed if composed and node.in_chain)
-    if len(chain) > 1:
-        timed = [_of_bundles(node, chain) if node.executable == RECORDER else node for node in timed]
     single = (ProcessSpec(node.executable, (node,)) for node in timed if node not in chain)
     return (*([ProcessSpec(CONTROLLERS, chain)] if chain else []), *single)
-
-
-def _of_bundles(recorder: NodeSpec, chain: Sequence[NodeSpec]) -> NodeSpec:
-    """Return a recorder that gets what the nodes of one process publish in a cycle as bundles."""
-    recorded = recorder.parameters["topics"]
-    bundled = [topic.name for node in chain for topic in node.publishes if not topic.qos.transient_local]
-    return recorder._replace(
-        parameters={**recorder.parameters, "bundled": [name for name in bundled if name in recorded]}
-    )
 
 
 def _timed(node: NodeSpec, rate_hz: int, scheduling: Scheduling) -> NodeSpec:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import BASE_FRAME, NANOSECONDS, Topic
@@ -61,11 +61,6 @@ def sampled(message: JointState) -> JointSample:
     return JointSample(
         stamp_of(message), tuple(message.name), tuple(message.position), tuple(message.velocity), tuple(message.effort)
     )
-
-
-def serialized(message: Any) -> bytes:
-    """Return a message or a sample in CDR, as a publisher serialises it."""
-    return message.cdr() if isinstance(message, JointSample) else bytes(serialize_message(message))
 
 
 class SampleReader:

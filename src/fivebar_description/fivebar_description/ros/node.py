@@ -17,10 +17,9 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from std_msgs.msg import String
 
-from fivebar_description.bundle import bundled
-from fivebar_description.interface import CONTROL_CYCLE, DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
+from fivebar_description.interface import DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
 from fivebar_description.joint_sample import JointSample, MessageError
-from fivebar_description.ros.messages import JointMessage, SampleReader, message_class, serialized
+from fivebar_description.ros.messages import JointMessage, SampleReader, message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
@@ -177,29 +176,15 @@ class GraphNode(Node):
 
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""
-        publisher = self._publisher(topic)
-        sender = Serializing(publisher) if topic.type == JOINT_STATE else publisher
-        if self.process_topics is None or topic.qos.transient_local:
-            return sender
-        return self.process_topics.advertise(self.resolve_topic_name(topic.name), sender)
-
-    def bundle(self, topics: ProcessTopics) -> None:
-        """Publish what the nodes of this process publish upon a message as a bundle besides, on `control_cycle`."""
-        publisher = self._publisher(CONTROL_CYCLE)
-
-        def publish(messages: Sequence[tuple[str, Any]]) -> None:
-            if messages:
-                publisher.publish(bundled((name, serialized(message)) for name, message in messages))
-
-        topics.publish_bundle = publish
-
-    def _publisher(self, topic: Topic) -> Publisher[Any]:
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
         publisher: Publisher[Any] = self.create_publisher(
             message_class(topic), topic.name, qos_profile(topic.qos, depth)
         )
         self._outputs.append(publisher)
-        return publisher
+        sender = Serializing(publisher) if topic.type == JOINT_STATE else publisher
+        if self.process_topics is None or topic.qos.transient_local:
+            return sender
+        return self.process_topics.advertise(self.resolve_topic_name(topic.name), sender)
 
     def listen(
         self,

@@ -7,14 +7,12 @@ deserialised once for all listeners.
 
 This is for topics with a single publisher whose messages are never modified: those of the control cycle. Topics that
 may have several publishers (faults, states) go through DDS only.
-
-Whoever records all of them gets them as one bundle (`fivebar_description.bundle`).
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from rclpy.subscription import Subscription
@@ -27,9 +25,6 @@ class Sender(Protocol):
 
     def publish(self, message: Any, /) -> None:
         """Publish a message."""
-
-
-Publish = Callable[[Sequence[tuple[str, Any]]], None]
 
 
 class _Topic:
@@ -49,10 +44,8 @@ class ProcessTopics:
         """Start without topics."""
         self._lines: dict[str, _Topic] = {}
         self._waiting: deque[tuple[list[Callback], Any]] = deque()
-        self._unsent: dict[str, tuple[Sender, list[Any]]] = {}
+        self._unsent: dict[Sender, list[Any]] = {}
         self._dispatching = False
-        self.publish_bundle: Publish = _nothing
-        """Called with what was published on DDS upon a message: topics by their full names, and messages."""
 
     def listen(
         self,
@@ -71,7 +64,7 @@ class ProcessTopics:
         """Return a publisher of a topic, by its full name, within this process and through `publisher` on DDS."""
         line = self._lines.setdefault(topic, _Topic())
         line.has_writer = True
-        return _ProcessSender(self, topic, line.listeners, publisher)
+        return _ProcessSender(self, line.listeners, publisher)
 
     def connect(self) -> None:
         """Subscribe once to every topic that has listeners but no publisher in this process."""
@@ -81,16 +74,11 @@ class ProcessTopics:
                 for inputs in line.inputs:
                     inputs.append(subscription)
 
-    def dispatch(
-        self, listeners: list[Callback], message: Any, topic: str = "", publisher: Sender | None = None
-    ) -> None:
-        """Run the callbacks of a message and of all messages that they publish, then publish all of them on DDS.
-
-        A message from this process has a topic, by its full name, and a publisher.
-        """
+    def dispatch(self, listeners: list[Callback], message: Any, publisher: Sender | None = None) -> None:
+        """Run the callbacks of a message and of all messages that they publish, then publish all of them on DDS."""
         self._waiting.append((listeners, message))
         if publisher is not None:
-            self._unsent.setdefault(topic, (publisher, []))[1].append(message)
+            self._unsent.setdefault(publisher, []).append(message)
         if self._dispatching:
             return
         self._dispatching = True
@@ -99,10 +87,9 @@ class ProcessTopics:
                 listeners, message = self._waiting.popleft()
                 for listener in listeners:
                     listener(message)
-            for sender, messages in reversed(self._unsent.values()):
+            for sender, messages in reversed(self._unsent.items()):
                 for message in messages:
                     sender.publish(message)
-            self.publish_bundle([(name, one) for name, (_, messages) in self._unsent.items() for one in messages])
         finally:
             # messages left by a callback that raised must not be published with a later one
             self._waiting.clear()
@@ -119,15 +106,10 @@ class ProcessTopics:
 class _ProcessSender:
     """Publishes a topic within its process and on DDS."""
 
-    def __init__(self, topics: ProcessTopics, topic: str, listeners: list[Callback], publisher: Sender) -> None:
+    def __init__(self, topics: ProcessTopics, listeners: list[Callback], publisher: Sender) -> None:
         self._topics = topics
-        self._topic = topic
         self._listeners = listeners
         self._publisher = publisher
 
     def publish(self, message: Any, /) -> None:
-        self._topics.dispatch(self._listeners, message, self._topic, self._publisher)
-
-
-def _nothing(messages: Sequence[tuple[str, Any]]) -> None:
-    """Publish no bundle."""
+        self._topics.dispatch(self._listeners, message, self._publisher)

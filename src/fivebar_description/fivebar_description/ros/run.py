@@ -109,7 +109,6 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         sys.exit(BAD_INPUT)
     if topics is not None:
         topics.connect()
-        nodes[0].bundle(topics)
     # rclpy looks up who logs with `inspect`, which visits every module the first time (40 ms and more): now, and not
     # with the fault that stops the robot
     inspect.getframeinfo(sys._getframe())

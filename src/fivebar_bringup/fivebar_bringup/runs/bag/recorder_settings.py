@@ -18,8 +18,4 @@ class RecorderSettings(NamedTuple):
         str, Setting("Directory of the bag; where it is a bag already, the next one with a number: bag-2.")
     ] = "bag"
     topics: Annotated[tuple[str, ...], Setting("Topics of the graph to record.")] = ALL_TOPICS
-    bundled: Annotated[
-        tuple[str, ...],
-        Setting("Those of the topics that come as bundles on `control_cycle`, from a process of several nodes."),
-    ] = ()
     wait_for_nodes: AwaitedNodes = ()

@@ -124,7 +124,7 @@ def crossing_graph(
             RecorderSettings(
                 str(bag.absolute()),
                 tuple(topic.name for topic in recorded),
-                wait_for_nodes=tuple(node.executable for node in nodes),
+                tuple(node.executable for node in nodes),
             )
         ),
         recorded,
