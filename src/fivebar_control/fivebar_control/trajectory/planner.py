@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 from fivebar_control.laws.law import MIN_AUTHORITY
-from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.geometry import reach_margin
-from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import (
     inverse_condition,
     inverse_condition_rate,
     parallel_svd,
 )
-from fivebar_control.model.state import State
 from fivebar_control.trajectory.criterion import criterion_law, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.optimal import StraightWay, Way, optimal_law
+from fivebar_control.trajectory.locus_search import grid_along, locus_fractions, state_on, way_of
+from fivebar_control.trajectory.optimal import optimal_law
 from fivebar_control.trajectory.path import AnySegment, Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
@@ -39,14 +35,11 @@ from fivebar_control.trajectory.type1 import (
     segments_between,
 )
 from fivebar_description.interface import NANOSECONDS
-from fivebar_description.parameters import FiveBar, LegParameters, with_floats
+from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
 
 MIN_ZONE_SAMPLES = 10
 """A ballistic blending zone holds at least this many samples with sigma = 1."""
-
-SEARCH_STEPS = 400
-"""Points per segment at which the sign of det A is sampled; two crossings closer than that count as none."""
 
 
 QUINTIC, CRITERION, SEPTIC, OPTIMAL = "quintic", "criterion", "septic", "optimal"
@@ -203,7 +196,7 @@ def plan_motion(
             continue
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, index + 1, leg, leg_number)
-        fractions = _locus_fractions(robot, mode1, mode2, _way_of(segment))
+        fractions = locus_fractions(robot, mode1, mode2, way_of(segment))
         timed = _timed(robot, mode1, mode2, segment, index + 1, fractions, time_law)
         segments[index] = timed
         met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
@@ -321,60 +314,11 @@ def _least_margin(segment: RoundedSegment, leg: LegParameters) -> tuple[float, f
     def margin(s: float) -> float:
         return reach_margin(leg, *segment.curve.at(s)[:2])
 
-    grid = _grid_along(_way_of(segment))
+    grid = grid_along(way_of(segment))
     worst = min(range(len(grid)), key=lambda number: margin(grid[number]))
     around = grid[max(worst - 1, 0)], grid[min(worst + 1, len(grid) - 1)]
     refined = float(minimize_scalar(margin, bounds=around, method="bounded").x)
     return segment.curve.at(min((grid[worst], refined), key=margin))[:2]
-
-
-def _way_of(segment: Segment | RoundedSegment) -> Way:
-    """Return the way of a segment, whatever time it takes."""
-    if isinstance(segment, RoundedSegment):
-        return segment.curve
-    return StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
-
-
-def _grid_along(way: Way) -> list[float]:
-    """Return shares of a way at which it is searched: so many on each leg, the corners' ends among them."""
-    if isinstance(way, StraightWay):
-        return [step / SEARCH_STEPS for step in range(SEARCH_STEPS + 1)]
-    count = SEARCH_STEPS * way.legs
-    ends = (end for corner in way.corners() for end in corner)
-    return sorted({*(step / count for step in range(count + 1)), *ends})
-
-
-def _state_on(robot: FiveBar, mode1: int, mode2: int, way: Way, s: float) -> State:
-    x, y = way.at(s)[:2]
-    return state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
-
-
-@lru_cache(maxsize=64)
-def _locus_fractions(robot: FiveBar, mode1: int, mode2: int, way: Way) -> tuple[float, ...]:
-    """Return the fractions of a way at which det A changes its sign; the same for all durations and time laws."""
-
-    def assembly(s: float) -> float:
-        return det_a(_state_on(robot, mode1, mode2, way, s))
-
-    grid = _grid_along(way)
-    determinants = np.empty(len(grid))
-    places = np.array([way.at(s)[:2] for s in grid])
-    as_machine_code(write_determinants)(with_floats(robot), mode1, mode2, places, determinants)
-    sides = (determinants > 0.0).tolist()
-    return tuple(
-        float(brentq(assembly, grid[step], grid[step + 1], xtol=1e-15))
-        for step in range(len(grid) - 1)
-        if sides[step] != sides[step + 1]
-    )
-
-
-def write_determinants(
-    robot: FiveBar, mode1: int, mode2: int, places: NDArray[np.float64], determinants: NDArray[np.float64]
-) -> None:
-    """Write det A in a working mode, [N], for places of the platform (m), [N, 2]."""
-    for number in range(len(places)):
-        x, y = float(places[number, 0]), float(places[number, 1])
-        determinants[number] = det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
 
 
 def _timed(
@@ -419,7 +363,7 @@ def _quickest(
     robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: tuple[float, ...]
 ) -> Segment | RoundedSegment:
     ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
-    law = optimal_law(robot, mode1, mode2, _way_of(segment), crossed, ratios)
+    law = optimal_law(robot, mode1, mode2, way_of(segment), crossed, ratios)
     if law is None:
         raise PlanRefused(
             f"segment {number}: has no passage of bounded torque that only goes forwards and meets the criterion:"
@@ -438,10 +382,10 @@ def _refuse_zone_in_corner(
 ) -> None:
     """Raise where a zone reaches into a corner: the constraint law holds the platform to a line, not to a curve."""
     edge = 2.0 * max((crossing.epsilon for crossing in crossings), default=0.0)
-    grid = _grid_along(segment.curve) if edge > 0.0 else []
+    grid = grid_along(segment.curve) if edge > 0.0 else []
     for start, end in segment.curve.corners():
         for s in (s for s in grid if start <= s <= end):
-            state = _state_on(robot, mode1, mode2, segment.curve, s)
+            state = state_on(robot, mode1, mode2, segment.curve, s)
             if inverse_condition(state) < edge:
                 raise PlanRefused(
                     f"segment {number}: the corner at {place(state.x, state.y)} is inside the blending zone of the"

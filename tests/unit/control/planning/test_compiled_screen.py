@@ -19,7 +19,7 @@ from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.planning.reference_sample import samples_of
-from fivebar_control.trajectory import desired, planner
+from fivebar_control.trajectory import desired, locus_search
 from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.optimal import StraightWay
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
@@ -46,11 +46,11 @@ def as_in_a_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_only_who_judges_many_motions_loads_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert machine_code.as_machine_code(planner.write_determinants) is not planner.write_determinants
+    assert machine_code.as_machine_code(locus_search.write_determinants) is not locus_search.write_determinants
     monkeypatch.setattr(machine_code, "_many", False)
-    assert machine_code.as_machine_code(planner.write_determinants) is planner.write_determinants
+    assert machine_code.as_machine_code(locus_search.write_determinants) is locus_search.write_determinants
     machine_code.expect_many_motions()
-    assert machine_code.as_machine_code(planner.write_determinants) is not planner.write_determinants
+    assert machine_code.as_machine_code(locus_search.write_determinants) is not locus_search.write_determinants
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def plainly(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], An
 
     def worked_out(found: Callable[[], Any]) -> Any:
         with monkeypatch.context() as patch:
-            for module in (desired, passage_response, planner, predicted_estimate, reference_sample):
+            for module in (desired, locus_search, passage_response, predicted_estimate, reference_sample):
                 patch.setattr(module, machine_code.as_machine_code.__name__, lambda function: function)
             return found()
 
@@ -73,8 +73,8 @@ def test_where_a_way_crosses_the_locus(
     way = StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
 
     def places() -> tuple[float, ...]:
-        planner._locus_fractions.cache_clear()
-        return planner._locus_fractions(dextar, plan.mode1, plan.mode2, way)
+        locus_search.locus_fractions.cache_clear()
+        return locus_search.locus_fractions(dextar, plan.mode1, plan.mode2, way)
 
     found = places()
     assert len(found) == 1
