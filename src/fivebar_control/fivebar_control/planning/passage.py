@@ -19,7 +19,7 @@ from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.passage_response import Feedback, JudgedPassage, LoadCase, largest_displacement
 from fivebar_control.planning.predicted_run import Peak
-from fivebar_control.trajectory.desired import desired_along
+from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_description.imu import STANDARD_GRAVITY
@@ -138,7 +138,7 @@ def feedback_of(follower: TunedController) -> Feedback:
 
 def _displacement_at(judged: Judged, crossing: Crossing) -> float:
     robot, plan, controller = with_floats(judged.robot), judged.plan, judged.follower.controller
-    (at_crossing,) = desired_along(robot, plan, [crossing.time]).tolist()
+    here = desired_at(robot, plan, crossing.time, plan.path.at(crossing.time)).state
     period = _step(judged.rate_hz)
     first = -math.floor(min(BEFORE, crossing.time) / period)
     times = [step * period for step in range(first, math.ceil(AFTER / period) + 1)]
@@ -150,7 +150,7 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
             held[number] = 1.0 - supervise.at(crossing.time + time, reference_of(row).state).sigma
     passage = JudgedPassage(
         robot,
-        parallel_svd(reference_of(at_crossing).state),
+        parallel_svd(here),
         feedback_of(judged.follower),
         float(judged.torque_limit),
         float(judged.loads.passive),

@@ -114,12 +114,13 @@ def largest_response(
 ) -> float:
     """Return the same for loads as rows, [M, 4] as in `LoadCase`."""
     instants = _instants(passage, times, references, held)
+    weight, none = passage.feedback.weight, (0.0, 0.0)
+    unloaded = [_acceleration_error(instant, instant, weight, none, none) for instant in instants]
     worst = 0.0
     for number in range(len(loads)):
         one = loads[number]
-        worst = max(
-            worst, _response(passage, instants, LoadCase(float(one[0]), float(one[1]), float(one[2]), float(one[3])))
-        )
+        load_case = LoadCase(float(one[0]), float(one[1]), float(one[2]), float(one[3]))
+        worst = max(worst, _response(passage, instants, unloaded, load_case))
     return worst
 
 
@@ -154,8 +155,17 @@ def _instants(
     return found
 
 
-def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case: LoadCase) -> float:
-    """Return the largest displacement (m) by a load and the friction of the passive joints."""
+def _response(
+    passage: JudgedPassage, instants: list[PassageInstant], unloaded: list[tuple[float, float]], load_case: LoadCase
+) -> float:
+    """Return the largest displacement (m) by a load and the friction of the passive joints.
+
+    Args:
+        passage: through the locus.
+        instants: the robot on its reference.
+        unloaded: by how much the law misses the reference's acceleration there without any load (m/s^2).
+        load_case: the load.
+    """
     here, feedback = passage.here, passage.feedback
     period = instants[1].time - instants[0].time
     share = 1.0 - math.exp(-feedback.observer_rate * period)
@@ -170,8 +180,7 @@ def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case:
         mapped = place.map
         answer = (-feedback.kd * vx - feedback.kp * x, -feedback.kd * vy - feedback.kp * y)
         ax, ay = _acceleration_error(instant, place, feedback.weight, answer, (d1, d2))
-        # what the law falls short of without any load
-        lost_x, lost_y = _acceleration_error(instant, instant, feedback.weight, (0.0, 0.0), (0.0, 0.0))
+        lost_x, lost_y = unloaded[number]
         ax, ay = ax - lost_x + load * here.t_x, ay - lost_y + load * here.t_y
         if share > 0.0:
             # what the motion shows beyond the torques, as torques

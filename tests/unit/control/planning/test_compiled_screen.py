@@ -14,12 +14,11 @@ from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.planning import passage_response, predicted_estimate, reference_sample
 from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.planning.reference_sample import samples_of
-from fivebar_control.trajectory import desired, locus_search
+from fivebar_control.trajectory import locus_search
 from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.optimal import StraightWay
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
@@ -59,8 +58,7 @@ def plainly(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], An
 
     def worked_out(found: Callable[[], Any]) -> Any:
         with monkeypatch.context() as patch:
-            for module in (desired, locus_search, passage_response, predicted_estimate, reference_sample):
-                patch.setattr(module, machine_code.as_machine_code.__name__, lambda function: function)
+            patch.setattr(machine_code, "_many", False)
             return found()
 
     return worked_out
