@@ -49,8 +49,8 @@ from fivebar_description.run_plan import WORKING_MODE_AT_START, robot_value
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 
 CHECKS_PER_DEADLINE = 2
-"""How often within a deadline the watchdog is checked where no sample comes: each sample is a check besides, and each
-beat of this one wakes two threads of the control chain."""
+"""How often within a deadline a timer checks the watchdog. Each sample is a check besides, and the timer wakes two
+threads of the control chain each time it fires."""
 
 MIN_CHECKS_PER_DEADLINE = 1.5
 """Least checks within a deadline: a longer interval between two checks is a pause of the process."""
