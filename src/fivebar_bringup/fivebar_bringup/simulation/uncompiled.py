@@ -1,9 +1,10 @@
-"""The loop of the engine for laws that numba cannot compile: interpreted, around a compiled estimator."""
+"""The loop of the engine for laws that numba cannot compile: interpreted, around a compiled estimator and robot."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +12,19 @@ from fivebar_bringup.simulation import engine
 from fivebar_bringup.simulation.case import AY, Case, FloatArray, Numbers, Sampled, X
 from fivebar_bringup.simulation.loop import planned_at, run_loop
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
-from fivebar_control.compiling import bound
+from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
+from fivebar_control.compiling import bound, compiled_and_kept
 from fivebar_control.estimation.compiled import compiled_steps
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.loop.setup import first_memory, steps_of
 from fivebar_control.model.state import Platform
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.effects.mechanism import Mechanism
+
+robot_start: Callable[..., Any] = ideal_start
+robot_later: Callable[..., Any] = ideal_later
+robot_sensed: Callable[..., Any] = ideal_sensed
+"""The robot whose steps are compiled below, to be replaced before."""
 
 
 def crossing(case: Case, plan: Sampled) -> Outcome:
@@ -39,7 +48,6 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
     count = max(controller.nominal.samples_ahead(control.nominal), constraint)
     nominal_step, constraint_step = steps_of(controller)
-    robot = engine.IDEAL if case.numbers.mechanism is None else engine.WITH_EFFECTS
     estimator = compiled_steps()
     loop: Callable[..., Outcome] = bound(
         run_loop,
@@ -48,7 +56,7 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
         planned_at=partial(planned_with_ahead, count),
         next_update=estimator.next_update,
         prediction=estimator.prediction,
-        **robot,
+        **_compiled_robot(case.numbers.mechanism is not None),
     )
     memory = first_memory(controller, control, lambda: _platforms(plan, range(len(plan.rows))))
     return loop(memory, case.numbers, plan, trace)
@@ -65,3 +73,37 @@ def planned_with_ahead(count: int, case: Numbers, sampled: Sampled, moment: int)
 def _platforms(sampled: Sampled, numbers: Sequence[int]) -> list[Platform]:
     places: list[list[float]] = sampled.rows[numbers, X : AY + 1].tolist()
     return [Platform(*place) for place in places]
+
+
+@cache
+def _compiled_robot(effects: bool) -> Mapping[str, Callable[..., Any]]:
+    """Return the steps of an ideal robot or of one with effects, by the names under which the loop knows them."""
+    robot = engine.WITH_EFFECTS if effects else engine.IDEAL
+    steps: Mapping[str, Callable[..., Any]] = {"robot_start": _start, "robot_later": _later, "robot_sensed": _sensed}
+    return {name: compiled_and_kept(step, **{name: robot[name]}) for name, step in steps.items()}
+
+
+# callers of the robot's functions, of which the engine keeps the machine code for compiled callers only
+
+
+def _start(
+    robot: FiveBar, actual: FiveBar, mode1: int, mode2: int, mechanism: Mechanism | None, x: float, y: float
+) -> Any:
+    return robot_start(robot, actual, mode1, mode2, mechanism, x, y)
+
+
+def _later(
+    actual: FiveBar,
+    mechanism: Mechanism | None,
+    steps: int,
+    step: float,
+    plant: Any,
+    number: int,
+    tau1: float,
+    tau2: float,
+) -> Any:
+    return robot_later(actual, mechanism, steps, step, plant, number, tau1, tau2)
+
+
+def _sensed(mechanism: Mechanism | None, plant: Any) -> Any:
+    return robot_sensed(mechanism, plant)
