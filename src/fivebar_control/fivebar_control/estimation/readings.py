@@ -110,7 +110,7 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
 
     It is put at the first sample at or after the moment at which it was made, by what is known and estimated of its
     clock, and at the newest one at the latest. A reading of sample 0, or of one that is no longer in the history, is
-    left out.
+    left out, and so are all once the estimate is lost for good, NaN in all that it has.
 
     Args:
         model: constants.
@@ -120,7 +120,8 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
     """
     newest, rate_hz = memory.newest, model.rate_hz
     stamp = made - model.gyro_clock * rate_hz
-    entry = entry_of(memory.history, newest, math.ceil(stamp - memory.belief.estimate.clock * rate_hz))
+    moment = stamp - memory.belief.estimate.clock * rate_hz
+    entry = 0 if math.isnan(moment) else entry_of(memory.history, newest, math.ceil(moment))
     if entry == 0:
         return Placed(memory, newest)
     at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
