@@ -21,7 +21,7 @@ from fivebar_bringup.report.summary import summarize
 from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_control.model.geometry import elbow_position
 

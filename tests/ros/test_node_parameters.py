@@ -17,7 +17,7 @@ from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
 
 NODES = sorted(node_modules())

@@ -28,7 +28,8 @@ from fault_cases import (
 )
 
 from fivebar_bringup.runs.bridges import BOARD_BRIDGE
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.hardware.board_faults import BUTTON, CAUSES
 from fivebar_description.interface import TORQUE_COMMAND, UNIFIED_TORQUE
 

@@ -18,7 +18,7 @@ from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import drive_processes, run_command
 from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY, processes
-from fivebar_bringup.scenario import load_scenario, shipped_scenarios
+from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
 from fivebar_description.interface import TOPICS
 from fivebar_description.ros.scheduling import Scheduling
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.scenario import shipped_scenarios
+from fivebar_bringup.scenario_files import shipped_scenarios
 from fivebar_bringup.studies.compare.unified_sweep import SWEPT
 from fivebar_control.laws.unified import UnifiedSettings
 

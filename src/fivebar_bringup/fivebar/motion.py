@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 from fivebar.robot import Robot, load_robot
-from fivebar_bringup.scenario import Scenario, shipped_scenarios
-from fivebar_bringup.scenario import load_scenario as _load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario as _load_scenario
+from fivebar_bringup.scenario_files import shipped_scenarios
 from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
 from fivebar_bringup.studies.goto.start import HOME_MODE, Start
 from fivebar_control.laws import registry

@@ -7,16 +7,14 @@ import math
 import re
 from collections.abc import Callable
 from itertools import chain
-from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
 from pydantic import Field, model_validator
 
 from fivebar_bringup.robot_defaults import with_robot_defaults
-from fivebar_bringup.scenario_format import SCENARIO_RULES
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.homing import Homing, check_declared, homing_at
+from fivebar_control.estimation.homing import Homing, homing_at
 from fivebar_control.laws.adaptive_gain import AdaptiveGain
 from fivebar_control.laws.ctc import CtcSettings
 from fivebar_control.laws.gains import Gains
@@ -27,14 +25,17 @@ from fivebar_control.laws.robot_sizes import law_sizes
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
 from fivebar_control.laws.vhc_joint import VhcJointSettings
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.state import JointAngles
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import longest_hold
 from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_description.camera import NO_CAMERA, CameraSettings
-from fivebar_description.file_format import NEWEST, Format, read_versioned
+from fivebar_description.file_format import NEWEST, Format
 from fivebar_description.forbidden import NamedBounds, bounds_in, named_bounds, numbers_of
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
@@ -44,12 +45,10 @@ from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.physical_bounds import Positive
 from fivebar_description.robot_file import known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
-from fivebar_description.share import share_file
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.engines import check_engine
 from fivebar_sim.settings import PlantSettings, has_effects
 
 Sign = Literal[-1, 1]
@@ -353,6 +352,22 @@ class Scenario(StrictModel):
         (x, y), (mode1, mode2) = self.waypoints[0], self.working_mode
         return homing_at(self.five_bar(), mode1, mode2, x, y)
 
+    def initial_joints(self) -> JointAngles:
+        """Return the posture in which the robot starts, by its modelled lengths.
+
+        Raises:
+            InputError: it is out of reach, or the motion is refused.
+        """
+        if self.stands is not None:
+            x, y, mode1, mode2 = self.stands
+            joints = inverse_geometry(self.five_bar(), int(mode1), int(mode2), x, y)
+            if not all(map(math.isfinite, joints)):
+                raise InputError(f"stands: ({x:.4f}, {y:.4f}) m is out of reach")
+            return joints
+        plan = self.plan()
+        legs = desired_at(self.five_bar(), plan, 0.0, plan.path.at(0.0)).state[:2]
+        return JointAngles(legs[0].q1, legs[0].q2, legs[1].q1, legs[1].q2)
+
     def _takes_section_law(self) -> bool:
         return any(law.name not in SECTIONS for law in self.scheme().laws)
 
@@ -442,69 +457,3 @@ SECTIONS: dict[str, Callable[[Scenario], tuple[Any, ...]]] = {
     "unified": lambda scenario: scenario.unified,
 }
 """Laws whose settings come from sections of their own; the others take the section `law`."""
-
-
-def scenario_directory() -> Path:
-    """Return the folder of the shipped scenarios."""
-    return share_file("fivebar_bringup", "config", "scenarios")
-
-
-def shipped_scenarios() -> list[str]:
-    """Return the names of the shipped scenarios."""
-    return sorted(path.stem for path in scenario_directory().glob("*.yaml"))
-
-
-def read_scenario(name_or_path: str) -> Scenario:
-    """Read a scenario by the name of a shipped one or by path; one with `start: seen` begins where the camera sees it.
-
-    Raises:
-        InputError: there is no such scenario, it is malformed, or the camera does not see where the robot stands.
-    """
-    return _read(_path_of(name_or_path))
-
-
-def _read(path: Path) -> Scenario:
-    scenario = read_versioned(path, Scenario, SCENARIO_RULES)
-    if scenario.start != SEEN:
-        return scenario
-    # OpenCV and the plant take time to load, which other scenarios need not
-    from fivebar_bringup.simulation.seen_start import as_seen
-
-    try:
-        check_engine(scenario.plant)
-        return as_seen(scenario)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-
-
-def _path_of(name_or_path: str) -> Path:
-    path = Path(name_or_path)
-    if path.suffix not in (".yaml", ".yml"):
-        path = scenario_directory() / f"{name_or_path}.yaml"
-        if not path.is_file():
-            raise InputError(
-                f"scenario {name_or_path!r}: expected a path to a .yaml file or one of {', '.join(shipped_scenarios())}"
-            )
-    return path
-
-
-def load_scenario(name_or_path: str) -> Scenario:
-    """Read a scenario as `read_scenario` does, and check that its motion can be made.
-
-    Raises:
-        InputError: there is no such scenario, it is malformed, or its motion is refused.
-    """
-    path = _path_of(name_or_path)
-    scenario = _read(path)
-    try:
-        check_engine(scenario.plant)
-        scenario.plan()
-        if scenario.estimated:
-            check_declared(scenario.five_bar(), scenario.homing())
-            if (scenario.ekf.camera or scenario.ekf.seen_start) and not scenario.camera.on:
-                raise InputError("ekf.camera: there is no camera: expected camera: {on: true}")
-        elif scenario.passive.leg:
-            raise InputError("sensors.passive_encoder: only the estimator reads it: expected estimator ekf")
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    return scenario

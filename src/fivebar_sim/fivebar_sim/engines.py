@@ -10,9 +10,10 @@ from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import declared, sections
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.effects.observation import ImuMotion
-from fivebar_sim.effects.simulation import EffectsMotion
-from fivebar_sim.settings import MUJOCO, PlantSettings
+from fivebar_sim.effects.simulation import EffectsMotion, started_at
+from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 
 MUJOCO_HAS: Mapping[str, tuple[str, ...]] = {
     "links": ("l_11", "l_12", "l_21", "l_22", "base_1", "base_2", "distal_inertia"),
@@ -78,6 +79,22 @@ def motion_of(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Seq
     from fivebar_sim.mujoco_motion import MujocoMotion
 
     return MujocoMotion(robot, settings, rate_hz, joints)
+
+
+def is_mechanism(settings: PlantSettings) -> bool:
+    """Return whether a plant of these settings is one of `motion_of`: with effects, or in MuJoCo."""
+    return settings.engine == MUJOCO or has_effects(settings)
+
+
+def check_plant(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Sequence[float]) -> None:
+    """Check that a plant of these settings can start in a posture (rad), before anything is made.
+
+    Raises:
+        InputError: the posture cannot be, effects contradict each other, or the engine does not have them.
+    """
+    check_engine(settings)
+    if is_mechanism(settings):
+        started_at(mechanism_of(robot, settings, rate_hz), joints)
 
 
 def check_engine(settings: PlantSettings) -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.app import BAD_INPUT
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.file_schemas import schemas
-from fivebar_bringup.scenario import load_scenario, scenario_directory
+from fivebar_bringup.scenario_files import load_scenario, scenario_directory
 from fivebar_description.file_format import NEWEST
 from fivebar_description.robot_file import load_robot, read_robot, robot_path
 from fivebar_description.share import share_file

@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.run import RunFailed
-from fivebar_bringup.scenario import shipped_scenarios
+from fivebar_bringup.scenario_files import shipped_scenarios
 from fivebar_description.strict_yaml import InputError
 
 COMPLETED, FAILED, BAD_INPUT = 0, 1, 2

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.strict_yaml import InputError

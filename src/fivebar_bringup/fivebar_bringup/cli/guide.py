@@ -6,7 +6,7 @@ from rich.console import Console
 
 from fivebar_bringup.cli.app import OutOption, ScenarioArgument, app, input_errors
 from fivebar_bringup.runs.run_directory import new_run_directory
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.guided import guide as lead
 from fivebar_bringup.simulation.guided import write_guided_bag
 from fivebar_description.interrupts import keyboard_interrupts

@@ -39,7 +39,7 @@ from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
 from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.interface import HIGHEST_PRIORITY
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros.scheduling import Scheduling

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME
 from fivebar_description.robot_description import frame_prefix, robot_description

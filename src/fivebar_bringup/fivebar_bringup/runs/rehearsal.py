@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
 from fivebar_description.board_file import CLOCK
@@ -89,7 +88,7 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str = DEF
     if bridge_of(scenario) != BOARD_BRIDGE:
         raise InputError(f"{scenario.name}: robot {scenario.robot}: expected one whose drives are a motor board")
     content = load_board(board).model_dump(mode="json")
-    start, cycles = initial_joints(scenario), scenario.stop_cycles()
+    start, cycles = scenario.initial_joints(), scenario.stop_cycles()
     period_us = MICROSECONDS // scenario.rate_hz
     content |= {
         "name": scenario.name,
@@ -127,7 +126,7 @@ def _emulated_robot(scenario: Scenario) -> dict[str, Any]:
     content: dict[str, Any] = {
         "name": scenario.name,
         "robot": scenario.robot,
-        "initial_joints": list(initial_joints(scenario)),
+        "initial_joints": list(scenario.initial_joints()),
         "mass_scale": plant.mass_scale,
         "inertia_scale": plant.inertia_scale,
         "friction_scale": plant.friction_scale,

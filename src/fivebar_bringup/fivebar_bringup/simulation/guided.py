@@ -13,7 +13,6 @@ from typing import NamedTuple
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -60,7 +59,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
     """
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
     stiffness, damping = STIFFNESS * actual.mass, DAMPING * actual.mass
-    motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, initial_joints(scenario))
+    motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, scenario.initial_joints())
     imu = Imu(scenario.imu, rate_hz, scenario.plant.seed, scenario.plant.tilt.angle)
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     counts = scenario.plant.encoder_counts

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -21,11 +20,9 @@ from fivebar_control.loop.cycle import Cycle, CycleSettings, control_cycle
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
 from fivebar_control.loop.setup import first_memory, steps_of
 from fivebar_control.loop.supervisor import SupervisorState
-from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.model.state import JointAngles, Platform, State
+from fivebar_control.model.state import Platform, State
 from fivebar_control.safety.stages import NO_FAULT, fault_of
-from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.vision.reading import used
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -65,7 +62,6 @@ from fivebar_description.interface import (
     sample_of_stamp,
     sample_stamp_ns,
 )
-from fivebar_description.strict_yaml import InputError
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
@@ -155,20 +151,6 @@ class OfflineRun(NamedTuple):
     faults: list[str]
 
 
-def initial_joints(scenario: Scenario) -> JointAngles:
-    """Return the posture in which a scenario starts."""
-    robot = scenario.five_bar()
-    if scenario.stands is not None:
-        x, y, mode1, mode2 = scenario.stands
-        joints = inverse_geometry(robot, int(mode1), int(mode2), x, y)
-        if not all(map(math.isfinite, joints)):
-            raise InputError(f"stands: ({x:.4f}, {y:.4f}) m is out of reach")
-        return joints
-    plan = scenario.plan()
-    legs = desired_at(robot, plan, 0.0, plan.path.at(0.0)).state[:2]
-    return JointAngles(legs[0].q1, legs[0].q2, legs[1].q1, legs[1].q2)
-
-
 def simulate(
     scenario: Scenario, progress: Callable[[int], None] = lambda sample: None, plant: Plant | None = None
 ) -> OfflineRun:
@@ -178,7 +160,7 @@ def simulate(
     """
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
     if plant is None:
-        plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant, scenario.imu)
+        plant = Plant(robot, scenario.initial_joints(), rate_hz, scenario.plant, scenario.imu)
     imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu)
     nominal_step, constraint_step = steps_of(scenario.scheme())
     settings = cycle_settings(scenario)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from fivebar_bringup.scenario import DECLARED, Scenario
-from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_bringup.simulation.vision import SimulatedVision
 from fivebar_control.estimation.homing import Homing, HomingContradicted, seen_posture
 from fivebar_sim.plant import Plant
@@ -18,7 +17,7 @@ def looked(scenario: Scenario) -> Homing:
         HomingContradicted: the camera does not see the platform, or not which assembly mode it is in.
         InputError: the robot cannot stand there.
     """
-    plant = Plant(scenario.five_bar(), initial_joints(scenario), scenario.rate_hz, scenario.plant, scenario.imu)
+    plant = Plant(scenario.five_bar(), scenario.initial_joints(), scenario.rate_hz, scenario.plant, scenario.imu)
     (q11, q21), _ = plant.measure().of_motors()
     (found,) = SimulatedVision(scenario).arrived(0, plant.truth())
     x, y = found.reading[:2]

@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.runs.run_directory import new_run_directory
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.guided import guide, write_guided_bag
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.studies.calibrate.result import CalibrationResult

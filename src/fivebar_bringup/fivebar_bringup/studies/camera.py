@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.vision.calibration import Board, CameraCalibration, calibrated
 from fivebar_control.vision.detector import Picture
 from fivebar_description.strict_yaml import InputError

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.runs.rehearsal import write_drive_files
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current

@@ -150,15 +150,16 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
 
 
 def _check(settings: PlantSettings) -> None:
-    if settings.transmission.backlash > 0.0 and settings.transmission.frequency == 0.0:
+    backlash, clearance = settings.transmission.backlash, settings.platform_joint.clearance
+    if backlash > 0.0 and settings.transmission.frequency == 0.0:
         raise InputError(
-            "plant.transmission.backlash: flanks that touch need a stiffness: expected transmission.frequency above 0,"
-            " such as 300"
+            f"plant.transmission.backlash: {backlash:g}: flanks that touch need a stiffness: expected"
+            " transmission.frequency above 0, such as 300"
         )
-    if settings.platform_joint.clearance > 0.0 and settings.platform_joint.stiffness == 0.0:
+    if clearance > 0.0 and settings.platform_joint.stiffness == 0.0:
         raise InputError(
-            "plant.platform_joint.clearance: a joint that touches needs a stiffness: expected platform_joint.stiffness"
-            " above 0, such as 1e6"
+            f"plant.platform_joint.clearance: {clearance:g}: a joint that touches needs a stiffness: expected"
+            " platform_joint.stiffness above 0, such as 1e6"
         )
 
 

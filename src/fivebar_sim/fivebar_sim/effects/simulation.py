@@ -32,7 +32,8 @@ def started_at(mechanism: Mechanism, joints: Sequence[float]) -> MechanismState:
     start = started(mechanism, *map(float, joints))
     if not start.gap <= POSTURE_TOLERANCE:
         raise InputError(
-            f"initial_joints: {list(joints)}: with the actual lengths the legs do not meet where the motors are"
+            f"initial_joints: {list(joints)}: with the actual lengths the legs do not meet where the motors are:"
+            " expected smaller errors in plant.links, or a start farther from the Type 2 locus"
         )
     return start.state
 

@@ -18,7 +18,8 @@ from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform

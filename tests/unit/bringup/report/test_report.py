@@ -32,7 +32,8 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import FAULTS, JOINT_STATES, JOINTS, TOPICS, sample_stamp_ns

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Mode
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors

@@ -15,7 +15,7 @@ from fivebar_bringup.runs.injection import kills, read_injection
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.strict_yaml import InputError
 
 WAIT = 10.0

@@ -11,7 +11,8 @@ import pytest
 from emulation_file import load_emulation
 
 from fivebar_bringup.runs.rehearsal import write_drive_files
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_sim.drives.emulation import SYNC_ID, Emulation
 from fivebar_sim.emulation_file import NOT_EFFECTS
 from fivebar_sim.settings import has_effects

@@ -16,7 +16,8 @@ from engine_agreement import JOINTS, POSITION, changed, columns, expect_agreemen
 from estimate_replay import OFF_MODEL, summary_of
 
 from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation import uncompiled
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing, traced_crossing

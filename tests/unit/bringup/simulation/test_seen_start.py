@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 import yaml
 
-from fivebar_bringup.scenario import load_scenario
-from fivebar_bringup.simulation.offline import initial_joints, simulate
+from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.studies.goto.start import start_seen
 from fivebar_bringup.studies.seen_starts import random_starts
 from fivebar_control.model.geometry import inverse_geometry
@@ -48,7 +48,7 @@ def test_a_motion_is_planned_from_where_the_camera_sees_the_robot(tmp_path: Path
     assert scenario.working_mode == (1, -1)
     assert scenario.homing().assembly == -1
     # the simulated robot stands where it did, not where it is thought to be
-    assert initial_joints(scenario) == inverse_geometry(load_robot("dextar"), 1, -1, -0.02, 0.03)
+    assert scenario.initial_joints() == inverse_geometry(load_robot("dextar"), 1, -1, -0.02, 0.03)
     run = simulate(scenario)
     assert not run.faults
     assert len(run.samples) == 251

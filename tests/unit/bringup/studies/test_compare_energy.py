@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.report.series import read_series
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import ComparisonCase

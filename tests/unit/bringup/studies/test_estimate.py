@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.studies.estimate.changes import changed_scenario
 from fivebar_bringup.studies.estimate.estimate import SETTINGS_FILE, estimate_bag

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.goto.live import goal_fields
 from fivebar_bringup.studies.goto.request import Request, plan_request, scenario_of
 from fivebar_bringup.studies.goto.start import Start

@@ -23,7 +23,7 @@ from fivebar_bringup.report.summary import summarize
 from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.results import finite
-from fivebar_bringup.scenario import load_scenario, shipped_scenarios
+from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, claims_vision, tables

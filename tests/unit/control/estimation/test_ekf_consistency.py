@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings

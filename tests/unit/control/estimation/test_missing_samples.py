@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import pytest
 
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.compiled import compiled_steps
 from fivebar_control.estimation.estimator import PLAIN, StateEstimator

@@ -9,7 +9,6 @@ from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, No
 from fivebar_bringup.runs.graph.sensor_nodes import announced, awaited_sights, passive_states
 from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.offline import initial_joints
 from fivebar_control.hardware.board_file import load_board
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_description.camera import CAMERA_PREFIX
@@ -58,7 +57,7 @@ def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
                     samples=scenario.plan().path.samples(scenario.rate_hz),
                     mode=mode.value,
                     publishes=MOTORS if scenario.estimated else ALL_JOINTS,
-                    initial_joints=initial_joints(scenario),
+                    initial_joints=scenario.initial_joints(),
                     announces_readings=announced(scenario, mode),
                     wait_for_nodes=tuple(awaited),
                 )

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
-from fivebar_bringup.scenario import load_scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.laws import plain_speed

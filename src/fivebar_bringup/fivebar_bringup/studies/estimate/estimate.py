@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.pages.units import engineering
 from fivebar_bringup.runs.results import new_directory
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.estimate.changes import SECTIONS, changed_scenario
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import Replay, estimated_again

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.scenario import Scenario, read_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import read_scenario
 from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
 from fivebar_description.strict_yaml import InputError

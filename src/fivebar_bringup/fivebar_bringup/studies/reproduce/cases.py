@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from pydantic import PrivateAttr
 
 from fivebar_bringup.report.thesis import CARTESIAN, MIDDLE, MULTIPLE, Waypoints
-from fivebar_bringup.scenario import Scenario, load_scenario
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC, Plan
 from fivebar_description.camera import CameraSettings
 from fivebar_description.imu import ImuSettings

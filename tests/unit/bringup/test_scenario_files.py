@@ -1,0 +1,57 @@
+"""A scenario is checked as a whole when it is loaded, before any process is started: the plant, too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fivebar_bringup.scenario_files import load_scenario
+from fivebar_description.strict_yaml import InputError
+
+
+def loaded(folder: Path, **sections: Any) -> None:
+    """Load a crossing with these sections."""
+    content = {"name": "any", "controller": "unified", "waypoints": [[0.0, 0.1], [0.0, 0.02]], **sections}
+    path = folder / "any.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    load_scenario(str(path))
+
+
+@pytest.mark.parametrize("engine", ["pinocchio", "mujoco"])
+@pytest.mark.parametrize(
+    ("effects", "refusal"),
+    [
+        (
+            {"transmission": {"backlash": 1e-3}},
+            "plant.transmission.backlash: 0.001: flanks that touch need a stiffness: expected transmission.frequency"
+            " above 0, such as 300",
+        ),
+        ({"links": {"distal_inertia": -0.1}}, "plant.links.distal_inertia: -0.1 kg m^2 leaves a leg without positive"),
+        (
+            {"links": {"l_12": -0.01, "l_22": -0.01}},
+            "with the actual lengths the legs do not meet where the motors are: expected smaller errors in plant.links,"
+            " or a start farther from the Type 2 locus",
+        ),
+    ],
+)
+def test_a_plant_that_cannot_be_is_refused_by_file_and_key(
+    tmp_path: Path, engine: str, effects: dict[str, Any], refusal: str
+) -> None:
+    with pytest.raises(InputError) as refused:
+        loaded(tmp_path, plant={"engine": engine, **effects})
+    assert str(refused.value).startswith(f"{tmp_path / 'any.yaml'}: ")
+    assert refusal in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_joint_with_clearance_needs_a_stiffness(tmp_path: Path) -> None:
+    """MuJoCo's robot has no clearance at all."""
+    joint = {"clearance": 1e-5}
+    with pytest.raises(InputError, match=r"plant\.platform_joint\.clearance: 1e-05: a joint that touches needs a"):
+        loaded(tmp_path, plant={"platform_joint": joint})
+    loaded(tmp_path, plant={"platform_joint": {**joint, "stiffness": 1e6}})
+    with pytest.raises(InputError, match=r"plant\.platform_joint\.clearance: 1e-05: MuJoCo's robot does not have this"):
+        loaded(tmp_path, plant={"platform_joint": {**joint, "stiffness": 1e6}, "engine": "mujoco"})
