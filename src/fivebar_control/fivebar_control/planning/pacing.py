@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.course import Course
@@ -52,8 +51,6 @@ class Task(NamedTuple):
         robot, working_mode, rate_hz, follower, limits: robot, its working mode, the controllers' rate (Hz), which of
             them is to follow, and what the motion has to keep.
         sensing: what the estimator has, None without one.
-        min_authority: least |n . v1| at a crossing. Where the course is chosen all controllers keep away from crossings
-            along the uncontrollable direction; where it is given, it is what the controller itself needs.
     """
 
     robot: FiveBar
@@ -62,7 +59,6 @@ class Task(NamedTuple):
     follower: TunedController
     limits: MotionLimits
     sensing: Sensing | None = None
-    min_authority: float = MIN_AUTHORITY
 
     def plan(self, course: Course, durations: Sequence[float]) -> Plan:
         """Return the plan of a course, with one duration (s) for each leg and ballistic zones.
@@ -78,7 +74,7 @@ class Task(NamedTuple):
             self.rate_hz,
             ZoneRule(),
             course.time_law,
-            self.min_authority,
+            self.follower.controller.min_authority,
             course.blend_radius or RESTS,
         )
 

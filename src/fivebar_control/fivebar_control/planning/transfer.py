@@ -148,8 +148,8 @@ def plan_transfer(
 
 
 def _given(task: Task, course: Course, duration: float | Speed) -> Timed:
-    """Return the motion along a course that is given, under what the controller itself needs at a crossing."""
-    found = along(task._replace(min_authority=task.follower.controller.min_authority), course, duration)
+    """Return the motion along a course that is given."""
+    found = along(task, course, duration)
     if isinstance(found, Timed):
         return found
     start, *via, goal = (place(*point) for point in course.waypoints)

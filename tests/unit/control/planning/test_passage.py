@@ -120,7 +120,7 @@ def test_the_planner_makes_a_crossing_quick_enough_and_refuses_what_cannot_be() 
 
 def by_law(transfer: Transfer, limits: MotionLimits) -> dict[str, Feasibility]:
     """Verdicts on a transfer by each time law, in the same durations."""
-    task = Task(ROBOT, (1, -1), 500, UNIFIED, limits, min_authority=0.0)
+    task = Task(ROBOT, (1, -1), 500, UNIFIED, limits)
     courses = {law: Course(transfer.waypoints, (), law) for law in (QUINTIC, OPTIMAL)}
     return {law: task.judge_run(task.plan(course, transfer.durations)) for law, course in courses.items()}
 

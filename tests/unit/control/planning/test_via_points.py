@@ -100,7 +100,7 @@ def test_round_the_corners_it_never_rests_crosses_by_the_criterion_and_is_quicke
 
 def test_corners_save_time_beyond_what_their_time_law_saves(dextar: FiveBar) -> None:
     points, follower = (START, OVER_PARTS, OVER_BIN, GOAL), default_tuning(CONTROLLERS["unified"])
-    task = Task(dextar, (1, -1), RATE_HZ, follower, limits_of(follower), min_authority=0.0)
+    task = Task(dextar, (1, -1), RATE_HZ, follower, limits_of(follower))
     rests, rounded = (
         sum(found.durations)
         for radius in (0.0, 0.01)

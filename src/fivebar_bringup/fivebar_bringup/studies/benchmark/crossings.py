@@ -12,8 +12,8 @@ from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ, Draw, draw, on_robot, plan_of
-from fivebar_bringup.studies.sweep.running import TIMED_FOR, limits_for
+from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw, on_robot
+from fivebar_bringup.studies.sweep.running import limits_for
 from fivebar_control.planning.feasibility import screen
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
@@ -22,6 +22,9 @@ SEED = 1914
 """Of the crossings, and of the robots of every rig."""
 
 CROSSINGS = 1000
+
+WITH_ZONES = "multi_cartesian"
+"""A controller with blending zones: what the planner refuses to these is left out, so that the set compares all."""
 
 
 class BenchmarkCrossing(NamedTuple):
@@ -93,10 +96,10 @@ def drawn_crossings() -> Iterator[BenchmarkCrossing]:
         )
         case = found.on("ideal")
         try:
-            plan = plan_of(case)
+            plan = case.with_effects(WITH_ZONES, {}).plan()
         except InputError:
             continue
-        scenario = case.scenario(TIMED_FOR)
+        scenario = case.scenario(PLANNED_FOR)
         if screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits_for(case, scenario)).feasible:
             accepted += 1
             yield found._replace(mode_changes=len(plan.crossings))

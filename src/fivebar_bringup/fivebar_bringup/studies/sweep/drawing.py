@@ -22,7 +22,6 @@ from fivebar_bringup.studies.sweep.rigs import (
     drawn_scales,
     sections_for,
 )
-from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
@@ -60,8 +59,9 @@ VARIED = ""
 SCALES, EFFECTS, GYROSCOPE = 1, 2, 3
 """Random streams of a case besides that of its motion."""
 
-PLANNED_FOR = next(iter(CONTROLLERS))
-"""The controller of the scenario that is planned; the plan does not depend on it."""
+PLANNED_FOR = "unified"
+"""For whose law the planner plans and times a crossing; all controllers make the same motion. It needs neither a
+direction across the path nor rests outside of blending zones: what others need besides, their screens ask for."""
 
 XY = tuple[float, float]
 

@@ -12,7 +12,7 @@ from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.predicted import predicted_on_engine
 from fivebar_bringup.simulation.uncompiled import crossing
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ, VARIED, Draw, draw, plan_of
+from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
@@ -31,9 +31,6 @@ from fivebar_description.strict_yaml import InputError
 SWEPT = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.compiles)
 """The controllers of a sweep, unless others are asked for: those that the engine takes."""
 
-TIMED_FOR = "unified"
-"""For whose law the planner times a crossing; all controllers make the same motion."""
-
 
 PEAK_LIMIT = 2e-3
 """A success stays within this distance (m) of its reference throughout."""
@@ -50,7 +47,7 @@ SUCCESS_RULE = (
 
 def counted(controllers: Sequence[str]) -> str:
     """Return the one of a sweep's controllers whose feasible crossings count and whose failures are explained."""
-    return TIMED_FOR if TIMED_FOR in controllers else controllers[0]
+    return PLANNED_FOR if PLANNED_FOR in controllers else controllers[0]
 
 
 class Batch(NamedTuple):
@@ -82,7 +79,7 @@ def run_case(seed: int, number: int, rig: str = VARIED, controllers: Sequence[st
 
 
 def timed_for_loads(case: Draw) -> Draw:
-    """Return a case as the planner times it for `TIMED_FOR`: quicker than drawn where the rig's loads ask for it.
+    """Return a case as the planner times it for `PLANNED_FOR`: quicker than drawn where the rig's loads ask for it.
 
     The drawn duration is what a user asks for; the planner keeps it where the loads displace the platform by no more
     than it aims at. Otherwise it takes the longest duration that does, or the shortest that keeps the other limits, and
@@ -92,7 +89,7 @@ def timed_for_loads(case: Draw) -> Draw:
     Raises:
         InputError: the planner refuses the motion.
     """
-    scenario = case.scenario(TIMED_FOR)
+    scenario = case.scenario(PLANNED_FOR)
     plan, limits = plan_of(case), limits_for(case, scenario)
     if not limits.loads.declared:
         return case
@@ -123,7 +120,7 @@ def _judged_by_law(case: Draw) -> Iterator[tuple[Draw, Feasibility]]:
             planned(one)
         except InputError:
             continue
-        yield one, screened(one, TIMED_FOR)
+        yield one, screened(one, PLANNED_FOR)
 
 
 def planned(case: Draw) -> Plan:
@@ -133,7 +130,7 @@ def planned(case: Draw) -> Plan:
         InputError: the planner refuses the motion, or the estimator its start.
     """
     plan = plan_of(case)
-    scenario = case.scenario(TIMED_FOR)
+    scenario = case.scenario(PLANNED_FOR)
     if scenario.estimated:
         check_declared(scenario.five_bar(), scenario.homing())
     return plan
@@ -197,7 +194,7 @@ def _judged(case: Case, plan: Plan, samples: Sampled) -> tuple[Outcome, list[str
 
 @lru_cache(maxsize=4)
 def _sampled(case: Draw) -> Sampled:
-    scenario = case.scenario(TIMED_FOR)
+    scenario = case.scenario(PLANNED_FOR)
     return sampled(scenario.five_bar(), plan_of(case), RATE_HZ, scenario.lead_samples)
 
 

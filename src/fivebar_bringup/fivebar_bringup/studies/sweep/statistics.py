@@ -24,8 +24,6 @@ PERCENTILES = (50.0, 90.0, 95.0, 99.0, 99.9, 100.0)
 PLANNER_REASONS = {
     "meets the Type 1 singularity": "meets Type 1",
     "is out of reach": "out of reach",
-    "is uncontrollable": "|n.v1| below 0.3 where it crosses the locus",
-    "inside the blending zone": "rests inside the blending zone",
     "homing_contradicted": "the estimator could not tell the assembly mode at the start",
 }
 """Phrases of the planner's refusals, and the reasons that they stand for."""
