@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from fivebar_description.closed_loop import Vector
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, tip_masses
 from fivebar_description.settings import declared, sections
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.mechanism import mechanism_of
+from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.observation import ImuMotion
 from fivebar_sim.effects.simulation import EffectsMotion, started_at
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
@@ -90,9 +90,15 @@ def check_plant(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: S
     """Check that a plant of these settings can start in a posture (rad), before anything is made.
 
     Raises:
-        InputError: the posture cannot be, effects contradict each other, or the engine does not have them.
+        InputError: the posture cannot be, no bodies have such masses and inertias, effects contradict each other, or
+            the engine does not have them.
     """
     check_engine(settings)
+    try:
+        tip_masses(actual_robot(robot, settings))
+    except ValueError as error:
+        scales = f"plant.mass_scale: {settings.mass_scale:g}, plant.inertia_scale: {settings.inertia_scale:g}"
+        raise InputError(f"{scales}: {error}") from error
     if is_mechanism(settings):
         started_at(mechanism_of(robot, settings, rate_hz), joints)
 

@@ -55,3 +55,13 @@ def test_a_joint_with_clearance_needs_a_stiffness(tmp_path: Path) -> None:
     loaded(tmp_path, plant={"platform_joint": {**joint, "stiffness": 1e6}})
     with pytest.raises(InputError, match=r"plant\.platform_joint\.clearance: 1e-05: MuJoCo's robot does not have this"):
         loaded(tmp_path, plant={"platform_joint": {**joint, "stiffness": 1e6}, "engine": "mujoco"})
+
+
+def test_a_platform_too_light_for_its_links_is_refused(tmp_path: Path) -> None:
+    """The distal links of the bench have less inertia than two point masses: some of its platform's mass is theirs."""
+    bench = {"robot": "motkin", "waypoints": [[0.0, 0.12], [0.0, 0.0]]}
+    with pytest.raises(
+        InputError, match=r"plant\.mass_scale: 0\.1, plant\.inertia_scale: 1: .*no bodies have these param"
+    ):
+        loaded(tmp_path, **bench, plant={"mass_scale": 0.1})
+    loaded(tmp_path, **bench, plant={"mass_scale": 0.5})
