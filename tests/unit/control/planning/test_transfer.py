@@ -119,6 +119,28 @@ def test_a_straight_line_where_that_will_do(dextar: FiveBar) -> None:
     assert (transfer.assembly_start, transfer.assembly_goal) == (1, -1)
 
 
+def test_only_laws_that_hold_the_path_by_its_normal_go_around_where_that_cannot_be_controlled(dextar: FiveBar) -> None:
+    """The straight line crosses the locus nearly across t_s, so that the path's normal is t_s itself."""
+    start, goal = (0.0153, 0.0703), (0.0006, -0.0286)
+    straight = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, UNIFIED)
+    assert straight.waypoints == (start, goal)
+    assert straight.branches[0].crossing.authority < 0.06
+    expect_feasible(dextar, (-1, 1), straight, MotionLimits())
+    around = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, BLENDED, limits_of(BLENDED))
+    assert len(around.waypoints) > 2
+    assert min(branch.crossing.authority for branch in around.branches) >= 0.3
+
+
+def test_only_laws_with_blending_zones_rest_outside_of_them(dextar: FiveBar) -> None:
+    """A rest at 1/cond(A) = 0.17, to which a quick crossing leads: its zone would reach as far."""
+    start, goal = (0.0, 0.15), (0.0, 0.07)
+    direct = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, UNIFIED, duration=0.5)
+    assert direct.waypoints == (start, goal)
+    expect_feasible(dextar, (1, -1), direct, MotionLimits())
+    with pytest.raises(TransferRefused, match=r"in 0\.5 s 1/cond\(A\) at rest is 0\.168 .*, expected at least 0\.198"):
+        plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, BLENDED, limits_of(BLENDED), duration=0.5)
+
+
 def test_around_the_locus_rather_than_through_it_twice(dextar: FiveBar) -> None:
     """In one assembly mode, on both sides of the region of the other."""
     start, goal = (0.0, 0.15), (0.0, -0.11)
