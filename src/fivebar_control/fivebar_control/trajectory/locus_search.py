@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.optimal import StraightWay, Way
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.rounded import RoundedSegment
+from fivebar_control.trajectory.way import StraightWay, Way
 from fivebar_description.parameters import FiveBar, with_floats
 
 SEARCH_STEPS = 400

@@ -15,25 +15,20 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, newton
 
-from fivebar_control.model.dynamics import inverse_dynamics_of_platform
-from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.trajectory.rounded import RoundedPolyline
 from fivebar_control.trajectory.time_law import time_fraction
+from fivebar_control.trajectory.way import Way
 from fivebar_description.parameters import FiveBar
 
 FloatArray = NDArray[np.float64]
 
 GRID = 400
 """Intervals along the way on which the quickest passage is found."""
-
-OFF_LOCUS = 1e-7
-"""Share of the way by which a point of the grid is moved that has no inverse dynamics."""
 
 WINDOW = 0.04
 """Width of the average, as a share of the duration of what is averaged; on a rounded path divided by its legs, so that
@@ -47,29 +42,6 @@ LEAST_SPEED = 0.1
 
 CORRECTIONS = 20
 """Rounds of the secant method that make the acceleration at the crossing vanish, at most."""
-
-
-class StraightWay(NamedTuple):
-    """A straight path (m)."""
-
-    start_x: float
-    start_y: float
-    end_x: float
-    end_y: float
-
-    @property
-    def legs(self) -> int:
-        """Of how many legs it is."""
-        return 1
-
-    def at(self, s: float) -> tuple[float, float, float, float, float, float]:
-        """Return the place (m) at a share s of the way, with its first and second derivative by s (m)."""
-        d_x, d_y = self.end_x - self.start_x, self.end_y - self.start_y
-        return self.start_x + s * d_x, self.start_y + s * d_y, d_x, d_y, 0.0, 0.0
-
-
-Way = StraightWay | RoundedPolyline
-"""A path from rest to rest, without the time that it takes."""
 
 
 class Hump(NamedTuple):
@@ -258,32 +230,15 @@ def _speeds(robot: FiveBar, mode1: int, mode2: int, path: Way, grid: FloatArray)
     # loaded by plans with this time law only
     from toppra import SplineInterpolator
     from toppra.algorithm import TOPPRA
-    from toppra.constraint import DiscretizationType, SecondOrderConstraint
 
-    def torque(way: Any, speed: Any, acceleration: Any) -> FloatArray:
-        for moved in (0.0, OFF_LOCUS):
-            s, ds, dds = float(way[0]) + moved, float(speed[0]), float(acceleration[0])
-            x, y, d_x, d_y, b_x, b_y = path.at(s)
-            state = state_from_platform(robot, mode1, mode2, x, y, ds * d_x, ds * d_y)
-            a_x, a_y = dds * d_x + ds * ds * b_x, dds * d_y + ds * ds * b_y
-            found = np.array(inverse_dynamics_of_platform(robot, state, a_x, a_y, 0.0, 0.0))
-            if np.all(np.isfinite(found)):
-                break
-        return found
+    from fivebar_control.trajectory.passage_torques import TorqueLimits, torques_along
 
-    both = np.vstack((np.eye(2), -np.eye(2)))
+    torques = torques_along(robot, mode1, mode2, path, grid)
 
     def found(scale: float) -> FloatArray | None:
         """Return the passage under the limits as rows that are multiplied by a number."""
-        constraint = SecondOrderConstraint(
-            torque,
-            lambda way: scale * both,
-            lambda way: scale * np.ones(4),
-            1,
-            discretization_scheme=DiscretizationType.Collocation,
-        )
         share = SplineInterpolator(grid[:: GRID // 4], grid[:: GRID // 4, None])
-        search = TOPPRA([constraint], share, gridpoints=grid, solver_wrapper="seidel")
+        search = TOPPRA([TorqueLimits(torques, scale)], share, gridpoints=grid, solver_wrapper="seidel")
         _, speeds, _ = search.compute_parameterization(0.0, 0.0)
         if speeds is None or not np.all(np.isfinite(speeds)) or np.any(speeds[1:-1] <= 0.0):
             return None
@@ -293,5 +248,5 @@ def _speeds(robot: FiveBar, mode1: int, mode2: int, path: Way, grid: FloatArray)
     if speeds is not None:
         return speeds
     # the solver's tolerances are absolute: small torques, of a light robot or a short way, are lost in them
-    size = np.nanmedian([np.abs(torque([s], [0.0], [1.0])) for s in grid])
+    size = np.nanmedian(np.abs(torques[1]))
     return found(float(1.0 / size)) if size > 0.0 else None

@@ -1,0 +1,74 @@
+"""Torques along a path as toppra takes them, linear in sddot and sdot^2, with equal limits for both motors.
+
+This module loads toppra; only what plans with the time law of least torque imports it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from toppra.constraint import LinearConstraint
+
+from fivebar_control.machine_code import as_machine_code
+from fivebar_control.model.dynamics import inverse_dynamics_of_platform
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.trajectory.way import Way
+from fivebar_description.parameters import FiveBar, with_floats
+
+FloatArray = NDArray[np.float64]
+
+OFF_LOCUS = 1e-7
+"""Share of the way by which a point of the grid is moved that has no inverse dynamics."""
+
+
+def torques_along(robot: FiveBar, mode1: int, mode2: int, way: Way, grid: FloatArray) -> FloatArray:
+    """Return the motors' torques beyond friction (Nm) at points of a way, [3, N, 2].
+
+    They are those at rest, what comes on top with sddot = 1, and with sdot = 1 (1/s^2, 1/s), NaN where there are none.
+    """
+    places = np.array([way.at(s) for s in grid.tolist()])
+    found = _torques_at(robot, mode1, mode2, places)
+    undefined = ~np.all(np.isfinite(found), axis=(0, 2))
+    if np.any(undefined):
+        places[undefined] = [way.at(s + OFF_LOCUS) for s in grid[undefined].tolist()]
+        found = _torques_at(robot, mode1, mode2, places)
+    found[1:] -= found[0]
+    return found
+
+
+def _torques_at(robot: FiveBar, mode1: int, mode2: int, places: FloatArray) -> FloatArray:
+    torques = np.empty((3, len(places), 2))
+    as_machine_code(write_torques)(with_floats(robot), mode1, mode2, places, torques)
+    return torques
+
+
+def write_torques(robot: FiveBar, mode1: int, mode2: int, places: FloatArray, torques: FloatArray) -> None:
+    """Write the torques (Nm) at places and derivatives (m) of a way, [N, 6], for sdot, sddot = 0, 0; 0, 1; 1, 0."""
+    for number in range(len(places)):
+        x, y, d_x, d_y, b_x, b_y = places[number]
+        rests = state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
+        moves = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
+        still = inverse_dynamics_of_platform(robot, rests, 0.0, 0.0, 0.0, 0.0)
+        accelerated = inverse_dynamics_of_platform(robot, rests, d_x, d_y, 0.0, 0.0)
+        moved = inverse_dynamics_of_platform(robot, moves, b_x, b_y, 0.0, 0.0)
+        torques[0, number, 0], torques[0, number, 1] = still
+        torques[1, number, 0], torques[1, number, 1] = accelerated
+        torques[2, number, 0], torques[2, number, 1] = moved
+
+
+class TorqueLimits(LinearConstraint):
+    """Torques of at most 1 Nm, given along the grid as `torques_along` returns them."""
+
+    def __init__(self, torques: FloatArray, scale: float) -> None:
+        """Bind the torques; the solver is given the limits multiplied by `scale`, since its tolerances are absolute."""
+        super().__init__()
+        self.identical = True
+        self._torques, self._scale = torques, scale
+
+    def compute_constraint_params(self, path: Any, gridpoints: FloatArray) -> tuple[Any, ...]:
+        """Return a, b, c, F and g of F (a sddot + b sdot^2 + c) <= g at the grid's points, without further bounds."""
+        rest, per_acceleration, per_speed = self._torques
+        both = np.vstack((np.eye(2), -np.eye(2)))
+        return per_acceleration, per_speed, rest, self._scale * both, self._scale * np.ones(4), None, None
