@@ -10,7 +10,7 @@ from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import displaced, is_predictable, screen_run
 from fivebar_control.planning.figures import LOADS, Feasibility
-from fivebar_control.planning.limits import MotionLimits, limits_of_given, reach_within
+from fivebar_control.planning.limits import MotionLimits, limits_of_given, reach_within, speed_step_of
 from fivebar_control.planning.pacing import Borne, longest_within
 from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
 
@@ -145,12 +145,11 @@ def screened(scenario: Scenario, plan: Plan) -> Feasibility:
 
 def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
     """Return what the motion of a scenario has to keep."""
-    counts = scenario.plant.encoder_counts
     limits = limits_of_given(
         scenario.tuned(),
         torque=math.inf if scenario.torque_limit is None else scenario.torque_limit,
         motor_speed=scenario.safety.joint_speed_limit,
-        speed_step=0.0 if counts is None else math.tau * scenario.rate_hz / counts,
+        speed_step=speed_step_of(scenario.rate_hz, scenario.plant.encoder_counts),
         predictable=is_predictable(plan),
         within_reach=reach_within(scenario.five_bar(), scenario.known_within()),
     )

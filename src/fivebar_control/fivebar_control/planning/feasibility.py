@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.planning.figures import (
     DIRECTION,
     DWELL,
     ERROR,
+    LEAD,
     LOADS,
     MODE_CHANGES,
     REQUEST,
@@ -22,12 +25,12 @@ from fivebar_control.planning.figures import (
     Figure,
 )
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.passage import displacement
+from fivebar_control.planning.passage import displacement, feedback_of
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate, wrong_mode_probability
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
 from fivebar_control.planning.reference_torque import limited_to
-from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 
@@ -69,9 +72,22 @@ def screen(
     if not follower.controller.needs_no_zones:
         nearest = scan.nearest_unguarded(limits.clearance)
         figures += [nearest] if nearest is not None else []
+    if limits.settled > 0.0 and plan.crossings:
+        figures.append(least_lead(plan, limits.settled / math.sqrt(feedback_of(follower).kp)))
     if limits.loads.declared and plan.crossings:
         figures.append(displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads))
     return Feasibility(tuple(figures))
+
+
+def least_lead(plan: Plan, limit: float) -> Figure:
+    """Return the least time between a crossing of a plan and the rest before or after it."""
+
+    def lead(crossing: Crossing) -> float:
+        segment = plan.path.segments[crossing.segment]
+        return min(crossing.time - segment.start_time, segment.start_time + segment.duration - crossing.time)
+
+    least = min(plan.crossings, key=lead)
+    return Figure(LEAD, lead(least), limit, False, least.time, least.x, least.y, unit="s")
 
 
 def displaced(

@@ -59,6 +59,7 @@ class Figure(NamedTuple):
     UNCERTAINTY,
     LOADS,
     WITH_RESERVE,
+    LEAD,
 ) = (
     "reference torque",
     "motor speed",
@@ -75,6 +76,7 @@ class Figure(NamedTuple):
     "predicted position error within the tolerances",
     "displacement by the declared loads where the path crosses the Type 2 locus",
     "predicted distance from the reference without the reserve of torque",
+    "time between a rest and the Type 2 locus",
 )
 """Names of the figures."""
 

@@ -24,6 +24,10 @@ ESTIMATED_DWELL = 0.15
 its reference."""
 
 
+SETTLED = 5.0
+"""Time constants of the feedback after which what it answers has all but settled: a robot that its encoders show rests
+no shorter before and after it crosses, or it crosses by feed-forward alone."""
+
 BISECTIONS = 40
 
 GIVEN_SERIAL = 0.05
@@ -104,6 +108,7 @@ class MotionLimits(NamedTuple):
         authority: least |n . v1| at a crossing, for the blended controllers: below it the direction across the path
             cannot be held on the locus.
         clearance: least kappa wherever a law acts that is undefined on the locus: 0.12 mm from it on the middle path.
+        settled: least time between a rest and a crossing, in time constants 1 / sqrt(kp) of the law's feedback.
         predicted_error: largest distance from the reference in a predicted run (m).
         error_tolerance: largest distance of a robot within its tolerances (m).
         risk: of a robot within its tolerances.
@@ -121,6 +126,7 @@ class MotionLimits(NamedTuple):
     zone_stay: float = 0.12
     authority: float = MIN_AUTHORITY
     clearance: float = 0.01
+    settled: float = 0.0
     predicted_error: float = 1e-3
     error_tolerance: float = 2e-3
     risk: Risk = Risk()
@@ -148,6 +154,11 @@ def exceeded_share(probability: float) -> float:
     return high
 
 
+def speed_step_of(rate_hz: int, counts: int | None) -> float:
+    """Return the least difference (rad/s) of speeds from encoders with so many counts, 0 for exact sensors (None)."""
+    return 0.0 if counts is None else math.tau * rate_hz / counts
+
+
 def limits_of(
     follower: TunedController,
     torque: float = MotionLimits().torque,
@@ -164,13 +175,13 @@ def limits_of(
         follower: the controller.
         torque: what each motor can give (Nm).
         motor_speed: allowed for either motor joint (rad/s).
-        speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones.
+        speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones (`speed_step_of`).
     """
     limits = MotionLimits(torque=torque, motor_speed=motor_speed)
     if speed_step > 0.0:
         limits = limits._replace(dwell=ESTIMATED_DWELL)
     if not follower.controller.blended:
-        return limits
+        return limits._replace(settled=SETTLED) if speed_step > 0.0 else limits
     if speed_step > COARSE_SPEED_STEP:
         limits = limits._replace(dwell=0.06, authority=0.5)
     return limits._replace(rest=0.1)
@@ -195,7 +206,7 @@ def limits_of_given(
         follower: the controller.
         torque: what each motor can give (Nm).
         motor_speed: allowed for either motor joint (rad/s).
-        speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones.
+        speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones (`speed_step_of`).
         predictable: whether the run can be predicted.
         within_reach: least |sin q_i2| with encoders, of a law that is regular at Type 1 (`reach_within`).
     """

@@ -15,7 +15,7 @@ from typing import NamedTuple, cast
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.course import NO_COURSE, Course
-from fivebar_control.planning.limits import MotionLimits, Risk, limits_of
+from fivebar_control.planning.limits import MotionLimits, Risk, limits_of, speed_step_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
@@ -199,7 +199,9 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     robot = laden(file.five_bar(), order.payload)
     follower = default_tuning(CONTROLLERS["unified"], file)
     torque = order.torque_share * conditions.torque_limit
-    limits = limits_of(follower, torque, order.speed_share * conditions.motor_speed)
+    counts = None if conditions.sensing is None else conditions.sensing.drives.encoder_counts
+    step = speed_step_of(conditions.rate_hz, counts)
+    limits = limits_of(follower, torque, order.speed_share * conditions.motor_speed, step)
     try:
         transfer = plan_transfer(
             robot,

@@ -7,14 +7,17 @@ import math
 import numpy as np
 import pytest
 
+from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
+from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.feasibility import screen
 from fivebar_control.planning.figures import (
     DIRECTION,
     DWELL,
+    LEAD,
     NEAREST,
     REST,
     SERIAL,
@@ -24,7 +27,15 @@ from fivebar_control.planning.figures import (
     Feasibility,
     Figure,
 )
-from fivebar_control.planning.limits import MotionLimits, Risk, exceeded_share, limits_of, limits_of_given, reach_within
+from fivebar_control.planning.limits import (
+    MotionLimits,
+    Risk,
+    exceeded_share,
+    limits_of,
+    limits_of_given,
+    reach_within,
+    speed_step_of,
+)
 from fivebar_control.planning.reference_scan import dwells_near_locus
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
@@ -311,6 +322,29 @@ def test_blended_controllers_need_quicker_crossings_with_coarse_encoders() -> No
     step = 2.0 * math.pi * RATE_HZ / 20_000
     assert limits_of(UNIFIED) == MotionLimits()
     # an estimator gives up after 0.2 s
-    assert limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(dwell=0.15)
+    assert limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(dwell=0.15, settled=5.0)
     assert limits_of(BLENDED, speed_step=step).dwell < limits_of(BLENDED).dwell == 0.2
     assert limits_of(BLENDED).rest > MotionLimits().rest
+
+
+@pytest.mark.parametrize(("kp", "least"), [(2500.0, 0.1), (6400.0, 0.0625)])
+def test_with_encoders_the_feedback_has_time_to_settle_between_a_rest_and_the_locus(
+    dextar: FiveBar, kp: float, least: float
+) -> None:
+    """Five time constants 1 / sqrt(kp) on the shorter side; with exact sensors as quick as the motors can."""
+    law = CONTROLLERS["unified"].nominal
+    follower = TunedController(CONTROLLERS["unified"], TunedLaw(law, UnifiedSettings(kp=kp, kd=2.0 * math.sqrt(kp))))
+    sensed = limits_of(follower, torque=math.inf, speed_step=speed_step_of(RATE_HZ, 20_000))
+    found = []
+    for duration in (0.15, 0.5):
+        plan = plan_motion(
+            dextar, (1, -1), ((0.0, 0.15), (0.0, 0.05)), [duration], RATE_HZ, ZoneRule(), min_authority=0.0
+        )
+        (crossing,) = plan.crossings
+        figure = screen(dextar, plan, RATE_HZ, follower, sensed).figure(LEAD)
+        assert figure is not None
+        assert figure.value == min(crossing.time, duration - crossing.time)
+        assert figure.limit == pytest.approx(least, rel=1e-12)
+        assert screen(dextar, plan, RATE_HZ, follower, limits_of(follower)).figure(LEAD) is None
+        found.append(figure.kept)
+    assert found == [False, True]

@@ -9,7 +9,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.laws import registry
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.limits import MotionLimits, limits_of, speed_step_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.sight import Point
@@ -83,8 +83,7 @@ def plan_request(request: Request) -> Transfer:
     _refuse_malformed(request)
     follower = _follower(request)
     before = _before(request)
-    counts = before.plant.encoder_counts
-    step = 0.0 if counts is None else 2.0 * math.pi * request.rate_hz / counts
+    step = speed_step_of(request.rate_hz, before.plant.encoder_counts)
     start = request.start
     if request.working_mode is not None and request.working_mode != start.working_mode:
         raise InputError(

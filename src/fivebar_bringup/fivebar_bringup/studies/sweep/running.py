@@ -20,7 +20,7 @@ from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
-from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within
+from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within, speed_step_of
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of
 from fivebar_control.planning.timing import SLOWER
 from fivebar_control.safety.stages import NO_FAULT
@@ -170,12 +170,11 @@ def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
         limits = limits_of(follower, case.torque_limit)
     else:
         reach = reach_within(scenario.five_bar(), scenario.known_within())
-        step = 2.0 * math.pi * RATE_HZ / counts
         limits = limits_of_given(
             follower,
             case.torque_limit,
             scenario.safety.joint_speed_limit,
-            speed_step=step,
+            speed_step=speed_step_of(RATE_HZ, counts),
             within_reach=reach,
         )
     return limits._replace(loads=scenario.to_bear(), risk=scenario.risk)
