@@ -7,10 +7,10 @@ import math
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.planning.figures import (
+    APPROACH,
     DIRECTION,
     DWELL,
     ERROR,
-    LEAD,
     LOADS,
     MODE_CHANGES,
     REQUEST,
@@ -72,22 +72,22 @@ def screen(
     if not follower.controller.needs_no_zones:
         nearest = scan.nearest_unguarded(limits.clearance)
         figures += [nearest] if nearest is not None else []
-    if limits.settled > 0.0 and plan.crossings:
-        figures.append(least_lead(plan, limits.settled / math.sqrt(feedback_of(follower).kp)))
+    if limits.approach > 0.0 and plan.crossings:
+        figures.append(quickest_approach(plan, limits.approach / math.sqrt(feedback_of(follower).kp)))
     if limits.loads.declared and plan.crossings:
         figures.append(displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads))
     return Feasibility(tuple(figures))
 
 
-def least_lead(plan: Plan, limit: float) -> Figure:
-    """Return the least time between a crossing of a plan and the rest before or after it."""
+def quickest_approach(plan: Plan, limit: float) -> Figure:
+    """Return the least time between a crossing of a plan and the rest before or after it; at least `limit` (s)."""
 
-    def lead(crossing: Crossing) -> float:
+    def approach(crossing: Crossing) -> float:
         segment = plan.path.segments[crossing.segment]
         return min(crossing.time - segment.start_time, segment.start_time + segment.duration - crossing.time)
 
-    least = min(plan.crossings, key=lead)
-    return Figure(LEAD, lead(least), limit, False, least.time, least.x, least.y, unit="s")
+    least = min(plan.crossings, key=approach)
+    return Figure(APPROACH, approach(least), limit, False, least.time, least.x, least.y, unit="s")
 
 
 def displaced(

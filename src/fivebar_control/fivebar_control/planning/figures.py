@@ -59,7 +59,7 @@ class Figure(NamedTuple):
     UNCERTAINTY,
     LOADS,
     WITH_RESERVE,
-    LEAD,
+    APPROACH,
 ) = (
     "reference torque",
     "motor speed",

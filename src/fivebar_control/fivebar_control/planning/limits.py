@@ -24,9 +24,9 @@ ESTIMATED_DWELL = 0.15
 its reference."""
 
 
-SETTLED = 5.0
-"""Time constants of the feedback after which what it answers has all but settled: a robot that its encoders show rests
-no shorter before and after it crosses, or it crosses by feed-forward alone."""
+LEAST_APPROACH = 5.0
+"""Time constants 1 / sqrt(kp) of the feedback between a rest and the locus that a robot with encoders needs at least:
+what is quicker is feed-forward, whose errors no feedback has the time to correct."""
 
 BISECTIONS = 40
 
@@ -108,7 +108,7 @@ class MotionLimits(NamedTuple):
         authority: least |n . v1| at a crossing, for the blended controllers: below it the direction across the path
             cannot be held on the locus.
         clearance: least kappa wherever a law acts that is undefined on the locus: 0.12 mm from it on the middle path.
-        settled: least time between a rest and a crossing, in time constants 1 / sqrt(kp) of the law's feedback.
+        approach: least time between a rest and a crossing, in time constants 1 / sqrt(kp) of the law's feedback.
         predicted_error: largest distance from the reference in a predicted run (m).
         error_tolerance: largest distance of a robot within its tolerances (m).
         risk: of a robot within its tolerances.
@@ -126,7 +126,7 @@ class MotionLimits(NamedTuple):
     zone_stay: float = 0.12
     authority: float = MIN_AUTHORITY
     clearance: float = 0.01
-    settled: float = 0.0
+    approach: float = 0.0
     predicted_error: float = 1e-3
     error_tolerance: float = 2e-3
     risk: Risk = Risk()
@@ -181,7 +181,7 @@ def limits_of(
     if speed_step > 0.0:
         limits = limits._replace(dwell=ESTIMATED_DWELL)
     if not follower.controller.blended:
-        return limits._replace(settled=SETTLED) if speed_step > 0.0 else limits
+        return limits._replace(approach=LEAST_APPROACH) if speed_step > 0.0 else limits
     if speed_step > COARSE_SPEED_STEP:
         limits = limits._replace(dwell=0.06, authority=0.5)
     return limits._replace(rest=0.1)

@@ -15,9 +15,9 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.feasibility import screen
 from fivebar_control.planning.figures import (
+    APPROACH,
     DIRECTION,
     DWELL,
-    LEAD,
     NEAREST,
     REST,
     SERIAL,
@@ -322,7 +322,7 @@ def test_blended_controllers_need_quicker_crossings_with_coarse_encoders() -> No
     step = 2.0 * math.pi * RATE_HZ / 20_000
     assert limits_of(UNIFIED) == MotionLimits()
     # an estimator gives up after 0.2 s
-    assert limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(dwell=0.15, settled=5.0)
+    assert limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(dwell=0.15, approach=5.0)
     assert limits_of(BLENDED, speed_step=step).dwell < limits_of(BLENDED).dwell == 0.2
     assert limits_of(BLENDED).rest > MotionLimits().rest
 
@@ -341,10 +341,10 @@ def test_with_encoders_the_feedback_has_time_to_settle_between_a_rest_and_the_lo
             dextar, (1, -1), ((0.0, 0.15), (0.0, 0.05)), [duration], RATE_HZ, ZoneRule(), min_authority=0.0
         )
         (crossing,) = plan.crossings
-        figure = screen(dextar, plan, RATE_HZ, follower, sensed).figure(LEAD)
+        figure = screen(dextar, plan, RATE_HZ, follower, sensed).figure(APPROACH)
         assert figure is not None
         assert figure.value == min(crossing.time, duration - crossing.time)
         assert figure.limit == pytest.approx(least, rel=1e-12)
-        assert screen(dextar, plan, RATE_HZ, follower, limits_of(follower)).figure(LEAD) is None
+        assert screen(dextar, plan, RATE_HZ, follower, limits_of(follower)).figure(APPROACH) is None
         found.append(figure.kept)
     assert found == [False, True]
