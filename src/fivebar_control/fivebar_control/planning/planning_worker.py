@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 from contextlib import suppress
+from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from queue import SimpleQueue
@@ -28,6 +29,9 @@ def main() -> None:
     # this takes a processor for half a second, and a plan for up to several
     from fivebar_control.planning.planning_process import Planned, plan_once
 
+    if conditions.loads.declared:
+        # such requests are also tried with the time law of least torque, whose solver takes as long again to load
+        import_module("fivebar_control.trajectory.passage_torques")
     if not gives_way:
         _give_way()
     connection.send((0, None))

@@ -22,6 +22,7 @@ from fivebar_control.planning.planning_process import Conditions, Planned, Plann
 from fivebar_control.planning.planning_worker import NICENESS
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import HeldTorque
+from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
@@ -223,3 +224,14 @@ def test_it_outlives_no_parent() -> None:
     parent.kill()
     parent.wait()
     wait_for_end(orphan)
+
+
+@pytest.mark.parametrize("push", [0.0, 1.0])
+def test_what_requests_of_a_robot_with_loads_need_is_loaded_before_the_first(push: float) -> None:
+    """The solver of the time law of least torque, 0.8 s, which requests without loads do not need."""
+    process = PlanningProcess(CONDITIONS._replace(loads=Loads(push=push)))
+    try:
+        maps = Path(f"/proc/{loaded(process)}/maps").read_text(encoding="utf-8")
+    finally:
+        process.close()
+    assert ("toppra" in maps) == (push > 0.0)
