@@ -55,7 +55,7 @@ def screen(
     room = limits.rest_room if follower.controller.blended else 1.0
     figures = [
         scan.worst(TORQUE, "torque", limits.torque_share * limits.torque, True, "Nm"),
-        scan.worst(SPEED, "speed", limits.motor_speed, True, "rad/s"),
+        scan.worst(SPEED, "speed", limits.speed_share * limits.motor_speed, True, "rad/s"),
         scan.worst(SERIAL, "serial", limits.serial_margin, False),
         scan.worst_rest(max(limits.rest, _with_room(zone_edge, room))),
     ]

@@ -95,7 +95,8 @@ class MotionLimits(NamedTuple):
     Attributes:
         torque: what each motor can give (Nm).
         torque_share: the part of it that the reference may need; the rest is for the errors.
-        motor_speed: of either motor joint (rad/s).
+        motor_speed: of either motor joint (rad/s), beyond which the robot is stopped.
+        speed_share: the part of it that the reference may need; the rest is for the errors.
         serial_margin: least |sin q_i2|, 0 at Type 1.
         dwell: longest time near the Type 2 locus (s).
         rest: least kappa where the platform rests. It is at least that at the edge of the widest blending zone, too,
@@ -119,6 +120,7 @@ class MotionLimits(NamedTuple):
     torque: float = 2.0
     torque_share: float = 0.85
     motor_speed: float = SafetySettings().joint_speed_limit
+    speed_share: float = 0.9
     serial_margin: float = 0.15
     dwell: float = 0.2
     rest: float = 1.2 * NEAR_LOCUS

@@ -38,7 +38,7 @@ def expect_feasible(robot: FiveBar, mode: tuple[int, int], transfer: Transfer, l
         p = path.at(t)
         state = state_from_platform(robot, *mode, p.x, p.y, p.vx, p.vy)
         assert min(abs(state.leg1.sin_q2), abs(state.leg2.sin_q2)) >= limits.serial_margin - 1e-5
-        assert max(abs(state.leg1.dq1), abs(state.leg2.dq1)) <= limits.motor_speed * 1.001
+        assert max(abs(state.leg1.dq1), abs(state.leg2.dq1)) <= 0.9 * limits.motor_speed * 1.001
         determinant = det_a(state)
         crossings += determinant * before < 0.0
         before = determinant
