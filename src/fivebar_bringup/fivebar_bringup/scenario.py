@@ -358,14 +358,15 @@ class Scenario(StrictModel):
         Raises:
             InputError: it is out of reach, or the motion is refused.
         """
+        robot = self.five_bar()
         if self.stands is not None:
             x, y, mode1, mode2 = self.stands
-            joints = inverse_geometry(self.five_bar(), int(mode1), int(mode2), x, y)
+            joints = inverse_geometry(robot, int(mode1), int(mode2), x, y)
             if not all(map(math.isfinite, joints)):
                 raise InputError(f"stands: ({x:.4f}, {y:.4f}) m is out of reach")
             return joints
         plan = self.plan()
-        legs = desired_at(self.five_bar(), plan, 0.0, plan.path.at(0.0)).state[:2]
+        legs = desired_at(robot, plan, 0.0, plan.path.at(0.0)).state[:2]
         return JointAngles(legs[0].q1, legs[0].q2, legs[1].q1, legs[1].q2)
 
     def _takes_section_law(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
@@ -158,7 +159,7 @@ def exceeded_share(probability: float) -> float:
 
 def speed_step_of(rate_hz: int, counts: int | None) -> float:
     """Return the least difference (rad/s) of speeds from encoders with so many counts, 0 for exact sensors (None)."""
-    return 0.0 if counts is None else math.tau * rate_hz / counts
+    return rate_hz * count_angle(counts or 0)
 
 
 def limits_of(
