@@ -47,7 +47,10 @@ def _torques_at(robot: FiveBar, mode1: int, mode2: int, places: FloatArray) -> F
 def write_torques(robot: FiveBar, mode1: int, mode2: int, places: FloatArray, torques: FloatArray) -> None:
     """Write the torques (Nm) at places and derivatives (m) of a way, [N, 6], for sdot, sddot = 0, 0; 0, 1; 1, 0."""
     for number in range(len(places)):
-        x, y, d_x, d_y, b_x, b_y = places[number]
+        # as plain numbers, with which Python computes faster
+        x, y = float(places[number, 0]), float(places[number, 1])
+        d_x, d_y = float(places[number, 2]), float(places[number, 3])
+        b_x, b_y = float(places[number, 4]), float(places[number, 5])
         rests = state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
         moves = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
         still = inverse_dynamics_of_platform(robot, rests, 0.0, 0.0, 0.0, 0.0)
