@@ -26,6 +26,7 @@ from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED
 from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, shortcomings, use_of
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
 from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
+from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.planning.figures import Figure
 from fivebar_control.planning.postures import WORKING_MODES
@@ -236,6 +237,17 @@ def test_a_sweep_of_one_controller_has_its_rows_of_the_sweep_of_all(rows: list[S
     with pytest.raises(InputError, match="controllers unified, not ctc, unified"):
         opened(path, None, None, None, ("ctc", "unified"))
     assert opened(path, None, None)[1].controllers == ("unified",)
+
+
+def test_laws_with_zones_make_the_motion_that_is_planned_for_unified() -> None:
+    # a robot with a gyroscope, and a crossing that the planner would refuse to the law by itself: |n.v1| = 0.19
+    blended, unified = run_case(90, 0, "calibrated", ("multi_cartesian", "unified"))
+    assert (blended.status, unified.status) == (SCREENED_OUT, FEASIBLE)
+    assert "|n.v1|" in blended.reason
+    assert blended.draw == unified.draw
+    assert blended.authority == unified.authority < find_controller("multi_cartesian").min_authority
+    # and why it failed is found on that motion
+    assert 0.0 < explained(blended).worst.error <= blended.error_peak
 
 
 def test_the_crossings_that_count_are_those_of_unified_or_of_the_first_controller() -> None:

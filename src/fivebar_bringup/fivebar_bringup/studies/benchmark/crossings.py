@@ -12,6 +12,7 @@ from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw, on_robot
 from fivebar_bringup.studies.sweep.running import limits_for
 from fivebar_control.planning.feasibility import screen
@@ -96,7 +97,8 @@ def drawn_crossings() -> Iterator[BenchmarkCrossing]:
         )
         case = found.on("ideal")
         try:
-            plan = case.with_effects(WITH_ZONES, {}).plan()
+            # as a scenario that plans for its own controller
+            plan = Scenario.model_validate(case.with_effects(WITH_ZONES, {}).model_dump()).plan()
         except InputError:
             continue
         scenario = case.scenario(PLANNED_FOR)

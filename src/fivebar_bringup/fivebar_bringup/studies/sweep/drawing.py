@@ -22,6 +22,7 @@ from fivebar_bringup.studies.sweep.rigs import (
     drawn_scales,
     sections_for,
 )
+from fivebar_control.laws.registry import find_controller
 from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
@@ -103,11 +104,19 @@ def weight_of(rig: str) -> float:
 
 
 class DrawnScenario(Scenario):
-    """A scenario that reads the robot's file once in a process, not once in a run."""
+    """A scenario whose motion is planned for `PLANNED_FOR`, whichever controller makes it.
+
+    It reads the robot's file once in a process, not once in a run.
+    """
 
     def five_bar(self) -> FiveBar:
         """Return the robot as the controllers model it."""
         return _robot(self.robot)
+
+    @property
+    def min_authority(self) -> float:
+        """Least |n . v1| of a crossing that the planner lets pass."""
+        return find_controller(PLANNED_FOR).min_authority
 
 
 class Draw(NamedTuple):
