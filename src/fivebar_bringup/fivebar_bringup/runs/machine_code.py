@@ -13,6 +13,6 @@ def compile_for(scenario: Scenario, mode: Mode) -> None:
     if not has_compiled_estimator(scenario, mode):
         return
     # numba takes most of a second to import
-    from fivebar_control.estimation.compiled import compiled_steps
+    from fivebar_control.estimation.compiled import compiled_step
 
-    estimator_of(scenario, compiled_steps()).warm_up()
+    estimator_of(scenario, compiled_step()).warm_up()

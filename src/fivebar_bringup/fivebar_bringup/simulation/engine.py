@@ -21,7 +21,7 @@ from fivebar_bringup.simulation.robot import (
 )
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.readings import with_motors
-from fivebar_control.estimation.step import first_update, next_update, prediction
+from fivebar_control.estimation.step import estimator_step, first_update
 from fivebar_control.laws.law import Step
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.setup import first_memory, steps_of
@@ -44,8 +44,7 @@ PARTS: tuple[Callable[..., Any], ...] = (
     *WITH_EFFECTS.values(),
     first_update,
     with_motors,
-    next_update,
-    prediction,
+    estimator_step,
 )
 """What the loops of all controllers share: the types of their arguments do not depend on the laws."""
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder
@@ -25,13 +27,13 @@ class _Declared(NamedTuple):
     known: KnownSensors
 
 
-def estimator_of(scenario: Scenario, steps: EstimatorSteps = PLAIN) -> StateEstimator:
-    """Return a new estimator for a run of a scenario; `steps` may be machine code.
+def estimator_of(scenario: Scenario, step: Callable[..., EstimatorStep] = estimator_step) -> StateEstimator:
+    """Return a new estimator for a run of a scenario; `step` may be machine code.
 
     Raises:
         HomingContradicted: the declared posture contradicts itself.
     """
-    return StateEstimator(scenario.five_bar(), scenario.homing(), *_declared(scenario), steps=steps)
+    return StateEstimator(scenario.five_bar(), scenario.homing(), *_declared(scenario), step=step)
 
 
 def estimator_model_of(scenario: Scenario, robot: FiveBar) -> EstimatorModel:

@@ -32,7 +32,7 @@ from fivebar_bringup.simulation.outcome import (
 )
 from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
 from fivebar_control.estimation.readings import with_elbow, with_motors, with_rate, with_seen
-from fivebar_control.estimation.step import first_update, next_update, prediction
+from fivebar_control.estimation.step import estimator_step, first_update
 from fivebar_control.laws.law import no_step
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
@@ -118,6 +118,7 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
             if frames.shape[0] > 0:
                 exactly = state_of(case.actual, exact)
                 sights[number, 0], sights[number, 1] = exactly.x, exactly.y
+            start = 1
             if number > 0:
                 memory = with_motors(memory, number, 1, readings.q11, readings.q21, applied1, applied2)
                 start = memory.newest
@@ -140,8 +141,7 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
                     begin = with_seen(estimator, memory, float(exposed), there_x, there_y, variance).start
                     start = min(start, begin)
                     seen_frames += 1
-                memory = next_update(estimator, memory, start).memory
-            estimated = prediction(estimator, memory, commands, number - delay)
+            estimated = estimator_step(estimator, memory, start, commands, number - delay).prediction
             memory = estimated.memory
             if estimated.lost:
                 trip, measured = ESTIMATE_LOST, measured_before

@@ -14,7 +14,7 @@ from fivebar_bringup.simulation.loop import planned_at, run_loop
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
 from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
 from fivebar_control.compiling import bound, compiled_and_kept
-from fivebar_control.estimation.compiled import compiled_steps
+from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.loop.setup import first_memory, steps_of
 from fivebar_control.model.state import Platform
@@ -48,14 +48,12 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
     count = max(controller.nominal.samples_ahead(control.nominal), constraint)
     nominal_step, constraint_step = steps_of(controller)
-    estimator = compiled_steps()
     loop: Callable[..., Outcome] = bound(
         run_loop,
         nominal_step=nominal_step,
         constraint_step=constraint_step,
         planned_at=partial(planned_with_ahead, count),
-        next_update=estimator.next_update,
-        prediction=estimator.prediction,
+        estimator_step=compiled_step(),
         **_compiled_robot(case.numbers.mechanism is not None),
     )
     memory = first_memory(controller, control, lambda: _platforms(plan, range(len(plan.rows))))

@@ -12,9 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
+from fivebar_control.estimation.constants import Drives, estimator_model
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import FrozenWatch
@@ -22,12 +20,11 @@ from fivebar_control.estimation.homing import Homing, HomingContradicted, check_
 from fivebar_control.estimation.mirror import ambiguity_reason
 from fivebar_control.estimation.readings import EstimatorMemory, Misfit, with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import (
+    EstimatorStep,
     Prediction,
-    Update,
+    estimator_step,
     first_update,
     inconsistency_reason,
-    next_update,
-    prediction,
 )
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
@@ -73,16 +70,6 @@ class JointEstimate(NamedTuple):
     disturbance: tuple[float, float]
 
 
-class EstimatorSteps(NamedTuple):
-    """The results of a sample: the update by its readings, and the prediction over the drives' delay."""
-
-    next_update: Callable[[EstimatorModel, EstimatorMemory, int], Update]
-    prediction: Callable[[EstimatorModel, EstimatorMemory, Sequence[tuple[float, float]], int], Prediction]
-
-
-PLAIN = EstimatorSteps(next_update, prediction)
-
-
 class StateEstimator:
     """The filter over a run: initialised from the homing posture; latches the first fault."""
 
@@ -96,9 +83,9 @@ class StateEstimator:
         tolerances: Tolerances = EXACT,
         passive: PassiveEncoder = NO_ENCODER,
         known: KnownSensors = NOTHING_KNOWN,
-        steps: EstimatorSteps = PLAIN,
+        step: Callable[..., EstimatorStep] = estimator_step,
     ) -> None:
-        """Make an estimator for a robot at rest in a declared posture; `steps` may be machine code.
+        """Make an estimator for a robot at rest in a declared posture; `step` may be machine code.
 
         Raises:
             HomingContradicted: the declared posture contradicts itself.
@@ -106,7 +93,7 @@ class StateEstimator:
         check_declared(robot, homing)
         self._robot = robot
         self._homing = homing
-        self._steps = steps
+        self._step = step
         self._sees, self._seen_start = settings.camera, settings.seen_start
         self._model = estimator_model(
             robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known
@@ -145,8 +132,7 @@ class StateEstimator:
         q11, q21 = inverse_geometry(self._robot, self._homing.mode1, self._homing.mode2, *self._homing[:2])[::2]
         memory = first_update(self._model, self._homing.assembly, q11, q21)
         memory = with_motors(memory, 1, 1, q11, q21, 0.0, 0.0)
-        memory = self._steps.next_update(self._model, memory, memory.newest).memory
-        self._steps.prediction(self._model, memory, [(0.0, 0.0)] * self._model.delay_samples, 0)
+        self._step(self._model, memory, memory.newest, [(0.0, 0.0)] * self._model.delay_samples, 0)
 
     @property
     def belief(self) -> Belief | None:
@@ -185,8 +171,7 @@ class StateEstimator:
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
-        memory = self._update(sample, q11, q21, tau1, tau2, rates, elbows, seen)
-        ahead = self._steps.prediction(self._model, memory, self._pending(sample), 0)
+        ahead = self._stepped(sample, q11, q21, tau1, tau2, rates, elbows, seen)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
         if ahead.lost:
@@ -202,14 +187,15 @@ class StateEstimator:
             name = "estimate_inconsistent" if frozen is None else "encoder_frozen"
             reason = frozen or inconsistency_reason(self._model, ahead.memory.misfit)
             self._latch(name, f"at sample {sample} {reason}")
-        estimate, covariance = memory.belief
-        a, b, c, d, e, f = np.sqrt(np.maximum(0.0, np.diag(covariance)[:6])).tolist()
+        estimate, covariance = ahead.memory.belief
+        # NaN stays NaN
+        a, b, c, d, e, f = (0.0 if one < 0.0 else math.sqrt(one) for one in covariance.diagonal()[:6].tolist())
         self._answer = JointEstimate(
             ahead.joints[:4], ahead.joints[4:], effort, (a, b, c, d, e, f), (estimate.d1, estimate.d2)
         )
         return self._answer
 
-    def _update(
+    def _stepped(
         self,
         sample: int,
         q11: float,
@@ -219,12 +205,13 @@ class StateEstimator:
         rates: Sequence[tuple[float, float]],
         elbows: Sequence[tuple[float, float]],
         seen: Sequence[PositionFix],
-    ) -> EstimatorMemory:
+    ) -> Prediction:
         model, last, self._last = self._model, self._last, sample
         if self._memory is None:
             one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
             check_encoders(self._robot, self._homing, self._tolerance, one.value, two.value)
-            return first_update(model, self._first_assembly(one.value, two.value, seen), q11, q21)
+            memory = first_update(model, self._first_assembly(one.value, two.value, seen), q11, q21)
+            return self._step(model, memory, 1, self._pending(sample), 0).prediction
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), self._longest_gap)
         memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
@@ -237,16 +224,16 @@ class StateEstimator:
         for made, x, y, deviation in seen:
             if self._sees and math.isfinite(x + y + deviation):
                 start = min(start, with_seen(model, memory, made, x, y, deviation * deviation).start)
-        updated = self._steps.next_update(model, memory, start)
-        self.squared = updated.squared
+        stepped = self._step(model, memory, start, self._pending(sample), 0)
+        self.squared = stepped.squared
         if sample - last > self._longest_gap:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         # exactly zero is what the guard commands once a fault is latched
         coasts = self._newest_command == (0.0, 0.0)
-        reason = self._frozen.check((q11, q21), updated.predicted, sample - last > 1, coasts)
+        reason = self._frozen.check((q11, q21), stepped.predicted, sample - last > 1, coasts)
         if reason is not None:
             self._latch("encoder_frozen", f"at sample {sample} {reason}")
-        return updated.memory
+        return stepped.prediction
 
     def _first_assembly(self, q11: float, q21: float, seen: Sequence[PositionFix]) -> int:
         """Return the assembly mode at the start: declared, or by the camera with `seen_start`."""

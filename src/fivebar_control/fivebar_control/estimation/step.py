@@ -101,6 +101,19 @@ class Prediction(NamedTuple):
     inconsistent: bool
 
 
+class EstimatorStep(NamedTuple):
+    """Result of a sample: of the update by its readings, and of the prediction from there.
+
+    Attributes:
+        predicted, squared: as in `Update`.
+        prediction: over the drives' delay.
+    """
+
+    predicted: Estimate
+    squared: Misfit
+    prediction: Prediction
+
+
 def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -> EstimatorMemory:
     """Return the memory after the first readings (rad), those of sample 0, of a robot at rest in an assembly mode."""
     one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
@@ -110,6 +123,22 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
     keep_inputs(history, 0, 0, 0, 0.0, 0.0)
     keep_belief(history, 0, belief)
     return EstimatorMemory(belief, 0, q11, q21, q11, q21, 1, 1, math.nan, 1, 0, Misfit(1.0, 1.0, 1.0), history)
+
+
+def estimator_step(
+    model: EstimatorModel,
+    memory: EstimatorMemory,
+    start: int,
+    commands: Sequence[tuple[float, float]] | NDArray[np.float64],
+    first: int,
+) -> EstimatorStep:
+    """Return the result of the estimator for a sample: `next_update`, then `prediction`.
+
+    Both in one call, since to hand over the constants to machine code takes as long as either. After the first
+    readings there is nothing to update, and `start` is 1.
+    """
+    updated = next_update(model, memory, start)
+    return EstimatorStep(updated.predicted, updated.squared, prediction(model, updated.memory, commands, first))
 
 
 def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> Update:

@@ -9,6 +9,7 @@ their stamps, however late they come.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -19,9 +20,10 @@ from std_srvs.srv import Trigger
 from fivebar_control.estimation.constants import Drives, history_samples
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.encoder import count_angle
-from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, PositionFix, StateEstimator
+from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import Homing, HomingContradicted
 from fivebar_control.estimation.resting import MotorReading, Resting
+from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
 from fivebar_control.vision.reading import PlatformReading, used
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings
@@ -81,14 +83,14 @@ def read_released(message: JointMessage) -> tuple[Reading, ...]:
     return tuple(zip(message.name, moments, strict=True))
 
 
-def steps_of(compiled: bool) -> EstimatorSteps:
-    """Return the steps of the filter, as machine code or plain."""
+def step_of(compiled: bool) -> Callable[..., EstimatorStep]:
+    """Return the step of the filter, as machine code or plain."""
     if not compiled:
-        return PLAIN
+        return estimator_step
     # numba takes most of a second to import
-    from fivebar_control.estimation.compiled import compiled_steps
+    from fivebar_control.estimation.compiled import compiled_step
 
-    return compiled_steps()
+    return compiled_step()
 
 
 class StateEstimatorNode(SamplingNode):
@@ -129,7 +131,7 @@ class StateEstimatorNode(SamplingNode):
             tolerances_of(settings.robot, self.declare_settings(Tolerances, TOLERANCE_PREFIX)),
             passive,
             known,
-            steps_of(settings.compiled),
+            step_of(settings.compiled),
         )
         self._clock_offset = known.imu_clock * settings.rate_hz
         self._joint = passive.joint if passive.leg else ""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.compiled import compiled_steps
+from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import PLAIN, EstimatorSteps, JointEstimate, PositionFix, StateEstimator
+from fivebar_control.estimation.estimator import JointEstimate, PositionFix, StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.robot_file import load_robot
@@ -167,12 +169,14 @@ def test_an_estimate_that_could_be_the_other_assembly_mode_is_a_fault() -> None:
     assert all(map(math.isfinite, answer.position))
 
 
-@pytest.mark.parametrize("steps", [PLAIN, compiled_steps()], ids=["plain", "compiled"])
-def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_read(steps: EstimatorSteps) -> None:
+@pytest.mark.parametrize("step", [estimator_step, compiled_step()], ids=["plain", "compiled"])
+def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_read(
+    step: Callable[..., EstimatorStep],
+) -> None:
     """A stopped robot falls through Type 1, where the filter has no numbers left, and its late sensors go on."""
     settings = EkfSettings(gyro=True, camera=True, misfit_limit=1e9)
     homing, encoder = homing_at(ROBOT, 1, -1, *PLACE), PassiveEncoder(2, None)
-    one = StateEstimator(ROBOT, homing, 500, Drives(), settings, Tolerances(length=2e-4), encoder, steps=steps)
+    one = StateEstimator(ROBOT, homing, 500, Drives(), settings, Tolerances(length=2e-4), encoder, step=step)
     for sample in range(300):
         read_before = max(0, sample - 2)
         rates, elbows, seen = [(read_before, 30.0)], [(read_before, 0.1)], [PositionFix(read_before, 0.0, 0.1, 1e-3)]

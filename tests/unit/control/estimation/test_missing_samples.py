@@ -9,8 +9,9 @@ import pytest
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.compiled import compiled_steps
-from fivebar_control.estimation.estimator import PLAIN, StateEstimator
+from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.step import estimator_step
 
 EVERY = 8
 """Samples from one that is missing to the next."""
@@ -86,8 +87,8 @@ def test_machine_code_estimates_the_same(crossing: tuple[Scenario, list[Reading]
     settings = (scenario.rate_hz, scenario.drives(), scenario.ekf)
     readings = with_missing(complete[:60], 0, False)
     told = []
-    for steps in (PLAIN, compiled_steps()):
-        estimator = StateEstimator(scenario.five_bar(), scenario.homing(), *settings, steps=steps)
+    for step in (estimator_step, compiled_step()):
+        estimator = StateEstimator(scenario.five_bar(), scenario.homing(), *settings, step=step)
         estimator.warm_up()
         told.append([estimator.take(number, *one.angles, *one.torques) for number, one in readings.items()])
     assert told[0] == told[1]
