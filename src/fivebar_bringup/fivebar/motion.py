@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from fivebar.robot import Robot, load_robot
@@ -45,7 +46,7 @@ class Motion(NamedTuple):
 
 
 def plan(
-    robot: Robot | str,
+    robot: Robot | str | Path,
     goal: tuple[float, float],
     *,
     start: tuple[float, float] | None = None,
@@ -117,7 +118,7 @@ def plan(
     return Motion(scenario_of(request, transfer), transfer)
 
 
-def load_scenario(name_or_path: str, **changes: Any) -> Scenario:
+def load_scenario(name_or_path: str | Path, **changes: Any) -> Scenario:
     """Read a scenario by the name of a shipped one or from a file (.yaml), with some of its keys changed.
 
     Args:
@@ -133,14 +134,15 @@ def load_scenario(name_or_path: str, **changes: Any) -> Scenario:
         >>> heavier.controller, heavier.plant.mass_scale
         ('unified', 1.2)
     """
-    scenario = _load_scenario(name_or_path)
+    source = str(name_or_path)
+    scenario = _load_scenario(source)
     if not changes:
         return scenario
     content = scenario.model_dump(mode="json")
     for key, value in changes.items():
         section = content.get(key)
         content[key] = section | value if isinstance(section, dict) and isinstance(value, dict) else value
-    changed = validate(content, Scenario, name_or_path)
+    changed = validate(content, Scenario, source)
     changed.plan()
     return changed
 

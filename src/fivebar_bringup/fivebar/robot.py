@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
@@ -82,7 +83,7 @@ class Robot(NamedTuple):
         return Posture(one.q1, one.q2, two.q1, two.q2, assembly_mode(state), condition)
 
 
-def load_robot(robot: str = "dextar") -> Robot:
+def load_robot(robot: str | Path = "dextar") -> Robot:
     """Read a robot by the name of a shipped one ("dextar", "motkin", "unequal") or from a parameter file (.yaml).
 
     Raises:
@@ -93,4 +94,5 @@ def load_robot(robot: str = "dextar") -> Robot:
         >>> fivebar.load_robot("dextar").parameters.leg1.proximal
         0.09
     """
-    return Robot(robot, read_robot(robot))
+    source = str(robot)
+    return Robot(source, read_robot(source))

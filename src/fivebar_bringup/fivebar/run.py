@@ -104,7 +104,7 @@ class Run(NamedTuple):
         return f"<table>{''.join(rows)}</table>"
 
 
-def simulate(motion: Motion | Scenario | str, out: str | Path | None = None) -> Run:
+def simulate(motion: Motion | Scenario | str | Path, out: str | Path | None = None) -> Run:
     """Run a motion in this process, without ROS: the controllers and the plant of `fivebar simulate`.
 
     Args:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes
+from fivebar_control.laws.robot_sizes import law_sizes, torque_ratio
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -21,8 +21,8 @@ def robot_defaults(file: RobotFile) -> dict[str, dict[str, Any]]:
     """Return the settings that a robot's drives and tuning determine, by section and key."""
     drives, tuning = file.drives, file.tuning
     found: dict[str, dict[str, Any]] = {"unified": {**law_sizes(file)["unified"]}, "ekf": {}, "plant": {}, "safety": {}}
-    if drives.crossing_torque is not None:
-        ratio, ekf = drives.crossing_torque / DEXTAR_CROSSING, EkfSettings()
+    if drives.typical_torque() is not None:
+        ratio, ekf = torque_ratio(drives), EkfSettings()
         found["ekf"] = {
             "disturbance_rate": ekf.disturbance_rate * ratio,
             "disturbance_initial": ekf.disturbance_initial * ratio,

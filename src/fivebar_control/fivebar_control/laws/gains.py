@@ -21,8 +21,8 @@ SPEED_TIME = Setting(
 WEIGHT = Setting(
     "Weight w of the torque, which regularises the uncontrollable direction.",
     "(m/s^2 / Nm)^2",
-    at_least=1e-6,
-    at_most=1e6,
+    at_least=1e-12,
+    at_most=1e12,
     tunable=True,
 )
 FALLBACK_KP, FALLBACK_KD, FALLBACK_WEIGHT = (

@@ -35,8 +35,8 @@ FloatArray = NDArray[np.float64]
 STEPS = 1e-6, 1e-6, 1e-4, 1e-4
 """Steps (m, m, m/s, m/s) of the finite differences that linearise the model."""
 
-LEAST_INPUT = 1e-6
-"""Added to G^T G ((m/s^2/Nm)^2), so that u_d is defined within some nanometres of the locus too."""
+LEAST_INPUT = 6e-8
+"""Share of the trace of G^T G that is added to it, so that u_d is defined within some nanometres of the locus too."""
 
 REST_SAMPLES = 1000
 """Samples of rest after the motion from which the Riccati equation starts, enough for its gain to converge."""
@@ -50,7 +50,7 @@ class LqrSettings(NamedTuple):
 
     speed_time: Annotated[float, SPEED_TIME] = 0.018
     weight: Annotated[
-        float, Setting("Weight r of the torque that departs from u_d.", "(m/Nm)^2", at_least=1e-10, at_most=1.0)
+        float, Setting("Weight r of the torque that departs from u_d.", "(m/Nm)^2", at_least=1e-16, at_most=1e6)
     ] = 4e-7
     torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
     fallback_kp: Annotated[float, FALLBACK_KP] = UnifiedSettings().kp
@@ -105,7 +105,8 @@ def linearised(robot: FiveBar, mode1: int, mode2: int, reference: Platform, peri
         return None
     inputs, drift = here
     wanted = np.array((reference.ax, reference.ay)) - drift
-    torques = np.linalg.solve(inputs.T @ inputs + LEAST_INPUT * np.eye(2), inputs.T @ wanted)
+    gram = inputs.T @ inputs
+    torques = np.linalg.solve(gram + LEAST_INPUT * np.trace(gram) * np.eye(2), inputs.T @ wanted)
     slopes = np.zeros((2, 4))
     for column, step in enumerate(STEPS):
         ends = []

@@ -81,8 +81,8 @@ class MpcSettings(NamedTuple):
         Setting(
             "Weight r_s of the change, from sample to sample, of what departs from the torques planned before.",
             "(m/Nm)^2",
-            at_least=1e-10,
-            at_most=1.0,
+            at_least=1e-16,
+            at_most=1e6,
             tunable=True,
         ),
     ] = 2e-6
@@ -92,7 +92,7 @@ class MpcSettings(NamedTuple):
             "Weight r of what departs from the torques planned before.",
             "(m/Nm)^2",
             at_least=0.0,
-            at_most=1.0,
+            at_most=1e6,
             tunable=True,
         ),
     ] = 3e-7
@@ -230,7 +230,7 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
             torque_limit,
             step,
         )
-        solution = solve(problem, memory.duals)
+        solution = solve(problem, memory.duals, torque_unit(settings))
     if solution.torques is None:
         torque, kept = unified_step(robot, state, reference, memory.unified, standing_in, period)
         torque = changed_by_at_most(torque, memory.torque, step)
@@ -249,6 +249,11 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
         solution.duals,
         memory.unfinished,
     )
+
+
+def torque_unit(settings: MpcSettings) -> float:
+    """Return the torque (Nm) that weighs as much as 1 Nm does by default."""
+    return math.sqrt(MpcSettings().step_weight / settings.step_weight)
 
 
 def unified_settings(settings: MpcSettings, observer_rate: float) -> UnifiedSettings:

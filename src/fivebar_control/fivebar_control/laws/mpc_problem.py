@@ -21,8 +21,9 @@ FloatArray = NDArray[np.float64]
 MOST_ITERATIONS = 150
 """Iterations of the solver in a sample at most: a count, not a time, so that a run can be repeated bit for bit."""
 
-LEAST_WEIGHT = 1e-9
-"""Weight of the torques themselves ((m/Nm)^2), so that they are zero where they have no effect."""
+LEAST_WEIGHT = 5e-4
+"""Weight of the torques themselves, as a share of that of their changes, so that they are zero where they have no
+effect."""
 
 SCALE = 1e8
 """Factor of the cost: its second derivatives are then of the order of 1, to which the solver's tolerances refer."""
@@ -85,7 +86,7 @@ def weights_of(
     return Weights(
         quadratic=from_place @ to_place + from_speed @ to_speed,
         steps=steps,
-        torques=steps + SCALE * LEAST_WEIGHT * np.eye(2 * horizon),
+        torques=steps + SCALE * LEAST_WEIGHT * step_weight * np.eye(2 * horizon),
         from_place=from_place,
         from_speed=from_speed,
         to_place=to_place,
@@ -115,23 +116,26 @@ class Solution(NamedTuple):
     duals: FloatArray | None
 
 
-def solve(problem: QuadraticProgram, duals: FloatArray | None) -> Solution:
-    """Return the solution of a quadratic program, started from the duals of one that is close to it."""
+def solve(problem: QuadraticProgram, duals: FloatArray | None, unit: float) -> Solution:
+    """Return the solution of a quadratic program, started from the duals of one that is close to it.
+
+    The solver has the torques in a unit (Nm) of the robot's own size, to which its tolerances then refer.
+    """
     # imported here, so that runs with other laws do not load it
     import daqp
 
     start: dict[str, Any] = {} if duals is None or duals.shape != problem.high.shape else {"dual_start": duals}
     torques, _, flag, details = daqp.solve(
-        problem.quadratic,
-        problem.gradient,
+        unit * unit * problem.quadratic,
+        unit * problem.gradient,
         problem.rows,
-        problem.high,
-        problem.low,
+        problem.high / unit,
+        problem.low / unit,
         primal_tol=1e-9,
         iter_limit=MOST_ITERATIONS,
         **start,
     )
-    return Solution(torques, details["lam"]) if flag == 1 else Solution(None, None)
+    return Solution(unit * torques, details["lam"]) if flag == 1 else Solution(None, None)
 
 
 def problem_of(
@@ -221,4 +225,4 @@ def warm_up() -> None:
     weights = weights_of(horizon, period, 0.01, 1.0, 1.0, 1.0)
     maps = np.ones((horizon, ROW))
     unknown = (math.nan, math.nan)
-    solve(compiled_problem_of()(weights, maps, np.ones(12), (0.0, 0.0), NO_PLAN, unknown, 1.0, 1.0), None)
+    solve(compiled_problem_of()(weights, maps, np.ones(12), (0.0, 0.0), NO_PLAN, unknown, 1.0, 1.0), None, 1.0)

@@ -3,14 +3,18 @@
 The defaults of the laws are those of DexTAR, whose nominal crossing takes 0.55 Nm beyond friction. On a robot whose
 crossing takes tau_0 a disturbance that matters as much is tau_0 / 0.55 Nm as large, and the weight of the torque in
 `unified` is w = (a_0 / tau_0)^2 with a_0 = 0.95 m/s^2: the torque that the law saves is the torque of this robot, and
-the error of acceleration that it admits for that is the same.
+the error of acceleration that it admits for that is the same. Likewise with the weights of the torque in `mpc` and
+`lqr`.
 """
 
 from __future__ import annotations
 
 import math
 
+from fivebar_control.laws.lqr import LqrSettings
+from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_description.known_drives import KnownDrives
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.tuning import Tuning
 
@@ -27,6 +31,12 @@ ELASTIC_DISTURBANCE_RATE = 0.1
 a faster disturbance follows the oscillation between motor and link, which the estimator's model does not have."""
 
 
+def torque_ratio(drives: KnownDrives) -> float:
+    """Return how large a robot's torques are, over those of DexTAR; 1 where nothing is known of them."""
+    typical = drives.typical_torque()
+    return 1.0 if typical is None else typical / DEXTAR_CROSSING
+
+
 def bandwidth_of(frequency: float, share: float = MOTOR_SIDE) -> float:
     """Return the bandwidth (rad/s) of the unified law that transmissions of a frequency (Hz) allow."""
     return share * 2.0 * math.pi * frequency
@@ -38,17 +48,20 @@ def tuning_for(file: RobotFile, frequency: float) -> Tuning:
     allowed = bandwidth_of(frequency)
     if allowed >= (file.tuning.bandwidth or usual):
         return file.tuning
-    ratio = 1.0 if file.drives.crossing_torque is None else file.drives.crossing_torque / DEXTAR_CROSSING
-    rate = min(ELASTIC_DISTURBANCE_RATE * ratio, file.tuning.disturbance_rate or math.inf)
+    rate = min(ELASTIC_DISTURBANCE_RATE * torque_ratio(file.drives), file.tuning.disturbance_rate or math.inf)
     return file.tuning._replace(bandwidth=round(allowed, 1), disturbance_rate=rate)
 
 
 def law_sizes(file: RobotFile) -> dict[str, dict[str, float]]:
     """Return the settings that a robot determines, by law and key; what it leaves open has the law's default."""
     usual, unified = UnifiedSettings(), dict[str, float]()
-    if file.drives.crossing_torque is not None:
-        ratio = file.drives.crossing_torque / DEXTAR_CROSSING
+    mpc, lqr = dict[str, float](), dict[str, float]()
+    if file.drives.typical_torque() is not None:
+        ratio = torque_ratio(file.drives)
         unified |= {"weight": usual.weight / ratio**2, "disturbance_limit": usual.disturbance_limit * ratio}
+        mpc = {name: getattr(MpcSettings(), name) / ratio**2 for name in ("step_weight", "weight")}
+        mpc |= {"disturbance_limit": unified["disturbance_limit"]}
+        lqr = {"weight": LqrSettings().weight / ratio**2}
     if file.tuning.bandwidth is not None:
         bandwidth = file.tuning.bandwidth
         unified |= {
@@ -57,5 +70,4 @@ def law_sizes(file: RobotFile) -> dict[str, dict[str, float]]:
             "observer_rate": usual.observer_rate * bandwidth**2 / usual.kp,
         }
     fallback = {f"fallback_{name}": unified[name] for name in ("kp", "kd", "weight") if name in unified}
-    limit = {name: unified[name] for name in ("disturbance_limit",) if name in unified}
-    return {"unified": unified, "mpc": {**fallback, **limit}, "lqr": fallback}
+    return {"unified": unified, "mpc": {**fallback, **mpc}, "lqr": {**fallback, **lqr}}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
@@ -35,10 +36,11 @@ class Figure(NamedTuple):
         return self.value <= self.limit if self.at_most else self.value >= self.limit
 
     def __str__(self) -> str:
-        """Return the figure in words: what, how much, where, when, and what was expected."""
+        """Return the figure in words: what, how much, where, when, and what was expected; NaN is unbounded, too."""
         unit = f" {self.unit}" if self.unit else ""
+        value = f"{self.value:.3g}{unit}" if math.isfinite(self.value) else "unbounded"
         return (
-            f"{self.name} is {self.value:.3g}{unit} at {place(self.x, self.y)} after {self.time:.3f} s,"
+            f"{self.name} is {value} at {place(self.x, self.y)} after {self.time:.3f} s,"
             f" expected at {'most' if self.at_most else 'least'} {self.limit:.3g}{unit}"
         )
 

@@ -107,6 +107,7 @@ def test_a_request_to_a_running_graph_has_the_via_points_of_the_command() -> Non
         (("0", "0.02", "--working-mode", "2", "1"), "--working-mode: [2, 1]: expected two signs"),
         (("0", "0.02", "--controller", "ctc"), "--controller: 'ctc': expected one of"),
         (("0", "0.02", "--robot", "nobody"), "robot 'nobody'"),
+        (("0", "0.11", "--robot", "motkin", "--from", "0", "0.041"), "homing_contradicted: at (0.0000, 0.0410) m the"),
         (("0", "0.02", "--torque-limit", "0"), "--torque-limit: 0.0: expected a positive number"),
         (("0", "0.02", "--torque-limit", "0.4"), "reference torque is 0.4"),
         (("0", "0.02", "--duration", "9"), "in 9 s time near the Type 2 locus"),

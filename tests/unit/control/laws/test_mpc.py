@@ -49,9 +49,9 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[QuadraticProgram]:
     """The problems that the law gives to the solver."""
     problems: list[QuadraticProgram] = []
 
-    def watched(problem: QuadraticProgram, duals: FloatArray | None) -> Solution:
+    def watched(problem: QuadraticProgram, duals: FloatArray | None, unit: float) -> Solution:
         problems.append(problem)
-        return solve(problem, duals)
+        return solve(problem, duals, unit)
 
     monkeypatch.setattr(mpc, "solve", watched)
     return problems
@@ -102,7 +102,7 @@ def test_the_solution_meets_the_conditions_of_optimality(dextar: FiveBar, solved
     for sample in (0, 1):
         _, memory = LAW.step(dextar, instant_at(dextar, plan, crossing_sample(plan) + sample, 1e-3), memory, settings)
     problem = solved[-1]
-    solution = solve(problem, None)
+    solution = solve(problem, None, 1.0)
     assert solution.torques is not None
     assert solution.duals is not None
     rows = np.vstack((np.eye(len(solution.torques)), problem.rows))
@@ -114,7 +114,7 @@ def test_the_solution_meets_the_conditions_of_optimality(dextar: FiveBar, solved
     assert np.max(np.abs(pull)) < 1e-6 * np.max(np.abs(problem.gradient))
     assert np.max(np.abs(solution.duals * slack)) < 1e-6 * np.max(np.abs(solution.duals))
     # a start from there changes nothing
-    again = solve(problem, solution.duals)
+    again = solve(problem, solution.duals, 1.0)
     assert again.torques is not None
     np.testing.assert_allclose(again.torques, solution.torques, rtol=0.0, atol=1e-8)
 

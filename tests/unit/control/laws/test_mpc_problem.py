@@ -75,7 +75,7 @@ def cost(case: Case, plan: Vector, torques: Vector) -> float:
         total += end * float(off @ off + SPEED_TIME**2 * speed_off @ speed_off)
         departs = u - (plan[2 * sample : 2 * sample + 2] if len(plan) else 0.0)
         change = departs - departs_before
-        total += float(STEP_WEIGHT * change @ change + WEIGHT * departs @ departs + LEAST_WEIGHT * u @ u)
+        total += float(STEP_WEIGHT * change @ change + WEIGHT * departs @ departs + LEAST_WEIGHT * STEP_WEIGHT * u @ u)
         departs_before = departs
     return 0.5 * SCALE * total
 

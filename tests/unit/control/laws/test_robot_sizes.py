@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from fivebar_control.laws.lqr import LqrSettings
+from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes, tuning_for
+from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes, torque_ratio, tuning_for
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.known_drives import KnownDrives
 from fivebar_description.robot_file import RobotFile, read_robot
@@ -28,9 +30,19 @@ def test_a_tenth_of_the_torque_is_saved_for_the_same_error_of_acceleration() -> 
     """The weight times the torque squared stays, and a disturbance counts as much in parts of the torque."""
     sizes = law_sizes(robot(crossing_torque=0.1 * DEXTAR_CROSSING))
     weight, limit = 100.0 * USUAL.weight, 0.1 * USUAL.disturbance_limit
+    mpc, lqr = MpcSettings(), LqrSettings()
     assert sizes["unified"] == pytest.approx({"weight": weight, "disturbance_limit": limit}, rel=1e-12)
-    assert sizes["mpc"] == pytest.approx({"fallback_weight": weight, "disturbance_limit": limit}, rel=1e-12)
-    assert sizes["lqr"] == pytest.approx({"fallback_weight": weight}, rel=1e-12)
+    weights = {"weight": 100.0 * mpc.weight, "step_weight": 100.0 * mpc.step_weight}
+    expected = {"fallback_weight": weight, "disturbance_limit": limit, **weights}
+    assert sizes["mpc"] == pytest.approx(expected, rel=1e-12)
+    assert sizes["lqr"] == pytest.approx({"fallback_weight": weight, "weight": 100.0 * lqr.weight}, rel=1e-12)
+
+
+def test_half_of_the_torque_limit_stands_for_the_torque_of_a_crossing_that_the_file_does_not_give() -> None:
+    limited = read_robot("dextar").model_copy(update={"drives": KnownDrives(torque_limit=0.2 * DEXTAR_CROSSING)})
+    assert law_sizes(limited) == law_sizes(robot(crossing_torque=0.1 * DEXTAR_CROSSING))
+    given = KnownDrives(torque_limit=1.0, crossing_torque=0.1)
+    assert torque_ratio(given) == 0.1 / DEXTAR_CROSSING
 
 
 def test_the_gains_are_those_of_a_double_pole_at_the_bandwidth_and_the_observer_goes_with_them() -> None:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.goto.start import Start
+from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits, limits_of, speed_step_of
@@ -79,6 +80,7 @@ def plan_request(request: Request) -> Transfer:
 
     Raises:
         InputError: a value is impossible, or there is no feasible motion; says why.
+        HomingContradicted: the estimator could not tell the assembly mode at the start.
     """
     _refuse_malformed(request)
     follower = _follower(request)
@@ -91,8 +93,9 @@ def plan_request(request: Request) -> Transfer:
             f" {mode_name(start.working_mode)}, and another one is reached only through a Type 1 singularity:"
             " see working_modes in a scenario"
         )
-    return plan_transfer(
-        load_robot(request.robot),
+    robot = load_robot(request.robot)
+    transfer = plan_transfer(
+        robot,
         start.working_mode,
         (start.x, start.y),
         (request.x, request.y),
@@ -105,6 +108,9 @@ def plan_request(request: Request) -> Transfer:
         via=request.via,
         blend_radius=request.blend_radius,
     )
+    if before.estimated:
+        check_declared(robot, homing_at(robot, *start.working_mode, start.x, start.y))
+    return transfer
 
 
 def scenario_of(request: Request, transfer: Transfer) -> Scenario:

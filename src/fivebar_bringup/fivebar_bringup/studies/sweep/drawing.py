@@ -23,7 +23,7 @@ from fivebar_bringup.studies.sweep.rigs import (
     sections_for,
 )
 from fivebar_control.laws.registry import find_controller
-from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING
+from fivebar_control.laws.robot_sizes import torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan
@@ -84,10 +84,9 @@ class SweptDrives(NamedTuple):
 def drives_of(robot: str) -> SweptDrives:
     """Return them for a robot, by the name of its file."""
     drives = read_robot(robot).drives
-    ratio = 1.0 if drives.crossing_torque is None else drives.crossing_torque / DEXTAR_CROSSING
     return SweptDrives(
         drives.torque_limit or TORQUE_LIMIT,
-        ENCODERS_RIG["torque_quantum"] * ratio,
+        ENCODERS_RIG["torque_quantum"] * torque_ratio(drives),
         drives.encoder_counts or ENCODER_COUNTS,
     )
 
