@@ -21,8 +21,8 @@ def robot_defaults(file: RobotFile) -> dict[str, dict[str, Any]]:
     """Return the settings that a robot's drives and tuning determine, by section and key."""
     drives, tuning = file.drives, file.tuning
     found: dict[str, dict[str, Any]] = {"unified": {**law_sizes(file)["unified"]}, "ekf": {}, "plant": {}, "safety": {}}
-    if drives.typical_torque() is not None:
-        ratio, ekf = torque_ratio(drives), EkfSettings()
+    ratio, ekf = torque_ratio(file), EkfSettings()
+    if ratio != 1.0:
         found["ekf"] = {
             "disturbance_rate": ekf.disturbance_rate * ratio,
             "disturbance_initial": ekf.disturbance_initial * ratio,

@@ -7,9 +7,6 @@ from typing import Annotated, NamedTuple
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import DelaySamples, EncoderCounts
 
-CROSSING_SHARE = 0.5
-"""Torque of a nominal crossing over the drives' limit, where the former is not known; docs/unified.md says why."""
-
 NO_INTERFACE, CANOPEN, MOTKIN = "none", "canopen", "motkin"
 """Interfaces of drives: none that is known, CANopen drives behind `dextar_bridge`, the motor board of MOTKIN."""
 
@@ -32,18 +29,12 @@ class KnownDrives(NamedTuple):
         float | None,
         Setting(
             "Largest torque, beyond friction, of a nominal crossing: what the torques of this robot compare with;"
-            " half of `torque_limit` where it is not given.",
+            " where it is not given it follows from `torque_limit` and the inertias.",
             "Nm",
             above=0.0,
             at_most=1e6,
         ),
     ] = None
-
-    def typical_torque(self) -> float | None:
-        """Return the torque of a nominal crossing (Nm), given or taken from the limit; None where neither is known."""
-        if self.crossing_torque is not None or self.torque_limit is None:
-            return self.crossing_torque
-        return CROSSING_SHARE * self.torque_limit
 
 
 NO_DRIVES = KnownDrives()

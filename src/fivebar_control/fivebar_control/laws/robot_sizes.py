@@ -14,12 +14,18 @@ import math
 from fivebar_control.laws.lqr import LqrSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.unified import UnifiedSettings
-from fivebar_description.known_drives import KnownDrives
+from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.tuning import Tuning
 
 DEXTAR_CROSSING = 0.55
 """Torque (Nm) beyond friction of the robot whose torques the defaults are."""
+
+DEXTAR_INERTIA = 0.201
+"""`inertia_of` that robot (Nm per m/s^2)."""
+
+CROSSING_SHARE = 0.5
+"""Torque of a nominal crossing over the drives' limit, where the former is not known."""
 
 MOTOR_SIDE, LINK_SIDE = 0.1, 0.05
 """Largest bandwidth of the unified law (rad/s) per lowest frequency of the transmissions (rad/s), where it feeds back
@@ -31,10 +37,25 @@ ELASTIC_DISTURBANCE_RATE = 0.1
 a faster disturbance follows the oscillation between motor and link, which the estimator's model does not have."""
 
 
-def torque_ratio(drives: KnownDrives) -> float:
-    """Return how large a robot's torques are, over those of DexTAR; 1 where nothing is known of them."""
-    typical = drives.typical_torque()
-    return 1.0 if typical is None else typical / DEXTAR_CROSSING
+def inertia_of(robot: FiveBar) -> float:
+    """Return about how much torque an acceleration of the platform takes (Nm per m/s^2), away from singularities."""
+    legs = robot.leg1, robot.leg2
+    return 0.5 * sum(leg.inertia / leg.proximal + robot.mass * leg.proximal for leg in legs)
+
+
+def torque_ratio(file: RobotFile) -> float:
+    """Return tau_0 of a robot over that of DexTAR; 1 where its file says nothing of its drives' torque.
+
+    Where only their limit is known tau_0 is half of that, and as much at least as the robot's inertia takes for the
+    acceleration of DexTAR's nominal crossing: with drives too weak for that, motions are slower and errors of the
+    acceleration count more.
+    """
+    drives = file.drives
+    if drives.crossing_torque is not None:
+        return drives.crossing_torque / DEXTAR_CROSSING
+    if drives.torque_limit is None:
+        return 1.0
+    return max(CROSSING_SHARE * drives.torque_limit / DEXTAR_CROSSING, inertia_of(file.five_bar()) / DEXTAR_INERTIA)
 
 
 def bandwidth_of(frequency: float, share: float = MOTOR_SIDE) -> float:
@@ -48,7 +69,7 @@ def tuning_for(file: RobotFile, frequency: float) -> Tuning:
     allowed = bandwidth_of(frequency)
     if allowed >= (file.tuning.bandwidth or usual):
         return file.tuning
-    rate = min(ELASTIC_DISTURBANCE_RATE * torque_ratio(file.drives), file.tuning.disturbance_rate or math.inf)
+    rate = min(ELASTIC_DISTURBANCE_RATE * torque_ratio(file), file.tuning.disturbance_rate or math.inf)
     return file.tuning._replace(bandwidth=round(allowed, 1), disturbance_rate=rate)
 
 
@@ -56,8 +77,8 @@ def law_sizes(file: RobotFile) -> dict[str, dict[str, float]]:
     """Return the settings that a robot determines, by law and key; what it leaves open has the law's default."""
     usual, unified = UnifiedSettings(), dict[str, float]()
     mpc, lqr = dict[str, float](), dict[str, float]()
-    if file.drives.typical_torque() is not None:
-        ratio = torque_ratio(file.drives)
+    ratio = torque_ratio(file)
+    if ratio != 1.0:
         unified |= {"weight": usual.weight / ratio**2, "disturbance_limit": usual.disturbance_limit * ratio}
         mpc = {name: getattr(MpcSettings(), name) / ratio**2 for name in ("step_weight", "weight")}
         mpc |= {"disturbance_limit": unified["disturbance_limit"]}

@@ -83,10 +83,11 @@ class SweptDrives(NamedTuple):
 @cache
 def drives_of(robot: str) -> SweptDrives:
     """Return them for a robot, by the name of its file."""
-    drives = read_robot(robot).drives
+    file = read_robot(robot)
+    drives = file.drives
     return SweptDrives(
         drives.torque_limit or TORQUE_LIMIT,
-        ENCODERS_RIG["torque_quantum"] * torque_ratio(drives),
+        ENCODERS_RIG["torque_quantum"] * torque_ratio(file),
         drives.encoder_counts or ENCODER_COUNTS,
     )
 
