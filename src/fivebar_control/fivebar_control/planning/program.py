@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 
 from fivebar_control.planning.motion_queue import MOST_VIA, via_fields
 from fivebar_control.planning.sight import Point
+from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
 from fivebar_description.file_format import NEWEST, Format, Rule, parse_versioned
 from fivebar_description.parameters import MOST_PAYLOAD
@@ -55,7 +56,7 @@ class Step(StrictModel):
     mode: Literal["+", "-"] | None = None
     via: Annotated[tuple[Place, ...], Field(strict=False)] = ()
     blend_radius: Annotated[float | Annotated[tuple[float, ...], Field(strict=False)], BLEND_RADIUS] = 0.0
-    duration: Annotated[float, Field(gt=0.0, le=3600.0)] | None = None
+    duration: Annotated[float, Field(gt=0.0, le=LONGEST_SEGMENT)] | None = None
     dwell: Annotated[float, Field(ge=0.0, le=86_400.0)] | None = None
     set_: Annotated[Pin | None, Field(alias="set")] = None
     reset: Pin | None = None

@@ -41,6 +41,8 @@ from fivebar_description.settings import Setting
 MIN_ZONE_SAMPLES = 10
 """A ballistic blending zone holds at least this many samples with sigma = 1."""
 
+LONGEST_SEGMENT = 3600.0
+"""Longest duration (s) of a segment: what plans and judges a motion looks at every sample of it."""
 
 QUINTIC, CRITERION, SEPTIC, OPTIMAL = "quintic", "criterion", "septic", "optimal"
 TIME_LAWS = (QUINTIC, CRITERION, SEPTIC, OPTIMAL)
@@ -273,6 +275,8 @@ def _refuse_malformed(
     for number, duration in enumerate(durations, start=1):
         if not (math.isfinite(duration) and duration > 0.0):
             raise PlanRefused(f"segment {number}: duration {duration} s: expected a positive number of seconds")
+        if duration > LONGEST_SEGMENT:
+            raise PlanRefused(f"segment {number}: duration {duration:g} s: expected at most {LONGEST_SEGMENT:g} s")
     if rate_hz <= 0 or NANOSECONDS % rate_hz != 0:
         raise PlanRefused(f"rate_hz: {rate_hz}: expected a rate that divides 1e9, so that stamps are whole nanoseconds")
     if rule.epsilon is not None and not 0.0 < rule.epsilon < 0.5:

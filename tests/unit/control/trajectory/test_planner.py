@@ -253,6 +253,7 @@ MALFORMED = {
     "back in time": ({"duration": -1.0}, "segment 1: duration -1.0 s: expected a positive number"),
     "NaN time": ({"duration": math.nan}, "segment 1: duration nan s: expected a positive number"),
     "endless": ({"duration": math.inf}, "segment 1: duration inf s: expected a positive number"),
+    "for an hour": ({"duration": 3601.0}, "segment 1: duration 3601 s: expected at most 3600 s"),
     "rate off the grid": ({"rate_hz": 300}, "rate_hz: 300: expected a rate that divides 1e9"),
     "no rate": ({"rate_hz": 0}, "rate_hz: 0: expected"),
     "negative rate": ({"rate_hz": -500}, "rate_hz: -500: expected"),
