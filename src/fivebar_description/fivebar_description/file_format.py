@@ -64,21 +64,34 @@ class Migrated(NamedTuple):
     changes: tuple[str, ...]
 
 
-def read_versioned(path: Path, model: type[M], rules: Sequence[Sequence[Rule]]) -> M:
+def _as_written(content: Any) -> Any:
+    return content
+
+
+def read_versioned(
+    path: Path, model: type[M], rules: Sequence[Sequence[Rule]], placed: Callable[[Any], Any] = _as_written
+) -> M:
     """Read one file of any known format into `model`; says on the log, once, that an older one was migrated.
 
     Args:
         path: of the file.
         model: what it has to fit in its newest format.
         rules: for each older format, from 0 on, what leads to the next.
+        placed: returns the parsed content with what depends on the place of the file, such as names of other files.
 
     Raises:
         InputError: the file is missing, not YAML, of an unknown format, or does not fit the model.
     """
-    return parse_versioned(read_text(path), str(path), model, rules)
+    return parse_versioned(read_text(path), str(path), model, rules, placed)
 
 
-def parse_versioned(text: str, source: str, model: type[M], rules: Sequence[Sequence[Rule]]) -> M:
+def parse_versioned(
+    text: str,
+    source: str,
+    model: type[M],
+    rules: Sequence[Sequence[Rule]],
+    placed: Callable[[Any], Any] = _as_written,
+) -> M:
     """Read the text of a file as `read_versioned` does; `source` starts every error.
 
     Raises:
@@ -95,7 +108,7 @@ def parse_versioned(text: str, source: str, model: type[M], rules: Sequence[Sequ
         )
         content = parse_yaml(migrated.text, source)
     try:
-        return validate(content, model, source)
+        return validate(placed(content), model, source)
     except InputError as error:
         if named is None and _fits_as_oldest(text, source, model, rules):
             raise InputError(f"{error}; format 0 allowed that: fivebar migrate --from 0 {source}") from error

@@ -31,6 +31,11 @@ def share_file(package: str, *parts: str) -> Path:
     return Path(sys.prefix, "share", package).joinpath(*parts)
 
 
+def is_yaml_path(name: str) -> bool:
+    """Return whether a name is the path of a YAML file, not that of a shipped one."""
+    return name.endswith((".yaml", ".yml"))
+
+
 def yaml_path(what: str, name: str, *folders: Path) -> Path:
     """Return a YAML file by its shipped name or by its path.
 
@@ -42,7 +47,7 @@ def yaml_path(what: str, name: str, *folders: Path) -> Path:
     Raises:
         InputError: no file of that name is shipped.
     """
-    if name.endswith((".yaml", ".yml")):
+    if is_yaml_path(name):
         return Path(name)
     shipped = {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
     if name not in shipped:

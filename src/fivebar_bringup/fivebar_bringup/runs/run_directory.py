@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 from fivebar_bringup.runs.results import FIGURES, new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.share import is_yaml_path
+from fivebar_description.strict_yaml import InputError, read_text
 
 
 class RunDirectory(NamedTuple):
@@ -26,6 +27,11 @@ class RunDirectory(NamedTuple):
     def scenario(self) -> Path:
         """The scenario as run, with all defaults written out."""
         return self.path / "scenario.yaml"
+
+    @property
+    def robot(self) -> Path:
+        """The robot file as it was, where the scenario names one by its path."""
+        return self.path / "robot.yaml"
 
     @property
     def timing(self) -> Path:
@@ -69,13 +75,19 @@ class RunDirectory(NamedTuple):
 
 
 def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
-    """Make the directory of a new run and write the scenario into it.
+    """Make the directory of a new run and write the scenario into it, and a robot file that is not a shipped one.
+
+    So the run stays what it was, whatever becomes of that file.
 
     Raises:
         InputError: the directory is not empty, or cannot be made or written to.
     """
     run = RunDirectory(new_directory(out, scenario.name))
-    write_results(run.path, {run.scenario.name: scenario.to_yaml()})
+    files = {}
+    if is_yaml_path(scenario.robot):
+        files[run.robot.name] = read_text(Path(scenario.robot))
+        scenario = scenario.model_copy(update={"robot": run.robot.name})
+    write_results(run.path, {**files, run.scenario.name: scenario.to_yaml()})
     return run
 
 
