@@ -30,7 +30,7 @@ from fivebar_control.model.state import JointAngles
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import longest_hold
-from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
@@ -410,6 +410,10 @@ class Scenario(StrictModel):
             tracking_error_limit=self.tracking_error_limit,
             forbidden=self.safety.forbidden or numbers_of(read_robot(self.robot).forbidden),
         )
+
+    def allowed_area(self) -> Area:
+        """Return where the platform may be (m)."""
+        return EVERYWHERE if self.safety.workspace is None else Area(*self.safety.workspace)
 
     def kept_clear_of(self) -> tuple[NamedBounds, ...]:
         """Return the postures that the robot may not enter: by the section `safety`, by default as its file says."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -42,7 +43,7 @@ from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.interface import HIGHEST_PRIORITY
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.ros.scheduling import Scheduling
+from fivebar_description.ros.scheduling import Scheduling, processor_set, processors_problem
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import USAGE
@@ -119,6 +120,7 @@ def run(
                 "--drives: expected --hardware emulated or usb, and a robot whose drives are a motor board"
             )
         mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
+        _refuse_scheduling(mode, separate, processors)
         injections = [read_injection(text, board) for text in inject or ()] if emulated else None
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
@@ -137,6 +139,18 @@ def run(
                 drives,
             )
     _finish(directory, summary, as_json)
+
+
+def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:
+    """Refuse processors that this machine does not have, and what is for runs in real time elsewhere."""
+    if mode is not Mode.REALTIME and (separate or processors):
+        raise InputError(f"{'--separate' if separate else '--processors'}: expected with --realtime or --hardware")
+    there = os.sched_getaffinity(0)
+    problem = processors_problem(processors)
+    if problem is None and not processor_set(processors) <= there:
+        problem = f"expected some of {', '.join(map(str, sorted(there)))}"
+    if problem is not None:
+        raise InputError(f"--processors: {processors!r}: {problem}")
 
 
 @app.command()

@@ -158,9 +158,10 @@ def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
         limits = limits._replace(dwell=math.inf, rest=0.0)
     return limits._replace(
         zone_stay=max(limits.zone_stay, ZONE_PASSAGES * plan.zone_time),
-        predicted_error=PREDICTED_SHARE * scenario.error_tolerance,
+        predicted_error=min(PREDICTED_SHARE * scenario.error_tolerance, scenario.tracking_error_limit),
         error_tolerance=scenario.error_tolerance,
         risk=scenario.risk,
         loads=scenario.to_bear(),
         forbidden=scenario.kept_clear_of(),
+        workspace=scenario.allowed_area(),
     )

@@ -30,6 +30,7 @@ from fivebar_control.planning.predicted_estimate import Sensing, predict_estimat
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
 from fivebar_control.planning.reference_torque import limited_to
+from fivebar_control.safety.stages import EVERYWHERE
 from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
@@ -60,6 +61,8 @@ def screen(
         scan.worst_rest(max(limits.rest, _with_room(zone_edge, room))),
     ]
     figures += [scan.nearest_to(posture) for posture in limits.forbidden]
+    if limits.workspace != EVERYWHERE:
+        figures.append(scan.nearest_edge(limits.workspace))
     dwells = scan.dwells(NEAR_LOCUS)
     if dwells:
         figures.append(scan.longest(DWELL, dwells, limits.dwell))

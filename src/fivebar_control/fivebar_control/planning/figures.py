@@ -62,6 +62,7 @@ class Figure(NamedTuple):
     LOADS,
     WITH_RESERVE,
     APPROACH,
+    WORKSPACE,
 ) = (
     "reference torque",
     "motor speed",
@@ -79,6 +80,7 @@ class Figure(NamedTuple):
     "displacement by the declared loads where the path crosses the Type 2 locus",
     "predicted distance from the reference without the reserve of torque",
     "time between a rest and the Type 2 locus",
+    "distance of the reference from the edge of the workspace",
 )
 """Names of the figures."""
 

@@ -9,7 +9,7 @@ from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
-from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_description.forbidden import NamedBounds
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, LegParameters
@@ -116,6 +116,7 @@ class MotionLimits(NamedTuple):
         risk: of a robot within its tolerances.
         loads: which the robot has to bear at a crossing.
         forbidden: postures that it keeps clear of.
+        workspace: in which the reference stays, beyond which the robot is stopped.
     """
 
     torque: float = 2.0
@@ -135,6 +136,7 @@ class MotionLimits(NamedTuple):
     risk: Risk = Risk()
     loads: Loads = NO_LOADS
     forbidden: tuple[NamedBounds, ...] = ()
+    workspace: Area = EVERYWHERE
 
     @property
     def certain_loads(self) -> Loads:

@@ -12,10 +12,11 @@ from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
-from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, Figure
+from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, WORKSPACE, Figure
 from fivebar_control.planning.reference_sample import ReferenceSample, larger, samples_of
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.safety.forbidden import CLEAR, time_to_posture
+from fivebar_control.safety.stages import Area
 from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.reference_row import reference_of
@@ -91,6 +92,17 @@ class ReferenceScan:
         platform = self._plan.path.at(t)
         name = f"{FORBIDDEN} {posture.name!r}"
         return Figure(name, left, CLEAR, False, t, platform.x, platform.y, "s")
+
+    def nearest_edge(self, area: Area) -> Figure:
+        """Return where the reference is nearest to the edge of an area, negative beyond it; no motion may pass that."""
+        ends = [segment.start_time for segment in self._plan.path.segments] + [self._plan.path.duration]
+        seen = [(t, self._plan.path.at(t)) for t in (*ends, *(sample / self._rate_hz for sample in self._coarse))]
+
+        def distance(x: float, y: float) -> float:
+            return min(x - area.x_min, area.x_max - x, y - area.y_min, area.y_max - y)
+
+        left, t, x, y = min((distance(place.x, place.y), t, place.x, place.y) for t, place in seen)
+        return Figure(WORKSPACE, left, 0.0, False, t, x, y, "m")
 
     def worst_rest(self, limit: float) -> Figure:
         """Return the rest with the least kappa."""

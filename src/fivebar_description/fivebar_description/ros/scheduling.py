@@ -22,7 +22,8 @@ def processor_set(text: str) -> set[int]:
     return {int(word) for word in text.split(",") if word.strip()}
 
 
-def _problem(text: str) -> str | None:
+def processors_problem(text: str) -> str | None:
+    """Return what is wrong with the processors in a text, None for nothing."""
     try:
         valid = all(number >= 0 for number in processor_set(text))
     except ValueError:
@@ -47,7 +48,7 @@ class Scheduling(NamedTuple):
         str,
         Setting(
             'Processors that the process may use, such as "0,2"; empty for all. If the system refuses, the node warns.',
-            check=_problem,
+            check=processors_problem,
         ),
     ] = ""
 

@@ -252,3 +252,23 @@ def test_robots_within_the_tolerances_fare_as_predicted(gyro: bool) -> None:
         outcome = crossing(case_of(scenario.model_copy(update={"plant": plant})), samples)
         left += outcome.fault != NO_FAULT or outcome.error_peak > scenario.error_tolerance
     assert left == 0 if gyro else left >= ROBOTS / 2
+
+
+@pytest.mark.parametrize(
+    ("limit", "reason"),
+    [
+        (
+            "safety: {workspace: [-0.01, 0.01, 0.0, 0.1]}",
+            "distance of the reference from the edge of the workspace is -0.05 m at (0.0000, 0.1500) m",
+        ),
+        ("tracking_error_limit: 1.0e-6", "predicted distance from the reference is 3"),
+    ],
+)
+def test_what_the_last_node_would_stop_is_refused_beforehand(tmp_path: Path, limit: str, reason: str) -> None:
+    path = tmp_path / "limited.yaml"
+    motion = "name: limited\ncontroller: unified\nwaypoints: [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]]\n"
+    path.write_text(f"{motion}{limit}\n")
+    with pytest.raises(PlanRefused, match=re.escape(reason)):
+        load_admitted(str(path))
+    path.write_text(f"{motion}safety: {{workspace: [-0.01, 0.01, 0.0, 0.16]}}\n")
+    assert load_admitted(str(path)).allowed_area().y_max == 0.16

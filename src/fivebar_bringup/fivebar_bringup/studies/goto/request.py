@@ -144,7 +144,11 @@ def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
         return limits._replace(loads=robot.loads, forbidden=named_bounds(robot.forbidden))
     loads = loads_of(request.robot, before.loads)
     return limits._replace(
-        error_tolerance=before.error_tolerance, risk=before.risk, loads=loads, forbidden=before.kept_clear_of()
+        error_tolerance=before.error_tolerance,
+        risk=before.risk,
+        loads=loads,
+        forbidden=before.kept_clear_of(),
+        workspace=before.allowed_area(),
     )
 
 
