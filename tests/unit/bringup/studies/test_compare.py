@@ -197,6 +197,16 @@ def test_the_screen_has_to_see_what_the_limit_does_not_save(
     assert findings([], tight)[-1].met is met
 
 
+def test_no_verdict_is_passed_on_what_cannot_be_run() -> None:
+    """Neither an estimator in several working modes, nor a quickest pace there, nor less torque than drives have."""
+    extent = ComparisonExtent((load_scenario("type1_working_mode"),), ("unified",), (1.0,))
+    assert {case.rig for case in extent.cases()} == {"ideal", "wrong"}
+    assert extent.tight_cases() == []
+    weak = ComparisonExtent((load_scenario("motkin_middle"),), ("unified",), (1.0,))
+    assert weak.tight_cases() == []
+    assert ComparisonExtent((MIDDLE,), ("unified",), (1.0,)).tight_cases()
+
+
 def test_a_rig_without_bounds_is_only_lost_where_a_run_fails() -> None:
     assert not lost(made(rig="wrong", tracking_error=5e-3))
     assert lost(made(rig="wrong", completed=False))

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.compare.rigs import default_rigs, on_rig
-from fivebar_bringup.studies.compare.screening import quickest_durations
+from fivebar_bringup.studies.compare.rigs import can_be_on, default_rigs, on_rig
+from fivebar_bringup.studies.compare.screening import has_quickest, quickest_durations
 from fivebar_bringup.studies.reproduce.cases import PlannedScenario
 from fivebar_description.strict_yaml import validate
 
@@ -77,8 +77,10 @@ class ComparisonExtent(NamedTuple):
     rigs: tuple[str, ...] | None = None
 
     def rigs_of(self, given: Scenario) -> tuple[str, ...]:
-        """Return the rigs for a scenario."""
-        return default_rigs(given) if self.rigs is None else self.rigs
+        """Return the rigs for a scenario, without those on which its motion cannot be made."""
+        if self.rigs is None:
+            return default_rigs(given)
+        return tuple(name for name in self.rigs if can_be_on(given, name))
 
     def cases(self) -> list[ComparisonCase]:
         """Return the runs that are compared."""
@@ -91,13 +93,17 @@ class ComparisonExtent(NamedTuple):
         ]
 
     def tight_cases(self) -> list[ComparisonCase]:
-        """Return the runs under the tight limit: as asked on the first rig, and the quickest allowed on all rigs."""
+        """Return the runs under the tight limit: as asked on the first rig, and the quickest allowed on all rigs.
+
+        None of a scenario whose quickest pace cannot be found, nor of one whose drives have no more than that limit.
+        """
         return [
             ComparisonCase(given, controller, duration, rig, TIGHT_LIMIT)
             for given in self.given
             for number, rig in enumerate(self.rigs_of(given))
             for controller in self.controllers
             for duration in ((*self.durations, None) if number == 0 else (None,))
+            if has_quickest(given) and (given.torque_limit is None or given.torque_limit > TIGHT_LIMIT)
         ]
 
 

@@ -86,13 +86,19 @@ def on_rig(scenario: Scenario, name: str) -> dict[str, Any]:
     return content
 
 
+def can_be_on(scenario: Scenario, name: str) -> bool:
+    """Return whether a scenario's motion can be made on a rig: an estimator follows it in one working mode only."""
+    return scenario.working_modes is None or name not in RIGS or RIGS[name].estimator == "none"
+
+
 def default_rigs(scenario: Scenario) -> tuple[str, ...]:
     """Return the rigs for a scenario where none are named: all, and its own plant where that is none of them."""
-    for name in RIGS:
+    possible = tuple(name for name in RIGS if can_be_on(scenario, name))
+    for name in possible:
         content = on_rig(scenario, name)
         if PlantSettings(**content["plant"]) == scenario.plant and content["estimator"] == scenario.estimator:
-            return tuple(RIGS)
-    return RIG_NAMES
+            return possible
+    return (*possible, AS_GIVEN)
 
 
 def gains_used(scenario: Scenario, name: str) -> tuple[Gains, tuple[float, float]]:

@@ -18,6 +18,11 @@ def objections(scenario: Scenario, plan: Plan) -> tuple[str, ...]:
     return tuple(screen(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), _limits(scenario)).reasons)
 
 
+def has_quickest(scenario: Scenario) -> bool:
+    """Return whether the screen can find the quickest pace: of straight fifth-order segments in one working mode."""
+    return scenario.time_law == QUINTIC and scenario.working_modes is None and not scenario.rounded
+
+
 def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     """Return the shortest durations (s) of the segments that the screen allows under the scenario's torque limit.
 
@@ -26,7 +31,7 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     Raises:
         PlanRefused: a segment has none, or the motion is not one of straight fifth-order segments in one working mode.
     """
-    if scenario.time_law != QUINTIC or scenario.working_modes is not None or scenario.rounded:
+    if not has_quickest(scenario):
         raise PlanRefused("the quickest pace is only known for straight fifth-order segments in one working mode")
     robot, mode = scenario.five_bar(), scenario.working_mode
     task = Task(robot, mode, scenario.rate_hz, scenario.tuned(), _limits(scenario))
