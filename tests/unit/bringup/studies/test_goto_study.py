@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.runs.bag import serialize
+from fivebar_bringup.runs.bag.writer import BagWriter
+from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.goto.live import goal_fields
 from fivebar_bringup.studies.goto.request import Request, plan_request, scenario_of
 from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.planning.motion_queue import Goal, read_goal
 from fivebar_control.planning.timing import Speed
+from fivebar_description.interface import JOINT_STATES, JOINTS, PAYLOAD
 
 
 def goto(*arguments: str) -> tuple[int, str, str]:
@@ -129,4 +134,25 @@ def test_what_cannot_be_is_said_in_one_line(arguments: tuple[str, ...], expected
     assert out == ""
     assert expected in err
     assert err.startswith("fivebar: ")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("payloads", "carried"), [((0.3, 0.5), "0.5 kg"), ((0.5, 0.0), "")])
+def test_it_goes_on_only_where_the_platform_carries_nothing(
+    payloads: tuple[float, ...], carried: str, tmp_path: Path
+) -> None:
+    scenario = load_scenario("gyro_middle")
+    run = new_run_directory(tmp_path / "run", scenario)
+    with BagWriter(run.bag, [JOINT_STATES, PAYLOAD]) as bag:
+        at_rest = serialize.joint_state(1, JOINTS, scenario.initial_joints(), (0.0,) * 4, (0.0,) * 4)
+        bag.write(JOINT_STATES, 1, at_rest)
+        for moment, payload in enumerate(payloads):
+            bag.write(PAYLOAD, 2 + moment, serialize.float64(payload))
+        bag.close({})
+    code, out, err = goto("0", "0.14", "--after", str(run.path), "--plan-only")
+    if not carried:
+        assert code == 0
+        return
+    assert (code, out) == (2, "")
+    assert err.startswith(f"fivebar: --after: {run.path}: the platform still carries a payload of {carried}: expected ")
     assert err.count("\n") == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.runs.bag.payloads import recorded_payloads
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
@@ -33,12 +34,19 @@ def start_after(directory: Path) -> Start:
     """Return where the robot stood at the last sample of a run.
 
     Raises:
-        InputError: the directory does not hold a run, or the robot was still moving.
+        InputError: the directory does not hold a run, the robot was still moving, or its platform carries a payload.
         BagError: its bag cannot be read.
     """
     run = RunDirectory(directory)
     scenario = run.read_scenario()
     recording = read_bag(run.bag)
+    payloads = recorded_payloads(recording)
+    # a scenario cannot say that the robot starts with one
+    if payloads and payloads[-1].mass > 0.0:
+        raise InputError(
+            f"--after: {directory}: the platform still carries a payload of {payloads[-1].mass:g} kg: expected a run"
+            " that ended without one: place it in the program, or go on within it"
+        )
     topic = GROUND_TRUTH if recording.count(GROUND_TRUTH) else JOINT_STATES
     last = [
         float(recording.field(topic, field)[-1, recording.joint_names(topic).index(joint)])
