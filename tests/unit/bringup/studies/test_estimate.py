@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
+from rosbags.rosbag2 import Reader
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.runs.bag import serialize
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
-from fivebar_bringup.simulation.offline import simulate, write_bag
+from fivebar_bringup.simulation.estimator import estimator_of
+from fivebar_bringup.simulation.offline import Sample, simulate, write_bag
 from fivebar_bringup.studies.estimate.changes import changed_scenario
 from fivebar_bringup.studies.estimate.estimate import SETTINGS_FILE, estimate_bag
+from fivebar_bringup.studies.estimate.record import read_estimator_record
+from fivebar_bringup.studies.estimate.replay import with_payloads_as_taken
+from fivebar_bringup.studies.identify.reading import find_bag
+from fivebar_description.interface import PAYLOAD, sample_stamp_ns, topic_named
+from fivebar_description.parameters import laden
 
 
 def recorded(path: Path) -> RunDirectory:
@@ -58,6 +69,74 @@ def test_other_settings_are_compared(run: RunDirectory, tmp_path: Path) -> None:
     again = changed_scenario(run.read_scenario(), out / SETTINGS_FILE, ())
     assert not again.ekf.gyro
     assert again.tolerances.length == 0.0
+
+
+def estimated_with(samples: list[Sample], scenario: Scenario, payloads: dict[int, float]) -> list[Sample]:
+    """The samples of a run as recorded by an estimator that took payloads (kg) at samples."""
+    estimator, robot = estimator_of(scenario), scenario.five_bar()
+    answered = []
+    for sample in samples:
+        if sample.number in payloads:
+            estimator.carry(laden(robot, payloads[sample.number]))
+        assert sample.estimated is not None
+        (q11, q21), (tau1, tau2) = sample.estimated.motors
+        rates = [(one.made, scenario.imu.turn_rate(one.reading.angular_velocity)) for one in sample.imu]
+        estimate = estimator.take(sample.number, q11, q21, tau1, tau2, rates)
+        estimator.commanded(sample.number, *sample.command)
+        measured = sample.measured._replace(position=estimate.position, velocity=estimate.velocity)
+        answered.append(sample._replace(measured=measured))
+    return answered
+
+
+def with_messages(run: RunDirectory, payloads: list[tuple[int, float]], rate_hz: int) -> None:
+    """Add payloads (kg), each recorded just after the estimate of a sample, to the bag of a run."""
+    plain = run.bag.with_name("plain")
+    run.bag.rename(plain)
+    with Reader(plain) as reader:
+        named = {one.topic: topic_named(one.topic.removeprefix("/")) for one in reader.connections}
+        topics = [topic for topic in named.values() if topic is not None]
+        assert len(topics) == len(named)
+        with BagWriter(run.bag, [*topics, PAYLOAD]) as bag:
+            for connection, log_time, data in reader.messages():
+                topic = named[connection.topic]
+                assert topic is not None
+                bag.write(topic, log_time, data)
+            for sample, payload in payloads:
+                bag.write(PAYLOAD, sample_stamp_ns(sample, rate_hz) + 1, serialize.float64(payload))
+            bag.close({})
+    shutil.rmtree(plain)
+
+
+@pytest.mark.parametrize(("late", "early"), [(0, 0), (7, 0), (0, 7), (7, 7)])
+def test_a_payload_is_replayed_where_the_estimator_took_it(late: int, early: int, tmp_path: Path) -> None:
+    """The recorder may have had the message some samples later, or earlier; the other settings keep the samples."""
+    run = recorded(tmp_path / "run")
+    scenario = run.read_scenario()
+    taken = {30: 0.3, 90: 0.1}
+    simulated = simulate(scenario)
+    samples = estimated_with(simulated.samples, scenario, taken)
+    shutil.rmtree(run.bag)
+    write_bag(simulated._replace(samples=samples), scenario, run.bag)
+    messages = [(30 - 1 + late, 0.3), (60, -1.0), (90 - 1 - early, 0.1)]
+    with_messages(run, messages, scenario.rate_hz)
+    assert read_bag(run.bag).count(PAYLOAD) == 3
+    estimation = estimate_bag(run.path, None, ("ekf.gyro=false",))
+    assert estimation.before.same
+    assert not estimation.after.same
+    source = find_bag(run.path)
+    record = with_payloads_as_taken(read_estimator_record(source, scenario), scenario, source.bag)
+    assert record.payloads == taken
+
+
+def test_a_payload_whose_sample_cannot_be_told_stays_where_it_was_recorded(tmp_path: Path) -> None:
+    run = recorded(tmp_path / "run")
+    scenario = run.read_scenario()
+    # the estimator of this run never took it
+    with_messages(run, [(30, 0.3)], scenario.rate_hz)
+    estimation = estimate_bag(run.path, None, ())
+    assert not estimation.after.same
+    assert estimation.after.difference[:31].max() == 0.0
+    assert estimation.after.difference[31] > 0.0
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.estimate.changes import SECTIONS, changed_scenario
 from fivebar_bringup.studies.estimate.record import read_estimator_record
-from fivebar_bringup.studies.estimate.replay import Replay, estimated_again
+from fivebar_bringup.studies.estimate.replay import Replay, estimated_again, with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
 from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_description.strict_yaml import InputError
@@ -103,7 +103,7 @@ def estimate_bag(
     if not recorded.estimated:
         raise InputError(f"{source.bag}: was recorded with estimator none: expected a run with estimator ekf")
     changed = changed_scenario(recorded, file, settings)
-    record = read_estimator_record(source, recorded)
+    record = with_payloads_as_taken(read_estimator_record(source, recorded), recorded, source.bag)
     before = estimated_again(record, recorded, source.bag)
     after = before if changed == recorded else estimated_again(record, changed, source.bag)
     return EstimationComparison(source.bag, recorded, changed, before, after)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.runs.bag.payloads import recorded_payloads
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
@@ -36,6 +37,7 @@ class EstimatorRecord(NamedTuple):
         rates: for each reading of the motors, the gyroscope's that came with it: its sample, and the rate (rad/s).
         estimated: recorded joint states by sample: four angles (rad) and four speeds (rad/s).
         truth: the exact ones by sample, where they were recorded.
+        payloads: of the platform (kg) by the row of the first readings that are estimated with it.
     """
 
     samples: IntArray
@@ -46,6 +48,7 @@ class EstimatorRecord(NamedTuple):
     elbows: list[list[tuple[float, float]]]
     estimated: dict[int, tuple[float, ...]]
     truth: dict[int, tuple[float, ...]]
+    payloads: dict[int, float]
 
 
 def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord:
@@ -70,6 +73,7 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
         elbows=_elbows(recording, scenario, samples),
         estimated=_states(recording, JOINT_STATES, rate_hz),
         truth=_states(recording, GROUND_TRUTH, rate_hz) if recording.count(GROUND_TRUTH) else {},
+        payloads=_payloads(recording, rate_hz, samples),
     )
 
 
@@ -115,6 +119,18 @@ def _elbows(recording: Recording, scenario: Scenario, samples: IntArray) -> list
         return [[] for _ in samples]
     values = recording.field(PASSIVE_STATES, "position")[:, 0].tolist()
     return _came(recording, PASSIVE_STATES, values, scenario, samples)
+
+
+def _payloads(recording: Recording, rate_hz: int, samples: IntArray) -> dict[int, float]:
+    """Return each payload (kg) by the row whose estimate was the first to be logged after its message."""
+    answered, rows = _samples(recording, JOINT_STATES, rate_hz)
+    logged = np.maximum.accumulate(recording.log_times(JOINT_STATES)[rows])
+    payloads = {}
+    for log_time, mass in recorded_payloads(recording):
+        answer = int(np.searchsorted(logged, log_time))
+        if answer < len(answered):
+            payloads[int(np.searchsorted(samples, answered[answer]))] = mass
+    return payloads
 
 
 def _came(

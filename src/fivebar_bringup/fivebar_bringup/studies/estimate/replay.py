@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,10 +13,15 @@ from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.studies.estimate.record import EstimatorRecord
+from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_description.parameters import FiveBar
+from fivebar_control.planning.program_run import SETTLING
+from fivebar_description.parameters import FiveBar, laden
 from fivebar_description.strict_yaml import InputError
+
+SEARCHED = 2.0 * SETTLING
+"""Time (s) before and after the moment at which a payload was logged, within which the recorded estimator took it."""
 
 
 class Replay(NamedTuple):
@@ -62,6 +68,72 @@ class Replay(NamedTuple):
         }
 
 
+def with_payloads_as_taken(record: EstimatorRecord, scenario: Scenario, source: Path) -> EstimatorRecord:
+    """Return a record with each payload at the row at which the recorded estimator took it.
+
+    A payload's message has no stamp, and reaches recorder and estimator at different times. The row is therefore that
+    at which the recorded estimate can no longer be had without the payload, with the settings of the run. Where it
+    cannot be had with the payload either, as of a real robot, the payload stays where it was logged.
+
+    Raises:
+        InputError: the first reading is not that of the posture in which the robot was to start.
+    """
+    estimator, searched = estimator_of(scenario), round(SEARCHED * scenario.rate_hz)
+    taken: dict[int, float] = {}
+    row = 0
+    for logged, payload in record.payloads.items():
+        while row < logged - searched:
+            _estimate(record._replace(payloads=taken), scenario, source, estimator, row)
+            row += 1
+        last = min(logged + searched, len(record.samples) - 1)
+        first = _first_with(record._replace(payloads=taken), scenario, source, deepcopy(estimator), row, last, payload)
+        taken[logged if first is None else first] = payload
+    return record._replace(payloads=taken)
+
+
+def _first_with(
+    record: EstimatorRecord,
+    scenario: Scenario,
+    source: Path,
+    estimator: StateEstimator,
+    begin: int,
+    last: int,
+    payload: float,
+) -> int | None:
+    """Return the row from `begin` to `last` at which a payload (kg) was taken, None where that cannot be told."""
+    for row in range(begin, last + 1):
+        laden_from_here = deepcopy(estimator)
+        if not _same(record, row, _estimate(record, scenario, source, estimator, row)):
+            with_it = record._replace(payloads={row: payload})
+            found = _same(record, row, _estimate(with_it, scenario, source, laden_from_here, row))
+            return row if found else None
+    return None
+
+
+def _estimate(
+    record: EstimatorRecord, scenario: Scenario, source: Path, estimator: StateEstimator, row: int
+) -> JointEstimate:
+    """Give an estimator what the recorded one was given for a row, and return its answer."""
+    if row in record.payloads:
+        estimator.carry(laden(scenario.five_bar(), record.payloads[row]))
+    sample = int(record.samples[row])
+    for before in range(sample - scenario.plant.delay_samples, sample):
+        if before in record.commands:
+            estimator.commanded(before, *record.commands[before])
+    (q11, q21), (tau1, tau2) = record.angles[row].tolist(), record.torques[row].tolist()
+    rates = record.rates[row] if scenario.gyro else []
+    try:
+        return estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row])
+    except HomingContradicted as contradiction:
+        raise InputError(f"{source}: {contradiction}") from contradiction
+
+
+def _same(record: EstimatorRecord, row: int, estimate: JointEstimate) -> bool:
+    """Return whether an estimate equals the recorded one, bit for bit, as far as there is one."""
+    then = record.estimated.get(int(record.samples[row]))
+    return then is None or then == (*estimate.position, *estimate.velocity)
+
+
 def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -> Replay:
     """Give what a recorded estimator was given to one with the settings of a scenario.
 
@@ -73,22 +145,13 @@ def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -
     joints, squared = np.full((count, 8), math.nan), np.full((count, 3), math.nan)
     difference, error, position, velocity = (np.full(count, math.nan) for _ in range(4))
     same = True
-    readings = np.hstack((record.angles, record.torques)).tolist()
     for row, sample in enumerate(record.samples.tolist()):
-        q11, q21, tau1, tau2 = readings[row]
-        for before in range(sample - scenario.plant.delay_samples, sample):
-            if before in record.commands:
-                estimator.commanded(before, *record.commands[before])
-        rates = record.rates[row] if scenario.gyro else []
-        try:
-            estimate = estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row])
-        except HomingContradicted as contradiction:
-            raise InputError(f"{source}: {contradiction}") from contradiction
+        estimate = _estimate(record, scenario, source, estimator, row)
         joints[row] = (*estimate.position, *estimate.velocity)
         squared[row] = estimator.squared
+        same = same and _same(record, row, estimate)
         then = record.estimated.get(sample)
         if then is not None:
-            same = same and then == tuple(joints[row].tolist())
             difference[row] = math.dist(_place(robot, then), _place(robot, tuple(joints[row].tolist())))
         if sample in record.truth and estimator.belief is not None:
             state = state_from_joints(robot, *record.truth[sample])
