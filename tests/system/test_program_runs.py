@@ -14,6 +14,7 @@ from fivebar_command import FivebarCommand
 from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_bringup.studies.estimate.estimate import estimate_bag
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.interface import (
     GOAL_STATUS,
@@ -65,6 +66,32 @@ def test_it_works_through_the_locus_and_back(fivebar: Callable[..., FivebarComma
     told = [json.loads(text) for text in recording.texts(PROGRAM_STATUS)]
     assert [state["done"] for state in told] == sorted(state["done"] for state in told)
     assert (out / "program.yaml").read_text(encoding="utf-8") == WORK
+
+
+ESTIMATED = """\
+name: estimated
+scenario:
+  {rate_hz: 250, estimator: ekf, ekf: {gyro: true}, plant: {encoder_counts: 20000, delay_samples: 1}}
+steps:
+  - move: [0.0, 0.02]
+  - pick: 0.3
+  - {move: [0.0, 0.15], mode: "+"}
+  - place: 0.3
+"""
+
+
+@pytest.mark.extra
+def test_its_estimate_can_be_had_again_with_the_payloads(
+    fivebar: Callable[..., FivebarCommand], tmp_path: Path
+) -> None:
+    file, out = tmp_path / "estimated.yaml", tmp_path / "out"
+    file.write_text(ESTIMATED, encoding="utf-8")
+    command = fivebar("program", str(file), "--no-page", "--out", str(out))
+    assert command.finish() == 0, command.stderr
+    assert read_bag(out / "bag").count(PAYLOAD) == 2
+    again = estimate_bag(out, None, ()).after
+    assert again.same
+    assert again.fault == ""
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,7 @@ from fivebar_bringup.studies.estimate.estimate import SETTINGS_FILE, estimate_ba
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
-from fivebar_description.interface import PAYLOAD, sample_stamp_ns, topic_named
+from fivebar_description.interface import IMU_DATA, NANOSECONDS, PAYLOAD, sample_stamp_ns, topic_named
 from fivebar_description.parameters import laden
 
 
@@ -88,8 +89,14 @@ def estimated_with(samples: list[Sample], scenario: Scenario, payloads: dict[int
     return answered
 
 
-def with_messages(run: RunDirectory, payloads: list[tuple[int, float]], rate_hz: int) -> None:
-    """Add payloads (kg), each recorded just after the estimate of a sample, to the bag of a run."""
+def record_again(
+    run: RunDirectory,
+    payloads: Sequence[tuple[int, float]] = (),
+    imu_logged: Callable[[int], Sequence[int]] = lambda log_time: (log_time,),
+) -> None:
+    """Record the bag of a run again with payloads (kg), each just after the estimate of a sample, and with messages of
+    the IMU at other log times (ns)."""
+    rate_hz = run.read_scenario().rate_hz
     plain = run.bag.with_name("plain")
     run.bag.rename(plain)
     with Reader(plain) as reader:
@@ -100,11 +107,22 @@ def with_messages(run: RunDirectory, payloads: list[tuple[int, float]], rate_hz:
             for connection, log_time, data in reader.messages():
                 topic = named[connection.topic]
                 assert topic is not None
-                bag.write(topic, log_time, data)
+                for logged in imu_logged(log_time) if topic == IMU_DATA else [log_time]:
+                    bag.write(topic, logged, data)
             for sample, payload in payloads:
                 bag.write(PAYLOAD, sample_stamp_ns(sample, rate_hz) + 1, serialize.float64(payload))
             bag.close({})
     shutil.rmtree(plain)
+
+
+def test_in_lockstep_a_sample_has_its_readings_whenever_they_were_recorded(tmp_path: Path) -> None:
+    """The recorder may have them after the estimate, and twice, where a waiting robot repeats its sample."""
+    run = recorded(tmp_path / "run")
+    period = NANOSECONDS // run.read_scenario().rate_hz
+    record_again(run, imu_logged=lambda log_time: (log_time + 2 * period, log_time + 5 * period))
+    assert not estimate_bag(run.path, None, ()).after.same
+    run.timing.write_text(json.dumps({"runner": "ros", "mode": "lockstep"}), encoding="utf-8")
+    assert estimate_bag(run.path, None, ()).after.same
 
 
 @pytest.mark.parametrize(("late", "early"), [(0, 0), (7, 0), (0, 7), (7, 7)])
@@ -118,7 +136,7 @@ def test_a_payload_is_replayed_where_the_estimator_took_it(late: int, early: int
     shutil.rmtree(run.bag)
     write_bag(simulated._replace(samples=samples), scenario, run.bag)
     messages = [(30 - 1 + late, 0.3), (60, -1.0), (90 - 1 - early, 0.1)]
-    with_messages(run, messages, scenario.rate_hz)
+    record_again(run, messages)
     assert read_bag(run.bag).count(PAYLOAD) == 3
     estimation = estimate_bag(run.path, None, ("ekf.gyro=false",))
     assert estimation.before.same
@@ -130,9 +148,8 @@ def test_a_payload_is_replayed_where_the_estimator_took_it(late: int, early: int
 
 def test_a_payload_whose_sample_cannot_be_told_stays_where_it_was_recorded(tmp_path: Path) -> None:
     run = recorded(tmp_path / "run")
-    scenario = run.read_scenario()
     # the estimator of this run never took it
-    with_messages(run, [(30, 0.3)], scenario.rate_hz)
+    record_again(run, [(30, 0.3)])
     estimation = estimate_bag(run.path, None, ())
     assert not estimation.after.same
     assert estimation.after.difference[:31].max() == 0.0

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.report.timing import read_timing
 from fivebar_bringup.runs.bag.payloads import recorded_payloads
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
@@ -56,12 +57,14 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
 
     Raises:
         BagError: the bag cannot be read, or lacks a topic.
+        InputError: the run's timing cannot be read.
     """
     recording = read_bag(source.bag)
     rate_hz = scenario.rate_hz
     samples, rows = _samples(recording, MOTOR_STATES, rate_hz)
     if not samples.size:
         raise BagError(source.bag, f"/{MOTOR_STATES.name}: no samples at {rate_hz} Hz: nothing to estimate from")
+    lockstep = source.run is not None and read_timing(source.run.timing).mode == "lockstep"
     return EstimatorRecord(
         samples=samples,
         angles=_field(recording, MOTOR_STATES, "position", len(ACTIVE_JOINTS))[rows],
@@ -69,8 +72,8 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
         commands={
             sample: (one, two) for sample, (one, two) in _by_sample(recording, TORQUE_COMMAND, rate_hz, "effort")
         },
-        rates=_rates(recording, scenario, samples),
-        elbows=_elbows(recording, scenario, samples),
+        rates=_rates(recording, scenario, samples, lockstep),
+        elbows=_elbows(recording, scenario, samples, lockstep),
         estimated=_states(recording, JOINT_STATES, rate_hz),
         truth=_states(recording, GROUND_TRUTH, rate_hz) if recording.count(GROUND_TRUTH) else {},
         payloads=_payloads(recording, rate_hz, samples),
@@ -106,19 +109,25 @@ def _states(recording: Recording, topic: Topic, rate_hz: int) -> dict[int, tuple
     return dict(_by_sample(recording, topic, rate_hz, "position", "velocity"))
 
 
-def _rates(recording: Recording, scenario: Scenario, samples: IntArray) -> list[list[tuple[float, float]]]:
+def _rates(
+    recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool
+) -> list[list[tuple[float, float]]]:
     if not recording.count(IMU_DATA):
         return [[] for _ in samples]
     vectors = recording.field(IMU_DATA, "angular_velocity").tolist()
     values = [scenario.imu.turn_rate((one[0], one[1], one[2])) for one in vectors]
-    return _came(recording, IMU_DATA, values, scenario, samples)
+    late = scenario.imu.schedule(scenario.rate_hz).latency if lockstep else None
+    return _came(recording, IMU_DATA, values, scenario, samples, late)
 
 
-def _elbows(recording: Recording, scenario: Scenario, samples: IntArray) -> list[list[tuple[float, float]]]:
+def _elbows(
+    recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool
+) -> list[list[tuple[float, float]]]:
     if not recording.count(PASSIVE_STATES):
         return [[] for _ in samples]
     values = recording.field(PASSIVE_STATES, "position")[:, 0].tolist()
-    return _came(recording, PASSIVE_STATES, values, scenario, samples)
+    late = scenario.passive.schedule(scenario.rate_hz).latency if lockstep else None
+    return _came(recording, PASSIVE_STATES, values, scenario, samples, late)
 
 
 def _payloads(recording: Recording, rate_hz: int, samples: IntArray) -> dict[int, float]:
@@ -134,25 +143,36 @@ def _payloads(recording: Recording, rate_hz: int, samples: IntArray) -> dict[int
 
 
 def _came(
-    recording: Recording, topic: Topic, values: list[float], scenario: Scenario, samples: IntArray
+    recording: Recording, topic: Topic, values: list[float], scenario: Scenario, samples: IntArray, late: int | None
 ) -> list[list[tuple[float, float]]]:
     """Return the late readings that came with each sample: those logged by the time of its estimate.
 
-    Each is the moment of its stamp in samples, and its value. A simulated clock may be ahead of the samples.
+    In lockstep each sample waits for its readings, which are `late` by so many samples, whenever they are logged.
+    Each is the moment of its stamp in samples, and its value. A simulated clock may be ahead of the samples. Of a
+    reading that was published repeatedly the first message counts.
     """
     came: list[list[tuple[float, float]]] = [[] for _ in samples]
     epoch = recording.epoch_ns
     ahead = scenario.imu.clock_offset if topic == IMU_DATA else 0.0
     answered, rows = _samples(recording, JOINT_STATES, scenario.rate_hz)
     logged = np.maximum.accumulate(recording.log_times(JOINT_STATES)[rows])
+    known: set[int] = set()
     for log_time, stamp, value in zip(
         recording.log_times(topic), recording.stamps(topic).tolist(), values, strict=True
     ):
-        made = moment_of_stamp(stamp, scenario.rate_hz, epoch)
-        answer = int(np.searchsorted(logged, log_time))
-        if answer == len(answered) or not math.isfinite(value):
+        if stamp in known or not math.isfinite(value):
             continue
-        row = int(np.searchsorted(samples, max(math.ceil(made - ahead * scenario.rate_hz), int(answered[answer]))))
+        known.add(stamp)
+        moment = moment_of_stamp(stamp, scenario.rate_hz, epoch)
+        made = moment - ahead * scenario.rate_hz
+        if late is not None:
+            first = round(made) + late
+        else:
+            answer = int(np.searchsorted(logged, log_time))
+            if answer == len(answered):
+                continue
+            first = max(math.ceil(made), int(answered[answer]))
+        row = int(np.searchsorted(samples, first))
         if row < len(came):
-            came[row].append((made, value))
+            came[row].append((moment, value))
     return [sorted(readings) for readings in came]
