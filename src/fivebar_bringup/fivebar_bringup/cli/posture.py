@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -37,6 +38,9 @@ def posture(
     Example: `fivebar posture 1.2 1.9 --robot my_robot.yaml`
     """
     with input_errors():
+        for name, value in (("Q11", q11), ("Q21", q21), ("--rate", rate)):
+            if value is not None and not math.isfinite(value):
+                raise InputError(f"{name}: {value}: expected a finite number")
         if after is not None and q11 is None:
             standing = standing_after(after)
             known, tolerances = standing.scenario.five_bar(), standing.scenario.known_within()
