@@ -54,7 +54,8 @@ def posture(
             raise InputError(f"Q11 Q21: at {angles[0]:g}, {angles[1]:g} rad both elbows are in one place")
     fallen = None if rate is None else mode_by_turn(stand, rate, DEVIATIONS * EkfSettings().gyro_noise)
     if as_json:
-        content = stand._asdict() | {"near": stand.near, "way_out": way_out(stand), "falls_to": fallen}
+        sentences = way_out(stand) if stand.near else []
+        content = stand._asdict() | {"near": stand.near, "way_out": sentences, "falls_to": fallen}
         print(json.dumps(content, indent=2).replace("NaN", "null"))
     else:
         print("\n".join(_lines(stand, fallen)))

@@ -1,11 +1,15 @@
-"""The command `fivebar posture`: what it refuses."""
+"""The command `fivebar posture`: what it refuses, and when it says how to get off the Type 2 locus."""
 
 from __future__ import annotations
+
+import json
 
 import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_description.parameters import FiveBar
 
 
 @pytest.mark.parametrize(
@@ -21,3 +25,15 @@ from fivebar_bringup.cli.main import app
 def test_what_cannot_be_is_said_in_one_line(arguments: tuple[str, ...], expected: str) -> None:
     done = CliRunner().invoke(app, ["posture", *arguments])
     assert (done.exit_code, done.stdout, done.stderr) == (2, "", f"fivebar: {expected}\n")
+
+
+@pytest.mark.parametrize(("y", "near"), [(0.0845, True), (0.12, False)])
+def test_text_and_json_tell_the_way_out_only_near_the_locus(dextar: FiveBar, y: float, near: bool) -> None:
+    angles = inverse_geometry(dextar, 1, -1, 0.0, y)
+    asked = ["posture", f"{angles.q11:.6f}", f"{angles.q21:.6f}"]
+    text = CliRunner().invoke(app, asked).stdout
+    content = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)
+    assert content["near"] == near
+    assert (len(content["way_out"]) > 0) == near
+    assert ("the way out:" in text) == near
+    assert [line.strip() for line in text.splitlines() if line.startswith("  ")] == content["way_out"]
