@@ -110,6 +110,7 @@ def test_a_request_to_a_running_graph_has_the_via_points_of_the_command() -> Non
         (("0", "0.02", "--mode", "up"), "--mode: 'up': expected + or -"),
         (("0", "0.02", "--working-mode", "-1", "1"), "--working-mode: (-1, +1): the robot rests in working mode (+1,"),
         (("0", "0.02", "--working-mode", "2", "1"), "--working-mode: [2, 1]: expected two signs"),
+        (("0", "0.02", "--from-mode", "1", "2"), "fivebar: --from-mode: [1, 2]: expected two signs"),
         (("0", "0.02", "--controller", "ctc"), "--controller: 'ctc': expected one of"),
         (("0", "0.02", "--robot", "nobody"), "robot 'nobody'"),
         (("0", "0.11", "--robot", "motkin", "--from", "0", "0.041"), "homing_contradicted: at (0.0000, 0.0410) m the"),

@@ -185,9 +185,9 @@ def _follower(request: Request) -> TunedController:
 def _refuse_malformed(request: Request) -> None:
     if request.assembly is not None and request.assembly not in ASSEMBLY_MODES:
         raise InputError(f"--mode: {request.assembly!r}: expected + or -, the sign of det A")
-    for mode in (request.working_mode, request.start.working_mode):
+    for option, mode in (("--working-mode", request.working_mode), ("--from-mode", request.start.working_mode)):
         if mode is not None and any(sign not in (-1, 1) for sign in mode):
-            raise InputError(f"--working-mode: {list(mode)}: expected two signs, each 1 or -1")
+            raise InputError(f"{option}: {list(mode)}: expected two signs, each 1 or -1")
     if request.controller not in CONTROLLERS:
         raise InputError(f"--controller: {request.controller!r}: expected one of {', '.join(CONTROLLERS)}")
     figures = {"--torque-limit": request.torque_limit, "--speed-limit": request.motor_speed}
