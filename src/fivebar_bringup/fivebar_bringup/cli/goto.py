@@ -35,7 +35,14 @@ from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.studies.goto.live import goal_fields, request_live
-from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
+from fivebar_bringup.studies.goto.request import (
+    CONTROLLERS,
+    Request,
+    check_positive,
+    plan_request,
+    scenario_of,
+    within_drives,
+)
 from fivebar_bringup.studies.goto.stand import stand as rest
 from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after, start_seen
 from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
@@ -47,6 +54,9 @@ from fivebar_control.trajectory.rounded import RESTS, radii_at
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError
+
+DEFAULT_CONTROLLER = "unified"
+"""Of a motion that `goto` runs itself."""
 
 
 # a negative coordinate must not be taken for an option
@@ -81,7 +91,9 @@ def goto(
         str | None,
         typer.Option("--seen", metavar="SCENARIO", help="Begin where the camera of this scenario sees the robot."),
     ] = None,
-    controller: Annotated[str, typer.Option(help=f"One of {', '.join(CONTROLLERS)}.")] = "unified",
+    controller: Annotated[
+        str | None, typer.Option(help=f"One of {', '.join(CONTROLLERS)} [default: {DEFAULT_CONTROLLER}]")
+    ] = None,
     robot: Annotated[
         str | None, typer.Option(help="A shipped robot, or a parameter file [default: dextar, or that of --after]")
     ] = None,
@@ -147,11 +159,24 @@ def goto(
         points = [_point(one) for one in via or ()]
         radii = _radii(blend_radius or list(RESTS), len(points))
         if live:
-            if fastest or plan_only or offline or any(one is not None for one in (after, start, start_mode, seen)):
-                raise InputError(
-                    "--live: the graph knows where the robot rests: of the others only --mode,"
-                    " --working-mode, --duration, --via and --blend-radius go with it"
-                )
+            without_effect = {
+                "--from": start,
+                "--from-mode": start_mode,
+                "--after": after,
+                "--seen": seen,
+                "--controller": controller,
+                "--robot": robot,
+                "--torque-limit": torque_limit,
+                "--speed-limit": speed_limit,
+                "--fastest": fastest or None,
+                "--plan-only": plan_only or None,
+                "--offline": offline or None,
+                "--out": out,
+            }
+            _refuse_without_effect([option for option, value in without_effect.items() if value is not None])
+            check_positive("--timeout", timeout)
+            if duration is not None:
+                check_positive("--duration", duration)
             _live(
                 goal_fields(x, y, mode, working_mode, duration, points, radii),
                 domain or 0,
@@ -168,7 +193,7 @@ def goto(
             assembly=mode,
             working_mode=working_mode,
             start=begin,
-            controller=controller,
+            controller=DEFAULT_CONTROLLER if controller is None else controller,
             robot=known if robot is None else robot,
             torque_limit=torque,
             motor_speed=speed,
@@ -241,6 +266,15 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
     if as_json:
         print(json.dumps(last, indent=2, allow_nan=False))
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))
+
+
+def _refuse_without_effect(given: list[str]) -> None:
+    """Refuse options that have no effect on a running graph: its own scenario has set what they set."""
+    if given:
+        raise InputError(
+            f"{', '.join(given)}: expected without --live: the running graph has its own robot, start, controller,"
+            " limits and results; only --mode, --working-mode, --duration, --via and --blend-radius go with a goal"
+        )
 
 
 def _point(text: str) -> tuple[float, float]:

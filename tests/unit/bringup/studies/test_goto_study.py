@@ -157,3 +157,59 @@ def test_it_goes_on_only_where_the_platform_carries_nothing(
     assert (code, out) == (2, "")
     assert err.startswith(f"fivebar: --after: {run.path}: the platform still carries a payload of {carried}: expected ")
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        *(
+            (given, f"{given[0]}: expected without --live: the running graph has its own robot")
+            for given in (
+                ("--from", "0", "0.15"),
+                ("--from-mode", "1", "-1"),
+                ("--after", "nowhere"),
+                ("--seen", "camera"),
+                ("--controller", "unified"),
+                ("--robot", "dextar"),
+                ("--torque-limit", "1"),
+                ("--speed-limit", "10"),
+                ("--fastest",),
+                ("--plan-only",),
+                ("--offline",),
+                ("--out", "new"),
+            )
+        ),
+        (("--torque-limit", "0", "--out", "new"), "--torque-limit, --out: expected without --live"),
+        (("--timeout", "0"), "--timeout: 0.0: expected a positive number"),
+        (("--timeout", "nan"), "--timeout: nan: expected a positive number"),
+        (("--timeout", "inf"), "--timeout: inf: expected a positive number"),
+        (("--duration", "nan"), "--duration: nan: expected a positive number"),
+    ],
+)
+def test_a_running_graph_is_asked_for_nothing_that_it_would_not_do(
+    monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], expected: str
+) -> None:
+    asked: list[dict[str, float]] = []
+    monkeypatch.setattr("fivebar_bringup.cli.goto.request_live", lambda fields, *others: asked.append(fields))
+    code, out, err = goto("0", "0.02", "--live", *arguments)
+    assert (code, out, asked) == (2, "", [])
+    assert err.startswith(f"fivebar: {expected}")
+    assert err.count("\n") == 1
+
+
+def test_what_goes_with_a_running_graph_reaches_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def arrive(*given: Any) -> dict[str, str]:
+        asked.append(given)
+        return {"state": "arrived"}
+
+    monkeypatch.setattr("fivebar_bringup.cli.goto.request_live", arrive)
+    code, _, err = goto(
+        *("0", "0.02", "--live", "--mode", "-", "--working-mode", "1", "-1", "--duration", "2", "--via", "0,0.1"),
+        *("--blend-radius", "0.01", "--domain", "7", "--namespace", "left", "--timeout", "9"),
+    )
+    assert code == 0, err
+    ((fields, domain, timeout, _, namespace),) = asked
+    assert fields == goal_fields(0.0, 0.02, "-", (1, -1), 2.0, ((0.0, 0.1),), (0.01,))
+    assert (domain, timeout, namespace) == (7, 9.0, "/left")

@@ -193,9 +193,18 @@ def _refuse_malformed(request: Request) -> None:
     figures = {"--torque-limit": request.torque_limit, "--speed-limit": request.motor_speed}
     if not isinstance(request.duration, Speed):
         figures["--duration"] = request.duration
-    for name, value in figures.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name}: {value}: expected a positive number")
+    for option, value in figures.items():
+        check_positive(option, value)
+
+
+def check_positive(option: str, value: float) -> None:
+    """Refuse the value of an option that is no positive number.
+
+    Raises:
+        InputError: it is zero, negative or not finite.
+    """
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(f"{option}: {value}: expected a positive number")
 
 
 def _first(given: float | None, known: float | None, usual: float) -> float:
