@@ -109,6 +109,20 @@ def test_it_shows_one_robot_and_commands_no_torque(bench: Bench, motion: MiddleM
         page.close()
 
 
+def test_it_says_where_no_graph_is_seen(bench: Bench) -> None:
+    hint = "view: no node of a graph is seen in"
+    probe = bench.probe("/left")
+    bench.start("trajectory_generator", "/left")
+    probe.health("/left/trajectory_generator")
+    beside_it = bench.start("viewer", "/left")
+    probe.wait_for(lambda: "view: http" in beside_it.stdout, "the address")
+    # begun later, hence silent for longer than the one above had to find its graph
+    alone = bench.start("viewer", "/right")
+    probe.wait_for(lambda: hint in alone.stdout, "the hint")
+    assert f"{hint} domain {bench.domain}, namespace /right; waiting for one" in alone.stdout
+    assert hint not in beside_it.stdout
+
+
 def test_its_rows_are_the_samples(bench: Bench, motion: MiddleMotion) -> None:
     viewer = bench.start("viewer")
     bench.start("trajectory_generator")

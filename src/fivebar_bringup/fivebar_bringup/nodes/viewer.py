@@ -37,6 +37,9 @@ RESETS = ("dextar_bridge/reset", "motkin_bridge/reset", "plant/reset", "state_es
 COMMAND_PERIOD = 0.02
 """Period (s) of looking for commands of pages."""
 
+LONELY_AFTER = 5.0
+"""Time (s) within which the nodes of a graph, which report once a second, are seen."""
+
 STATES_EVERY = 6
 """Frames from one list of the nodes' states to the next."""
 
@@ -83,6 +86,7 @@ class Viewer(GraphNode):
         print(f"view: {self._server.address}", flush=True)
         self.every(COMMAND_PERIOD, self._take_commands)
         self.every(1.0 / settings.frame_rate, self._send_frame)
+        self._lonely = self.every(LONELY_AFTER, self._report_no_graph)
 
     def stop(self) -> None:
         """Notify the pages and end server and planning."""
@@ -100,6 +104,13 @@ class Viewer(GraphNode):
         self._preview = Preview(conditions_of(values), values["working_mode"])
         scene = live_scene(self._robot, list(values["working_mode"]), list(values["waypoints"]))
         self._send({**scene, "goals": bool(values["takes_goals"])}, "scene")
+
+    def _report_no_graph(self) -> None:
+        """Say once where no other node is seen: the domain or the namespace may be another one's."""
+        self._lonely.cancel()
+        if {node["name"] for node in self._states.as_json()["nodes"]} <= {self.get_name()}:
+            place = f"domain {self.context.get_domain_id()}, namespace {self.get_namespace()}"
+            print(f"view: no node of a graph is seen in {place}; waiting for one", flush=True)
 
     def _take_commands(self) -> None:
         while self._commands:
