@@ -143,7 +143,13 @@ def validate(content: object, model: type[M], source: str) -> M:
 
 def problems_in(error: ValidationError, section: str = "") -> str:
     """Return what is wrong in one line, every key with the section that it stands in."""
-    return "; ".join(section + _problem(detail) for detail in error.errors(include_url=False))
+    details = error.errors(include_url=False)
+    return "; ".join(section + _problem(detail) for detail in details if not _only_lacks_refused(detail))
+
+
+def _only_lacks_refused(detail: Any) -> bool:
+    """Return whether a sequence is called too short although it is not: pydantic leaves out its refused elements."""
+    return bool(detail["type"] == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"])
 
 
 def _problem(detail: Any) -> str:

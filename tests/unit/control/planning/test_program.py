@@ -97,6 +97,18 @@ def test_loops_are_written_out_and_every_round_knows_its_line() -> None:
     ]
 
 
+def test_a_refused_step_is_not_reported_as_missing_too() -> None:
+    long = "{move: [0, 0.02], duration: 1.0e+9}"
+    said = "work.yaml: {}duration: 1000000000.0: input should be less than or equal to 3600"
+    for step, place in ((long, "steps.0."), (f"{{repeat: 2, steps: [{long}]}}", "steps.0.steps.0.")):
+        with pytest.raises(InputError) as refused:
+            read_program(text_of(step), "work.yaml")
+        assert str(refused.value) == said.format(place)
+    # too few are still too few, beside a mistake elsewhere
+    with pytest.raises(InputError, match=r"name: 'a/b': .*; steps: \[\]: .* at least 1 item"):
+        read_program("name: a/b\nsteps: []\n", "work.yaml")
+
+
 @pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_programs_cross_to_and_fro(path: Path) -> None:
     loaded = load_program(path)
