@@ -178,8 +178,8 @@ def plan_motion(
 
     Raises:
         PlanRefused: malformed waypoints, durations or rate; a point out of reach; a segment that meets Type 1; a
-            crossing along the uncontrollable direction; a rest point inside a blending zone; a segment that cannot
-            meet the dynamic criterion where that is asked for.
+            crossing along the uncontrollable direction; a rest point inside a blending zone; a segment too short for
+            its zones, or that cannot meet the dynamic criterion where that is asked for.
     """
     _refuse_malformed(working_mode, waypoints, durations, rate_hz, rule)
     modes = _modes_of_waypoints(working_mode, len(waypoints))
@@ -203,8 +203,10 @@ def plan_motion(
         segments[index] = timed
         met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
-        if min_authority > 0.0 and isinstance(timed, RoundedSegment):
-            _refuse_zone_in_corner(robot, mode1, mode2, timed, index + 1, met)
+        if min_authority > 0.0:
+            _refuse_zone_everywhere(timed.duration, index + 1, met, zone_time)
+            if isinstance(timed, RoundedSegment):
+                _refuse_zone_in_corner(robot, mode1, mode2, timed, index + 1, met)
         crossings += met
     # a law that holds the path by no normal is blended with none: it has no zones
     rests = [number for number, radius in enumerate((0.0, *radii, 0.0)) if radius == 0.0]
@@ -374,6 +376,17 @@ def _quickest(
             " expected another time law, or a segment that crosses the Type 2 locus elsewhere"
         )
     return segment._replace(time_law=law.__call__)
+
+
+def _refuse_zone_everywhere(duration: float, number: int, crossings: Sequence[Crossing], zone_time: float) -> None:
+    """Raise where a segment is so quick that its zones reach everywhere: 1/cond(A) is 1 at most."""
+    edge = 2.0 * max((crossing.epsilon for crossing in crossings), default=0.0)
+    if edge > 1.0:
+        # at a crossing 1/cond(A) changes in inverse proportion to the duration, and so does the width of a zone
+        raise PlanRefused(
+            f"segment {number}: a duration of {duration:g} s is too short for the blending zone of the Type 2 locus,"
+            f" which takes {1e3 * zone_time:g} ms at a crossing: expected more than {edge * duration:.3g} s"
+        )
 
 
 def _refuse_zone_in_corner(

@@ -227,6 +227,17 @@ def test_a_rest_on_the_locus_or_inside_a_zone_is_refused(dextar: FiveBar) -> Non
     assert "waypoint 2" in refusal(dextar, ((0.0, 0.15), inside), rule=ZoneRule(epsilon=0.51 * kappa))
 
 
+def test_a_segment_whose_zone_would_reach_everywhere_is_too_short(dextar: FiveBar) -> None:
+    """1/cond(A) is 1 at most, so that no rest could be outside of the zone."""
+    text = refusal(dextar, MIDDLE, duration=1e-6)
+    assert text.startswith("segment 1: a duration of 1e-06 s is too short for the blending zone of the Type 2 locus")
+    least = float(text.rpartition("more than ")[2].removesuffix(" s"))
+    # a little slower, the zone no longer reaches everywhere, but still to the rest
+    assert f"expected more than {least:g} s" in refusal(dextar, MIDDLE, duration=0.99 * least)
+    assert "a rest at (0.0000, 0.1500) m is inside the blending zone" in refusal(dextar, MIDDLE, duration=1.01 * least)
+    plan(dextar, MIDDLE, duration=1.01 * least, rule=ZoneRule(duration=0.02))
+
+
 def test_a_law_without_zones_may_rest_in_what_would_be_one_but_not_on_the_locus(dextar: FiveBar) -> None:
     inside, rule = (0.0, LOCUS_Y - 0.004), ZoneRule(epsilon=0.05)
     plan_motion(dextar, (1, -1), ((0.0, 0.15), inside), [1.0], 500, rule, min_authority=0.0)
