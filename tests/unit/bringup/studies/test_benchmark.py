@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from itertools import islice
 from pathlib import Path
 
@@ -14,7 +15,6 @@ from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCros
 from fivebar_bringup.studies.benchmark.running import NOT_STARTED, run_benchmark
 from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results, scores, success
 from fivebar_bringup.studies.intervals import Interval, clopper_pearson
-from fivebar_description.strict_yaml import InputError
 
 CROSSING = BenchmarkCrossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)
 GOOD = Result(0, "ideal", "mine", "", 1, 1.9e-3, 0.9e-3, 2.0)
@@ -57,12 +57,39 @@ def test_a_crossing_without_a_line_is_a_failure() -> None:
     assert score.interval == clopper_pearson(1, 2)
 
 
-@pytest.mark.parametrize(
-    "text", ["crossing,error\n", HEAD + "0,ideal,mine,,1,x,0,1\n", HEAD + 2 * as_line(GOOD), HEAD + "-1,a,b,,1,0,0,1\n"]
-)
-def test_what_is_no_file_of_results_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match=r"mine\.csv: line"):
-        read_results(text, "mine.csv")
+REFUSED = {
+    "crossing,error\n": "line 1: expected crossing,rig,controller",
+    HEAD + "0,ideal,mine,,1,x,0,1\n": "line 2: error_peak: 'x': expected a number, at least 0",
+    HEAD + "0,ideal,mine,,1,-0.001,0,1\n": "line 2: error_peak: '-0.001': expected a number, at least 0",
+    HEAD + "0,ideal,mine,,1,0,-1e-9,1\n": "line 2: error_final: '-1e-9': expected a number, at least 0",
+    HEAD + "0,ideal,mine,,1,0,0,-inf\n": "line 2: torque: '-inf': expected a number, at least 0",
+    HEAD + "0,ideal,mine,,-1,0,0,1\n": "line 2: mode_changes: '-1': expected a whole number, at least 0",
+    HEAD + as_line(GOOD) + "-1,a,b,,1,0,0,1\n": "line 3: crossing: '-1': expected a whole number from 0 to 999",
+    HEAD + "1000,a,b,,1,0,0,1\n": "line 2: crossing: '1000': expected a whole number from 0 to 999",
+    HEAD + "0.5,a,b,,1,0,0,1\n": "line 2: crossing: '0.5': expected a whole number",
+    HEAD + "0,,b,,1,0,0,1\n": "line 2: rig: '': expected a name",
+    HEAD + "0,a,,,1,0,0,1\n": "line 2: controller: '': expected a name",
+    HEAD + "0,a,b,,1,0,0\n": "line 2: 7 columns: expected 8: crossing,rig,controller",
+    HEAD + "0,a,b,,1,0,0,1,1\n": "line 2: 9 columns: expected 8: crossing,rig,controller",
+    HEAD + 2 * as_line(GOOD): "line 3: crossing: 0: is given twice for 'ideal' and 'mine': expected once",
+}
+
+
+@pytest.mark.parametrize(("text", "words"), REFUSED.items())
+def test_what_is_no_file_of_results_is_refused(text: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.csv"
+    file.write_text(text, encoding="utf-8")
+    called = CliRunner().invoke(app, ["benchmark", "--score", str(file)])
+    assert called.exit_code == 2
+    assert called.stderr.startswith(f"fivebar: {file}: {words}")
+    assert called.stderr.count("\n") == 1
+
+
+def test_what_is_not_known_of_a_run_may_be_missing_from_its_result() -> None:
+    text = HEAD + "0,ideal,mine,not_started,0,nan,nan,nan\n" + "999,ideal,mine,,1,inf,inf,inf\n"
+    first, last = read_results(text, "mine.csv")
+    assert all(math.isnan(number) for number in first[5:])
+    assert last == Result(999, "ideal", "mine", "", 1, math.inf, math.inf, math.inf)
 
 
 def test_results_are_continued_and_scored(tmp_path: Path) -> None:

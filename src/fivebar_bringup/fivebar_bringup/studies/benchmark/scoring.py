@@ -5,12 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing
+from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing
 from fivebar_bringup.studies.intervals import Interval, clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT
 from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
@@ -53,7 +53,29 @@ class Result(NamedTuple):
 HEAD = ",".join(Result._fields) + "\n"
 """First line of a file of results."""
 
-_READERS = (int, str, str, str, int, float, float, float)
+
+class _Column(NamedTuple):
+    """How an entry is read, which ones are allowed, and what is expected, in words."""
+
+    read: Callable[[str], Any]
+    allowed: Callable[[Any], bool]
+    expected: str
+
+
+# NaN is allowed: what is not known
+_MAGNITUDE = _Column(float, lambda number: not number < 0.0, "a number, at least 0")
+_NAME = _Column(str, lambda name: bool(name.strip()), "a name")
+
+_COLUMNS = {
+    "crossing": _Column(int, lambda number: 0 <= number < CROSSINGS, f"a whole number from 0 to {CROSSINGS - 1}"),
+    "rig": _NAME,
+    "controller": _NAME,
+    "fault": _Column(str, lambda name: True, "a name, or nothing"),
+    "mode_changes": _Column(int, lambda number: number >= 0, "a whole number, at least 0"),
+    "error_peak": _MAGNITUDE,
+    "error_final": _MAGNITUDE,
+    "torque": _MAGNITUDE,
+}
 
 
 class Score(NamedTuple):
@@ -135,14 +157,31 @@ def read_results(text: str, source: str) -> list[Result]:
         raise InputError(f"{source}: line 1: expected {HEAD.strip()}")
     found: dict[tuple[int, str, str], Result] = {}
     for number, line in enumerate(lines[1:], start=2):
-        try:
-            result = Result(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True)))
-        except ValueError as error:
-            raise InputError(f"{source}: line {number}: expected {HEAD.strip()}: {error}") from error
-        if result.crossing < 0 or result[:3] in found:
-            raise InputError(f"{source}: line {number}: crossing {result.crossing} is not known, or given twice")
+        result = _result(line, f"{source}: line {number}")
+        if result[:3] in found:
+            raise InputError(
+                f"{source}: line {number}: crossing: {result.crossing}: is given twice for {result.rig!r} and"
+                f" {result.controller!r}: expected once"
+            )
         found[result[:3]] = result
     return list(found.values())
+
+
+def _result(line: Sequence[str], place: str) -> Result:
+    if len(line) != len(_COLUMNS):
+        raise InputError(f"{place}: {len(line)} columns: expected {len(_COLUMNS)}: {HEAD.strip()}")
+    return Result(*(_entry(entry, name, place) for name, entry in zip(_COLUMNS, line, strict=True)))
+
+
+def _entry(entry: str, name: str, place: str) -> Any:
+    column = _COLUMNS[name]
+    try:
+        value = column.read(entry)
+    except ValueError:
+        value = None
+    if value is None or not column.allowed(value):
+        raise InputError(f"{place}: {name}: {entry!r}: expected {column.expected}")
+    return value
 
 
 def as_line(result: Result) -> str:
