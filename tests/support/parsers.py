@@ -25,6 +25,7 @@ from fivebar_bringup.studies.benchmark.scoring import HEAD as RESULTS_HEAD
 from fivebar_bringup.studies.benchmark.scoring import read_results
 from fivebar_bringup.studies.calibrate.reading import TouchedFile
 from fivebar_bringup.studies.sweep.directory import SweepDirectory
+from fivebar_bringup.studies.sweep.rows import FEASIBLE
 from fivebar_bringup.studies.sweep.rows import HEAD as ROWS_HEAD
 from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.configuration import DriveFile, load_drives
@@ -204,7 +205,7 @@ def _json_parser(read: Callable[[str], object], refusals: tuple[type[Exception],
 
 
 _BAG = _small_bag()
-_ROW = ",".join("1" for _ in ROWS_HEAD.split(","))
+_ROW = ",".join(FEASIBLE if column == "status" else "1" for column in ROWS_HEAD.split(","))
 
 PARSERS: Mapping[str, Parser] = {
     **{f"content-{model.__name__}": _model_parser(model) for model in FILES},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -169,6 +170,21 @@ def test_rows_survive_the_file(rows: list[SweepRow]) -> None:
     assert from_lines(as_lines(rows)) == rows
     with pytest.raises(ValueError, match="expected"):
         from_lines("1,unified,feasible\n")
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_row_whose_status_is_unknown_is_refused_and_not_left_uncounted(made: Path, tmp_path: Path) -> None:
+    path = tmp_path / "spoilt"
+    shutil.copytree(made, path)
+    lines = (path / "sweep.csv").read_text().splitlines(keepends=True)
+    at = next(number for number, line in enumerate(lines) if f",{FEASIBLE}," in line)
+    lines[at] = lines[at].replace(f",{FEASIBLE},", ",feas,", 1)
+    (path / "sweep.csv").write_text("".join(lines))
+    called = CliRunner().invoke(app, ["sweep", "--out", str(path)])
+    assert called.exit_code == 2
+    expected = f"status: 'feas': expected one of {REFUSED}, {SCREENED_OUT}, {FEASIBLE}"
+    assert called.stderr == f"fivebar: {path / 'sweep.csv'}: line {at + 1}: {expected}\n"
+    assert (path / "sweep.csv").read_text() == "".join(lines)
 
 
 @pytest.fixture

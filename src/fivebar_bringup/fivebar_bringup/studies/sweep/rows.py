@@ -13,6 +13,8 @@ from fivebar_control.trajectory.planner import QUINTIC
 REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
 """By the planner, for all controllers; by the controller's screen, and run nevertheless; judged feasible."""
 
+STATUSES = (REFUSED, SCREENED_OUT, FEASIBLE)
+
 
 FAULT_DELAY = 0.05
 """A failure is silent if no fault comes within this time (s) of leaving 5 mm."""
@@ -129,21 +131,32 @@ def as_lines(rows: Iterable[SweepRow]) -> str:
 
 
 def from_lines(text: str) -> list[SweepRow]:
-    """Return the rows of whole lines.
+    """Return the rows of whole lines, those that follow `HEAD` in the file.
 
     Raises:
-        ValueError: a line is not a row.
+        ValueError: a line is not a row, which is named by its number in the file.
     """
-    rows = []
     try:
         lines = list(csv.reader(io.StringIO(text)))
     except csv.Error as error:
         raise ValueError(str(error)) from error
-    for line in lines:
-        if len(line) != len(_READERS):
-            raise ValueError(f"{','.join(line)!r}: expected {len(_READERS)} entries")
-        rows.append(SweepRow(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True))))
+    rows = []
+    for number, line in enumerate(lines, start=2):
+        try:
+            rows.append(_row(line))
+        except ValueError as error:
+            raise ValueError(f"line {number}: {error}") from error
     return rows
+
+
+def _row(line: Sequence[str]) -> SweepRow:
+    if len(line) != len(_READERS):
+        raise ValueError(f"{','.join(line)!r}: expected {len(_READERS)} entries")
+    row = SweepRow(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True)))
+    # a row with another status would count nowhere
+    if row.status not in STATUSES:
+        raise ValueError(f"status: {row.status!r}: expected one of {', '.join(STATUSES)}")
+    return row
 
 
 def _entry(value: Any) -> Any:
