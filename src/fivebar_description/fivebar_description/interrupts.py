@@ -15,6 +15,23 @@ from types import FrameType
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+class ResumableInterrupt(KeyboardInterrupt):
+    """An interrupt of work that can be resumed; the message says what is kept, and how to resume."""
+
+
+@contextmanager
+def resumable(words: str) -> Iterator[None]:
+    """Give an interrupt of the block these words.
+
+    Raises:
+        ResumableInterrupt: the block has been interrupted.
+    """
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        raise ResumableInterrupt(words) from interrupt
+
+
 class _Interrupts:
     """Whether an interrupt is to wait, and whether one does; Python handles signals in the main thread alone."""
 

@@ -17,6 +17,7 @@ from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.run import RunFailed
 from fivebar_bringup.scenario_files import shipped_scenarios
+from fivebar_description.interrupts import ResumableInterrupt
 from fivebar_description.strict_yaml import InputError
 
 COMPLETED, FAILED, BAD_INPUT = 0, 1, 2
@@ -71,7 +72,10 @@ def _options(
 
 @contextmanager
 def input_errors() -> Iterator[None]:
-    """Turn bad input, and a run without a result, into one line on standard error and exit status 2 or 1."""
+    """Turn bad input, and a run without a result, into one line on standard error and exit status 2 or 1.
+
+    An interrupt of what can be resumed says so in one line, and goes on.
+    """
     try:
         yield
     except (InputError, BagError) as error:
@@ -80,6 +84,9 @@ def input_errors() -> Iterator[None]:
     except RunFailed as error:
         print(f"fivebar: the run failed: {error}", file=sys.stderr)
         raise typer.Exit(FAILED) from error
+    except ResumableInterrupt as interrupt:
+        print(f"fivebar: {interrupt}", file=sys.stderr)
+        raise
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 from itertools import islice
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.studies.benchmark import running
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark, drawn_crossings
-from fivebar_bringup.studies.benchmark.running import NOT_STARTED, run_benchmark
+from fivebar_bringup.studies.benchmark.running import NOT_STARTED, BenchmarkTask, run_benchmark
 from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results, scores, success
 from fivebar_bringup.studies.intervals import Interval, clopper_pearson
 
@@ -105,6 +107,24 @@ def test_results_are_continued_and_scored(tmp_path: Path) -> None:
     called = CliRunner().invoke(app, ["benchmark", "--score", str(file), "--crossings", "2", "--json"])
     (score,) = json.loads(called.output)["scores"]
     assert (score["rig"], score["controller"], score["successes"], score["crossings"]) == ("ideal", "unified", 2, 2)
+
+
+def test_an_interrupted_benchmark_says_what_is_kept_and_how_to_resume(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run_first(task: BenchmarkTask) -> list[Result]:
+        if task.crossing.crossing:
+            signal.raise_signal(signal.SIGINT)
+        return [GOOD._replace(controller=name) for name in task.controllers]
+
+    monkeypatch.setattr(running, "run_task", run_first)
+    file = tmp_path / "results.csv"
+    called = CliRunner().invoke(app, ["benchmark", "--controllers", "ctc", "--jobs", "1", "--out", str(file)])
+    assert called.exit_code == 130
+    assert called.stderr == (
+        f"fivebar: {file}: interrupted: keeps the finished crossings: the same command with --out {file} resumes\n"
+    )
+    assert read_results(file.read_text(encoding="utf-8"), "") == [GOOD._replace(controller="ctc")]
 
 
 def test_a_start_that_the_estimator_refuses_is_no_success() -> None:

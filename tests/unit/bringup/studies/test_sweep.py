@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -225,6 +226,25 @@ def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path
     assert not (path / "sweep.html").exists()
     sweep(path)
     assert (path / "sweep.csv").read_bytes() == (made / "sweep.csv").read_bytes()
+
+
+def test_an_interrupted_sweep_says_what_is_kept_and_how_to_resume(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the directory was given no name, which the same command would not find again."""
+
+    def interrupted(*_: object) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sweeping, "_all_rows", interrupted)
+    called = CliRunner().invoke(app, ["sweep", "--quick"])
+    (made_here,) = Path("runs").iterdir()
+    assert called.exit_code == 130
+    assert called.stderr == (
+        f"fivebar: {made_here}: interrupted: sweep.csv keeps the finished cases:"
+        f" the same command with --out {made_here} resumes\n"
+    )
 
 
 @pytest.mark.usefixtures("no_figures")

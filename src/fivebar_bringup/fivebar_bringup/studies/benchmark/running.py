@@ -15,6 +15,7 @@ from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, rea
 from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep.running import planned
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_description.interrupts import resumable
 from fivebar_description.strict_yaml import InputError, read_text
 
 NOT_STARTED = "not_started"
@@ -87,6 +88,7 @@ def run_benchmark(
 
     Raises:
         InputError: the file holds something else, or cannot be used.
+        ResumableInterrupt: it was interrupted; the file has the crossings that were finished.
     """
     try:
         text = read_text(out) if out.exists() else HEAD
@@ -104,7 +106,12 @@ def run_benchmark(
         total = count * len(rigs) * len(controllers)
         left_over = sum(len(task.controllers) for task in tasks)
         progress(total - left_over, total)
-        with closing(stream(run_task, tasks, workers)) as coming, out.open("a", encoding="utf-8") as file:
+        kept = f"{out}: interrupted: keeps the finished crossings: the same command with --out {out} resumes"
+        with (
+            resumable(kept),
+            closing(stream(run_task, tasks, workers)) as coming,
+            out.open("a", encoding="utf-8") as file,
+        ):
             for found in coming:
                 file.writelines(map(as_line, found))
                 file.flush()

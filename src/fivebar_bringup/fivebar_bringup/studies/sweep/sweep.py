@@ -33,6 +33,7 @@ from fivebar_bringup.studies.sweep.statistics import (
     silence_table,
     within_table,
 )
+from fivebar_description.interrupts import resumable
 
 BATCH = 10
 """Cases per task of a process; a sweep draws a whole number of batches."""
@@ -74,9 +75,14 @@ def sweep(
 
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
+        ResumableInterrupt: it was interrupted; the batches that were finished are kept.
     """
     directory, settings = opened(out, seed, cases, rig, controllers)
-    with directory.alone(), write_errors(directory.path):
+    kept = (
+        f"{directory.path}: interrupted: {directory.rows.name} keeps the finished cases:"
+        f" the same command with --out {directory.path} resumes"
+    )
+    with directory.alone(), write_errors(directory.path), resumable(kept):
         rows = _all_rows(directory, settings, workers, progress)
         return _written(directory, settings, rows)
 
