@@ -13,6 +13,7 @@ from fivebar_bringup.cli.app import COMPLETED, JsonOption, app, input_errors
 from fivebar_bringup.studies.goto.start import standing_after
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.planning.standstill import DEVIATIONS, Standstill, mode_by_turn, standstill_at, way_out
+from fivebar_control.trajectory.refusal import place
 from fivebar_description.robot_file import load_robot, tolerances_of
 from fivebar_description.strict_yaml import InputError
 
@@ -68,7 +69,7 @@ def _lines(stand: Standstill, fallen: int | None) -> list[str]:
     lines = [f"elbows {short} from where the distal links lie on one line, {shape}: the Type 2 locus"]
     if stand.gap >= 0.0:
         lines += [
-            f"assembly mode {sign}: platform at ({x:.4f}, {y:.4f}) m, {1e3 * stand.side:.1f} mm beside the elbows' line"
+            f"assembly mode {sign}: platform at {place(x, y)}, {1e3 * stand.side:.1f} mm beside the elbows' line"
             for sign, (x, y) in (("+", stand.plus), ("-", stand.minus))
         ]
     if fallen is not None:

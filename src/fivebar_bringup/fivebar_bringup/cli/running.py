@@ -33,7 +33,7 @@ from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
-from fivebar_bringup.runs.injection import read_injection
+from fivebar_bringup.runs.injection import read_injection, refuse_late
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
@@ -122,6 +122,7 @@ def run(
         mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
         _refuse_scheduling(mode, separate, processors)
         injections = [read_injection(text, board) for text in inject or ()] if emulated else None
+        refuse_late(injections or (), loaded.plan().path.duration)
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,

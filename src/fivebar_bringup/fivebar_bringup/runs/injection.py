@@ -46,6 +46,17 @@ def read_injection(text: str, board: bool = False) -> Injection:
     return injection
 
 
+def refuse_late(injections: Sequence[Injection], end: float) -> None:
+    """Refuse faults that would come after the end of a motion (s), and so never: a run would seem to survive them.
+
+    Raises:
+        InputError: one comes later.
+    """
+    for injection in injections:
+        if injection.seconds > end:
+            raise InputError(f"--inject {str(injection)!r}: expected at most {end:g} s, the end of the motion")
+
+
 def kills(injections: Sequence[Injection], processes: Sequence[ProcessSpec], rate_hz: int) -> list[Kill]:
     """Return the processes to be killed, in order of time.
 

@@ -130,7 +130,7 @@ def _watch(
             if name in (pace, SCENE_NODE) or name in died or process.status is None:
                 continue
             died.add(name)
-            faults.append(f"node_died: {name} ended with status {process.status}: {process.last_line()}")
+            faults.append(f"node_died: {name} {process.how_it_ended()}")
         if died and last_moment == math.inf:
             last_moment = time.monotonic() + (0.0 if RECORDER in died or sample == 0 else FAULT_TIMEOUT)
         if time.monotonic() >= last_moment or (died and monitor.faults):
@@ -141,7 +141,7 @@ def _watch(
     # the plant's last status may still be in transit
     monitor.take_one(POLL_PERIOD)
     if processes[pace].status not in (0, 1):
-        faults.append(f"node_died: {pace} ended with status {processes[pace].status}: {processes[pace].last_line()}")
+        faults.append(f"node_died: {pace} {processes[pace].how_it_ended()}")
 
 
 STOP_ORDER = ((PLANT, *BRIDGES), (), (EMULATED_ROBOT,), (RECORDER,))
@@ -174,5 +174,5 @@ def _stop(processes: Iterable[NodeProcess], timeout: float) -> list[str]:
                 process.send(signal.SIGKILL)
             faults.append(f"node_stuck: {process.name} did not stop within {timeout:g} s and was killed, see its log")
         elif process.status != 0:
-            faults.append(f"node_failed: {process.name} ended with status {process.status}: {process.last_line()}")
+            faults.append(f"node_failed: {process.name} {process.how_it_ended()}")
     return faults

@@ -51,6 +51,10 @@ class NodeProcess:
                 self._status = os.waitstatus_to_exitcode(status)
         return self._status
 
+    def how_it_ended(self) -> str:
+        """Return the exit status, and what the node printed last, in words."""
+        return ": ".join(one for one in (f"ended with status {self.status}", self.last_line()) if one)
+
     def last_line(self) -> str:
         """Return the last line that the node printed, except those of its regular course."""
         lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()

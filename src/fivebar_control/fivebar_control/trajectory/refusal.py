@@ -11,4 +11,5 @@ class PlanRefused(InputError):
 
 def place(x: float, y: float) -> str:
     """Return a place (m) as messages give it."""
-    return f"({x:.4f}, {y:.4f}) m"
+    # the sum makes a rounded -0 a 0
+    return f"({round(x, 4) + 0.0:.4f}, {round(y, 4) + 0.0:.4f}) m"

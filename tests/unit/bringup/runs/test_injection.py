@@ -11,7 +11,7 @@ import pytest
 
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Mode
-from fivebar_bringup.runs.injection import kills, read_injection
+from fivebar_bringup.runs.injection import kills, read_injection, refuse_late
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import processes
@@ -88,3 +88,10 @@ def test_a_motor_board_has_words_of_its_own() -> None:
             read_injection(text, board=True)
     with pytest.raises(InputError, match="bus_off"):
         read_injection("0.3 unplug")
+
+
+def test_a_fault_that_would_never_come_is_refused() -> None:
+    soon, late = read_injection("1.2 fault 1"), read_injection("100 kill blender")
+    refuse_late([soon], 1.2)
+    with pytest.raises(InputError, match=r"--inject '100\.0 kill blender': expected at most 1\.2 s, the end of"):
+        refuse_late([soon, late], 1.2)

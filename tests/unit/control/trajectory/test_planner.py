@@ -15,6 +15,7 @@ from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, parallel_svd
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 
@@ -285,3 +286,8 @@ def test_malformed_input_is_refused_by_name(kind: str, dextar: FiveBar) -> None:
 def test_one_duration_per_segment_is_expected(dextar: FiveBar) -> None:
     with pytest.raises(PlanRefused, match="segment_duration: 1 given for 2 segments: expected one per segment"):
         plan_motion(dextar, OUTWARDS, MIDDLE, [1.0], 500, ZoneRule())
+
+
+def test_a_place_on_an_axis_has_no_sign() -> None:
+    assert place(-1e-17, -2e-5) == "(0.0000, 0.0000) m"
+    assert place(-0.05, 0.15) == "(-0.0500, 0.1500) m"

@@ -162,7 +162,7 @@ def words_of(instruction: Instruction) -> str:
     action = instruction.action
     if isinstance(action, Move):
         mode = {1: ", assembly mode +", -1: ", assembly mode -", 0: ""}[action.assembly]
-        return f"move to ({action.x:.4f}, {action.y:.4f}) m{mode}{_by_way_of(action)}"
+        return f"move to {place(action.x, action.y)}{mode}{_by_way_of(action)}"
     if isinstance(action, Wait):
         return f"dwell {action.seconds:g} s"
     if isinstance(action, SetOutput):
