@@ -164,6 +164,7 @@ def test_a_payload_whose_sample_cannot_be_told_stays_where_it_was_recorded(tmp_p
         (["--set", "ekf.gyro_noise=loud"], "expected a number"),
         (["--set", "ekf.loudness=1"], "ekf.loudness: unknown key"),
         (["--set", "ekf.gyro_noise=-1"], "ekf.gyro_noise"),
+        (["--scenario", "other.yaml"], "--scenario: other.yaml: expected none"),
     ],
 )
 def test_a_wrong_setting_is_named(run: RunDirectory, tmp_path: Path, arguments: list[str], what: str) -> None:

@@ -99,6 +99,8 @@ def estimate_bag(
     source = find_bag(path)
     if source.run is None and scenario is None:
         raise InputError(f"--scenario: expected that of the recorded run: {source.bag} lies in no run")
+    if source.run is not None and scenario is not None:
+        raise InputError(f"--scenario: {scenario}: expected none: {source.bag} lies in a run, which has its own")
     recorded = source.run.read_scenario() if source.run is not None else load_scenario(str(scenario))
     if not recorded.estimated:
         raise InputError(f"{source.bag}: was recorded with estimator none: expected a run with estimator ekf")
