@@ -86,7 +86,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("vhc_controller", {"resolution": "best"}, "parameter resolution: "),
     ("vhc_controller", {"working_mode": [1, -1] * 3}, "working_mode: expected two signs, since this law is undefined"),
     ("unified_controller", {"working_mode": [1, -1] * 2}, "each +1 or -1, or two for each of the 3 waypoints"),
-    ("unified_controller", {"weight": 0.0}, "parameter weight: expected 1e-06 to 1000000.0 (m/s^2 / Nm)^2"),
+    ("unified_controller", {"weight": 0.0}, "parameter weight: expected 1e-12 to 1000000000000.0 (m/s^2 / Nm)^2"),
     ("supervisor", {"waypoints": [0.0, 0.15, 0.3, 0.15, 0.0, 0.15]}, "segment 1: (0.3000, 0.1500) m is out of reach"),
     ("supervisor", {"waypoints": [0.0, 0.15, math.nan, 0.15, 0.0, 0.15]}, "parameter waypoints: "),
     ("trajectory_generator", {"waypoints": [0.0, 0.15, 0.0]}, "waypoints: 3 numbers: expected pairs"),

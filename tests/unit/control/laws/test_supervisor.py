@@ -67,3 +67,7 @@ def test_a_candidate_with_weight_may_not(sigma: float) -> None:
     good = Torque(0.5, -0.5)
     for torque in (blend(sigma, good, UNDEFINED), blend(sigma, UNDEFINED, good)):
         assert all(math.isnan(value) for value in torque)
+
+
+def test_an_unknown_kappa_where_no_crossing_is_planned_is_as_unknown() -> None:
+    assert math.isnan(blending_weight(math.nan, 0.0))
