@@ -79,16 +79,15 @@ def with_payloads_as_taken(record: EstimatorRecord, scenario: Scenario, source: 
         InputError: the first reading is not that of the posture in which the robot was to start.
     """
     estimator, searched = estimator_of(scenario), round(SEARCHED * scenario.rate_hz)
-    taken: dict[int, float] = {}
-    row = 0
+    placed, row = record._replace(payloads={}), 0
     for logged, payload in record.payloads.items():
         while row < logged - searched:
-            _estimate(record._replace(payloads=taken), scenario, source, estimator, row)
+            _estimate(placed, scenario, source, estimator, row)
             row += 1
         last = min(logged + searched, len(record.samples) - 1)
-        first = _first_with(record._replace(payloads=taken), scenario, source, deepcopy(estimator), row, last, payload)
-        taken[logged if first is None else first] = payload
-    return record._replace(payloads=taken)
+        first = _first_with(placed, scenario, source, deepcopy(estimator), row, last, payload)
+        placed.payloads[logged if first is None else first] = payload
+    return placed
 
 
 def _first_with(
