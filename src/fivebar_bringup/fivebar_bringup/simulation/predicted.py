@@ -10,7 +10,6 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, X, Y, case_of
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.simulation.uncompiled import traced_crossing
-from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings
 from fivebar_description.parameters import without_cogging
@@ -21,6 +20,7 @@ MOMENT = [
     TraceRow._fields.index(name)
     for name in ("estimated_x", "estimated_y", "estimated_vx", "estimated_vy", "command1", "command2")
 ]
+ANGLES = [TraceRow._fields.index(name) for name in ("q11", "q12", "q21", "q22")]
 REQUESTED = [TraceRow._fields.index(name) for name in ("requested1", "requested2")]
 
 
@@ -50,7 +50,9 @@ def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
     places = trace[:, PLACE]
     distances = np.hypot(*(places - rows[: len(trace), [X, Y]]).T)
     requests = np.max(np.abs(trace[:, REQUESTED]), axis=1)
-    signs = np.sign([det_a(state_from_joints(scenario.five_bar(), *row)) for row in trace[:, :8].tolist()])
+    # det A = sin(theta_2 - theta_1), theta_i = q_i1 + q_i2
+    q11, q12, q21, q22 = trace[:, ANGLES].T
+    signs = np.sign(np.sin(q21 + q22 - q11 - q12))
     changes = np.flatnonzero(signs[1:] * signs[:-1] < 0.0) + 1
 
     def peak(value: float, sample: int) -> Peak:

@@ -109,8 +109,8 @@ class Feasibility(NamedTuple):
 
     @property
     def expected_distance(self) -> float:
-        """How far from its reference (m) the platform is expected: as predicted without loads, and by these besides."""
-        return sum(figure.value for figure in self.figures if figure.name in (ERROR, LOADS))
+        """How far from its reference (m) the platform is expected: the most predicted, without loads and with them."""
+        return max((figure.value for figure in self.figures if figure.name in (ERROR, LOADS)), default=0.0)
 
     def keeps_nearer_than(self, other: Feasibility) -> bool:
         """Return whether the platform is expected nearer to its reference, by a tenth at least, than in another."""

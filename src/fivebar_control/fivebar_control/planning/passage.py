@@ -27,7 +27,14 @@ from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar, with_floats
 
 BEFORE, AFTER = 0.08, 0.12
-"""Time (s) about a crossing in which the response is followed: the loads' build-up, and the return to the path."""
+"""Time (s) about a crossing in which the response is followed at least: the loads' build-up, and the return to the
+path."""
+
+KAPPA_BEFORE, KAPPA_AFTER = 0.1, 0.2
+"""The same in kappa, as it changes at the crossing: a slow one leaves the platform to the loads for longer."""
+
+LONGEST_WINDOW = 1.0
+"""Time (s) on either side of a crossing in which the response is followed at most."""
 
 LONGEST_STEP = 2e-3
 """Of the integration (s)."""
@@ -140,8 +147,9 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
     robot, plan, controller = with_floats(judged.robot), judged.plan, judged.follower.controller
     here = desired_at(robot, plan, crossing.time, plan.path.at(crossing.time)).state
     period = _step(judged.rate_hz)
-    first = -math.floor(min(BEFORE, crossing.time) / period)
-    times = [step * period for step in range(first, math.ceil(AFTER / period) + 1)]
+    before = _followed(crossing, BEFORE, KAPPA_BEFORE)
+    first = -math.floor(min(before, crossing.time) / period)
+    times = [step * period for step in range(first, math.ceil(_followed(crossing, AFTER, KAPPA_AFTER) / period) + 1)]
     references = desired_along(robot, plan, [crossing.time + time for time in times])
     held = np.ones(len(times))
     if controller.blended:
@@ -150,12 +158,18 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
             held[number] = 1.0 - supervise.at(crossing.time + time, reference_of(row).state).sigma
     passage = JudgedPassage(
         robot,
+        *plan.modes_at(crossing.time),
         parallel_svd(here),
         feedback_of(judged.follower),
         float(judged.torque_limit),
         float(judged.loads.passive),
     )
     return largest_displacement(passage, np.array(times), references, held, _load_cases(robot, judged.loads))
+
+
+def _followed(crossing: Crossing, least: float, kappa: float) -> float:
+    """Return the time (s) on one side of a crossing in which the response is followed, up to a kappa."""
+    return min(max(least, kappa / abs(crossing.kappa_rate)), LONGEST_WINDOW)
 
 
 def _load_cases(robot: FiveBar, loads: Loads) -> list[LoadCase]:

@@ -1,7 +1,7 @@
-"""The response of a crossing platform to loads: the error's equation along the reference, integrated in even steps.
+"""The response of a crossing platform to loads, integrated in even steps.
 
-e'' = G(t) (u - u_0) + a_F t_s, with the law's feedback, its weight on torque, its observer and the limits of the drives
-(docs/theory.md, section 15).
+x'' = G(x, v) u + a_0(x, v) + a_F t_s where the platform is, with the law's feedback, its weight on torque, its observer
+and the limits of the drives (docs/theory.md, section 15).
 """
 
 from __future__ import annotations
@@ -15,15 +15,13 @@ from numpy.typing import NDArray
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.unified import Box, InputMap, box_least_squares, input_map, normal_matrix
 from fivebar_control.machine_code import as_machine_code
+from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import ParallelSvd, parallel_svd
 from fivebar_control.model.state import Leg
 from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_description.parameters import FiveBar, LegParameters
 
 FloatArray = NDArray[np.float64]
-
-MOST_LEAD = 0.05
-"""Time (s) by which a displaced platform counts as ahead of its reference, or behind it, at most."""
 
 LOST = 0.1
 """Displacement (m) at which a response ends."""
@@ -46,6 +44,7 @@ class JudgedPassage(NamedTuple):
 
     Attributes:
         robot: as modelled, its numbers floats.
+        mode1, mode2: working mode.
         here: singular values and vectors at the crossing; loads act along its t_s.
         feedback: of the law.
         limit: of the drives (Nm).
@@ -53,6 +52,8 @@ class JudgedPassage(NamedTuple):
     """
 
     robot: FiveBar
+    mode1: int
+    mode2: int
     here: ParallelSvd
     feedback: Feedback
     limit: float
@@ -69,12 +70,11 @@ class LoadCase(NamedTuple):
 
 
 class PassageInstant(NamedTuple):
-    """The robot on its reference, at a time (s) from the crossing.
+    """The reference at a time (s) from the crossing.
 
     Attributes:
         time: s.
-        vx, vy, ax, ay: of the platform (m/s, m/s^2).
-        map: of the torques beyond friction to the acceleration.
+        x, y, vx, vy, ax, ay: of the platform (m, m/s, m/s^2).
         t_x, t_y: direction in which least torque acts.
         held: share of the feedback along it, less than 1 where a constraint law acts.
         box: of the torques beyond friction (Nm).
@@ -82,11 +82,12 @@ class PassageInstant(NamedTuple):
     """
 
     time: float
+    x: float
+    y: float
     vx: float
     vy: float
     ax: float
     ay: float
-    map: InputMap
     t_x: float
     t_y: float
     held: float
@@ -114,74 +115,74 @@ def largest_response(
 ) -> float:
     """Return the same for loads as rows, [M, 4] as in `LoadCase`."""
     instants = _instants(passage, times, references, held)
-    weight, none = passage.feedback.weight, (0.0, 0.0)
-    unloaded = [_acceleration_error(instant, instant, weight, none, none) for instant in instants]
     worst = 0.0
     for number in range(len(loads)):
         one = loads[number]
         load_case = LoadCase(float(one[0]), float(one[1]), float(one[2]), float(one[3]))
-        worst = max(worst, _response(passage, instants, unloaded, load_case))
+        worst = max(worst, _response(passage, instants, load_case))
     return worst
 
 
 def _instants(
     passage: JudgedPassage, times: FloatArray, references: FloatArray, held: FloatArray
 ) -> list[PassageInstant]:
-    """Return the robot on its reference; arguments as for `largest_displacement`."""
-    robot, limit = passage.robot, passage.limit
+    """Return the reference at the times; arguments as for `largest_displacement`."""
+    limit = passage.limit
     found = []
     for number in range(len(times)):
         reference = reference_of(references[number])
         state = reference.state
-        mapped = input_map(robot, state)
-        if mapped is None:
-            continue
         svd = parallel_svd(state)
         found.append(
             PassageInstant(
                 float(times[number]),
+                state.x,
+                state.y,
                 state.vx,
                 state.vy,
                 reference.ax,
                 reference.ay,
-                mapped,
                 svd.t_x,
                 svd.t_y,
                 float(held[number]),
                 Box(-limit - reference.f1, limit - reference.f1, -limit - reference.f2, limit - reference.f2),
-                _passive_load(robot, reference, passage.here, passage.friction),
+                _passive_load(passage.robot, reference, passage.here, passage.friction),
             )
         )
     return found
 
 
-def _response(
-    passage: JudgedPassage, instants: list[PassageInstant], unloaded: list[tuple[float, float]], load_case: LoadCase
-) -> float:
-    """Return the largest displacement (m) by a load and the friction of the passive joints.
+def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case: LoadCase) -> float:
+    """Return the largest distance from the reference (m) under a load and the friction of the passive joints.
 
     Args:
         passage: through the locus.
-        instants: the robot on its reference.
-        unloaded: by how much the law misses the reference's acceleration there without any load (m/s^2).
+        instants: the reference.
         load_case: the load.
     """
-    here, feedback = passage.here, passage.feedback
+    robot, here, feedback = passage.robot, passage.here, passage.feedback
     period = instants[1].time - instants[0].time
     share = 1.0 - math.exp(-feedback.observer_rate * period)
     x = y = vx = vy = d1 = d2 = 0.0
     largest = 0.0
-    for number, instant in enumerate(instants):
+    for instant in instants:
+        state = state_from_platform(
+            robot,
+            passage.mode1,
+            passage.mode2,
+            instant.x + x,
+            instant.y + y,
+            instant.vx + vx,
+            instant.vy + vy,
+        )
+        mapped = input_map(robot, state)
+        if mapped is None:
+            return LOST
         push = load_case.push if load_case.begin <= instant.time < load_case.end else 0.0
         load = load_case.lasting + instant.load + push
-        # a platform behind its reference is where that was before: what the motors can do is that of then
-        ahead = round(_lead(instant, x, y) / period)
-        place = instants[min(max(number + ahead, 0), len(instants) - 1)]
-        mapped = place.map
-        answer = (-feedback.kd * vx - feedback.kp * x, -feedback.kd * vy - feedback.kp * y)
-        ax, ay = _acceleration_error(instant, place, feedback.weight, answer, (d1, d2))
-        lost_x, lost_y = unloaded[number]
-        ax, ay = ax - lost_x + load * here.t_x, ay - lost_y + load * here.t_y
+        u1, u2 = _torque(mapped, instant, feedback, (x, y, vx, vy), (d1, d2))
+        ax = mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x + load * here.t_x - instant.ax
+        ay = mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y + load * here.t_y - instant.ay
         if share > 0.0:
             # what the motion shows beyond the torques, as torques
             rest_x = load * here.t_x - mapped.g_x1 * d1 - mapped.g_x2 * d2
@@ -196,34 +197,28 @@ def _response(
     return largest
 
 
-def _lead(instant: PassageInstant, x: float, y: float) -> float:
-    """Return by how much time (s) a platform displaced so far (m) is ahead of its reference along the path."""
-    squared = instant.vx * instant.vx + instant.vy * instant.vy
-    lead = (x * instant.vx + y * instant.vy) / squared if squared > 0.0 else 0.0
-    return min(max(lead, -MOST_LEAD), MOST_LEAD)
-
-
-def _acceleration_error(
+def _torque(
+    mapped: InputMap,
     instant: PassageInstant,
-    place: PassageInstant,
-    weight: float,
-    answer: tuple[float, float],
+    feedback: Feedback,
+    off: tuple[float, float, float, float],
     observed: tuple[float, float],
 ) -> tuple[float, float]:
-    """Return the actual acceleration minus that of the reference (m/s^2), by the law's torque and no load.
+    """Return the law's torques beyond friction (Nm).
 
     Args:
+        mapped: of the torques to the acceleration, where the platform is.
         instant: of the reference.
-        place: where the platform is.
-        weight: of the law on torque.
-        answer: feedback (m/s^2).
+        feedback: of the law.
+        off: distance and velocity from the reference (m, m/s).
         observed: disturbances (Nm) that the law compensates.
     """
-    mapped, box, (d1, d2) = place.map, instant.box, observed
-    needed_x, needed_y = instant.ax - mapped.a0_x, instant.ay - mapped.a0_y
-    target_x, target_y = needed_x + answer[0], needed_y + answer[1]
-    free = (place.held - 1.0) * (target_x * place.t_x + target_y * place.t_y)
-    target_x, target_y = target_x + free * place.t_x, target_y + free * place.t_y
+    x, y, vx, vy = off
+    (d1, d2), box, weight = observed, instant.box, feedback.weight
+    target_x = instant.ax - mapped.a0_x - feedback.kd * vx - feedback.kp * x
+    target_y = instant.ay - mapped.a0_y - feedback.kd * vy - feedback.kp * y
+    free = (instant.held - 1.0) * (target_x * instant.t_x + target_y * instant.t_y)
+    target_x, target_y = target_x + free * instant.t_x, target_y + free * instant.t_y
     h11, h12, h22 = normal_matrix(mapped, weight)
     u1, u2 = box_least_squares(
         h11,
@@ -233,8 +228,7 @@ def _acceleration_error(
         mapped.g_x2 * target_x + mapped.g_y2 * target_y,
         Box(box.low1 + d1, box.high1 + d1, box.low2 + d2, box.high2 + d2),
     )
-    net1, net2 = u1 - d1, u2 - d2
-    return mapped.g_x1 * net1 + mapped.g_x2 * net2 - needed_x, mapped.g_y1 * net1 + mapped.g_y2 * net2 - needed_y
+    return u1 - d1, u2 - d2
 
 
 def _inverse(mapped: InputMap, weight: float, ax: float, ay: float) -> tuple[float, float]:

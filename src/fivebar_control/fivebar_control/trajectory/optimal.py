@@ -34,6 +34,9 @@ WINDOW = 0.04
 """Width of the average, as a share of the duration of what is averaged; on a rounded path divided by its legs, so that
 it is as long as along the same legs with rests between them."""
 
+PER_WINDOW = 16
+"""Instants in each window at which a law is checked to go forwards; it is smooth over a window."""
+
 REACH = 0.1
 """Share of the duration on either side of the crossing within which a law is bent where a bump over all of it fails."""
 
@@ -164,7 +167,8 @@ def optimal_law(
 
 
 def _goes_forwards(law: OptimalLaw) -> bool:
-    return all(law(u)[1] > 0.0 for u in np.linspace(0.0, 1.0, 4 * GRID + 1)[1:-1].tolist())
+    instants = round(PER_WINDOW / law.window)
+    return all(law(number / instants)[1] > 0.0 for number in range(1, instants))
 
 
 def _numbers(values: FloatArray) -> tuple[float, ...]:

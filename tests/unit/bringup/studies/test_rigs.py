@@ -202,11 +202,11 @@ def test_a_robot_is_drawn_by_seed_number_and_rig_alone(numbers: tuple[int, ...])
 
 
 def test_a_crossing_too_slow_for_the_declared_loads_is_made_quicker() -> None:
-    slow = draw(41, 128, "middling")
+    slow = draw(91, 9, "middling")
     quick = timed_for_loads(slow)
     assert quick.drawn_duration == slow.duration > 2.0 * quick.duration
     assert quick._replace(duration=slow.duration, drawn_duration=None, time_law=QUINTIC) == slow
-    without_loads = draw(41, 128, "encoders")
+    without_loads = draw(91, 9, "encoders")
     assert timed_for_loads(without_loads) == without_loads
 
 
@@ -215,8 +215,8 @@ def test_a_crossing_too_slow_for_the_declared_loads_is_made_quicker() -> None:
     [
         # the polynomial asks for too much torque
         (75, 3, "calibrated", OPTIMAL),
-        (41, 128, "middling", OPTIMAL),
-        (75, 6, "calibrated", QUINTIC),
+        (91, 9, "middling", OPTIMAL),
+        (91, 2, "calibrated", QUINTIC),
         (75, 3, "encoders", QUINTIC),
     ],
 )

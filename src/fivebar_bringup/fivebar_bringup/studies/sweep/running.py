@@ -21,7 +21,7 @@ from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within, speed_step_of
-from fivebar_control.planning.pacing import Task, longest_bearing, pace_of
+from fivebar_control.planning.pacing import Task, longest_bearing, pace_of, retimed
 from fivebar_control.planning.timing import SLOWER
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
@@ -108,7 +108,10 @@ def _durations(task: Task, drawn: Plan) -> list[float]:
     calm = longest_bearing(task, drawn, limits.risk.load_aim, limits.loads).duration
     if calm == longest:
         return [longest]
-    wanted = max(calm, pace_of(task._replace(limits=limits._replace(loads=NO_LOADS)), drawn).fastest)
+    unloaded = task._replace(limits=limits._replace(loads=NO_LOADS))
+    wanted = calm
+    if not unloaded.judge(retimed(drawn, calm / longest)).feasible:
+        wanted = max(calm, pace_of(unloaded, drawn).fastest)
     return [*(factor * wanted for factor in SLOWER if factor * wanted < longest), longest]
 
 
