@@ -24,10 +24,11 @@ from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
-from fivebar_control.laws.unified import UnifiedSettings, input_map, unified_step
+from fivebar_control.laws.unified import InputMap, UnifiedSettings, acceleration, input_map, unified_step
+from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import Setting
 
 FloatArray = NDArray[np.float64]
@@ -74,19 +75,36 @@ def lqr_gains(
 
     References at which the model is not defined, as out of reach, are left out with all before them.
     """
-    gains: dict[Platform, Gain] = {}
-    weights = np.diag([1.0, 1.0, settings.speed_time**2, settings.speed_time**2])
-    value, last = 1e2 * weights, references[-1]
-    for reference in reversed(references):
+    motion = np.array(references, dtype=np.float64)
+    rows = as_machine_code(write_gains)(
+        with_floats(robot), mode1, mode2, motion, period, float(settings.speed_time), float(settings.weight)
+    )
+    defined = [(reference, row) for reference, row in zip(references, rows.tolist(), strict=True) if row[0] == row[0]]
+    return {
+        reference: Gain(u1, u2, (k11, k12, k13, k14), (k21, k22, k23, k24))
+        for reference, (u1, u2, k11, k12, k13, k14, k21, k22, k23, k24) in reversed(defined)
+    }
+
+
+def write_gains(
+    robot: FiveBar, mode1: int, mode2: int, motion: FloatArray, period: float, speed_time: float, weight: float
+) -> FloatArray:
+    """Return the same as rows, NaN where there is no gain: float64[N, 10] as in `Gain`, of a motion [N, 6]."""
+    rows = np.full((len(motion), 10), math.nan)
+    weights = np.diag(np.array([1.0, 1.0, speed_time * speed_time, speed_time * speed_time]))
+    value, last = 1e2 * weights, len(motion) - 1
+    for number in range(last, -1, -1):
+        m = motion[number]
+        reference = Platform(float(m[0]), float(m[1]), float(m[2]), float(m[3]), float(m[4]), float(m[5]))
         linear = linearised(robot, mode1, mode2, reference, period)
         if linear is None:
             break
         # the rest after the motion is long enough for the gain to converge
-        for _ in range(REST_SAMPLES if reference is last else 1):
-            value, feedback = riccati_step(linear, value, weights, settings.weight)
-        row1, row2 = ((float(a), float(b), float(c), float(d)) for a, b, c, d in feedback.tolist())
-        gains[reference] = Gain(*linear.torques, row1, row2)
-    return gains
+        for _ in range(REST_SAMPLES if number == last else 1):
+            value, feedback = riccati_step(linear, value, weights, weight)
+        rows[number, 0], rows[number, 1] = linear.torques
+        rows[number, 2:6], rows[number, 6:10] = feedback[0], feedback[1]
+    return rows
 
 
 class Linear(NamedTuple):
@@ -99,55 +117,56 @@ class Linear(NamedTuple):
 
 def linearised(robot: FiveBar, mode1: int, mode2: int, reference: Platform, period: float) -> Linear | None:
     """Return the linearisation at a reference; None where the model is not defined."""
-    place = np.array(reference[:4])
+    place = np.array([reference.x, reference.y, reference.vx, reference.vy])
     here = _map_at(robot, mode1, mode2, place)
     if here is None:
         return None
-    inputs, drift = here
-    wanted = np.array((reference.ax, reference.ay)) - drift
-    gram = inputs.T @ inputs
-    torques = np.linalg.solve(gram + LEAST_INPUT * np.trace(gram) * np.eye(2), inputs.T @ wanted)
-    slopes = np.zeros((2, 4))
-    for column, step in enumerate(STEPS):
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = place.copy()
-            moved[column] += sign * step
-            there = _map_at(robot, mode1, mode2, moved)
-            if there is None:
-                return None
-            ends.append(there[0] @ torques + there[1])
-        slopes[:, column] = (ends[0] - ends[1]) / (2.0 * step)
+    inputs = np.array([[here.g_x1, here.g_x2], [here.g_y1, here.g_y2]])
+    wanted = np.array([reference.ax - here.a0_x, reference.ay - here.a0_y])
+    across = np.ascontiguousarray(inputs.T)
+    gram = across @ inputs
+    torques = np.linalg.solve(gram + LEAST_INPUT * np.trace(gram) * np.eye(2), across @ wanted)
+    u1, u2 = float(torques[0]), float(torques[1])
     change = np.zeros((4, 4))
-    change[:2, 2:] = np.eye(2)
-    change[2:] = slopes
-    acting = np.vstack((np.zeros((2, 2)), inputs))
+    change[0, 2] = change[1, 3] = 1.0
+    for column in range(4):
+        step = STEPS[column]
+        off = np.zeros(4)
+        off[column] = step
+        after, before = _map_at(robot, mode1, mode2, place + off), _map_at(robot, mode1, mode2, place - off)
+        if after is None or before is None:
+            return None
+        ahead_x, ahead_y = acceleration(after, u1, u2)
+        behind_x, behind_y = acceleration(before, u1, u2)
+        change[2, column], change[3, column] = (ahead_x - behind_x) / (2.0 * step), (ahead_y - behind_y) / (2.0 * step)
+    acting = np.zeros((4, 2))
+    acting[2:] = inputs
     # torques are held over a sample; the third-order term is about 1e-6
-    transition = np.eye(4) + period * change + 0.5 * period**2 * change @ change
-    return Linear(
-        transition, period * acting + 0.5 * period**2 * change @ acting, (float(torques[0]), float(torques[1]))
-    )
+    half = 0.5 * period * period
+    transition = np.eye(4) + period * change + half * (change @ change)
+    return Linear(transition, period * acting + half * (change @ acting), (u1, u2))
 
 
 def riccati_step(
     linear: Linear, value: FloatArray, weights: FloatArray, weight: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the cost-to-go matrix one sample earlier, float64[4, 4], and the gain there, float64[2, 4]."""
-    through = linear.inputs.T @ value
-    feedback: FloatArray = np.linalg.solve(
-        through @ linear.inputs + weight * np.eye(2), through @ linear.transition
-    ).astype(np.float64, copy=False)
+    through = np.ascontiguousarray(linear.inputs.T) @ value
+    solved = np.linalg.solve(through @ linear.inputs + weight * np.eye(2), through @ linear.transition)
+    feedback = np.asarray(solved, dtype=np.float64)
     closed = linear.transition - linear.inputs @ feedback
-    before = weights + weight * feedback.T @ feedback + closed.T @ value @ closed
+    spent = np.ascontiguousarray(feedback.T) @ feedback
+    before = weights + weight * spent + np.ascontiguousarray(closed.T) @ value @ closed
     return 0.5 * (before + before.T), feedback
 
 
-def _map_at(robot: FiveBar, mode1: int, mode2: int, place: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Return G and a_0 at a position (m) and velocity (m/s)."""
-    mapped = input_map(robot, state_from_platform(robot, mode1, mode2, *place.tolist()))
+def _map_at(robot: FiveBar, mode1: int, mode2: int, place: FloatArray) -> InputMap | None:
+    """Return the map from torques to the acceleration at a position (m) and velocity (m/s), float64[4]."""
+    x, y, vx, vy = float(place[0]), float(place[1]), float(place[2]), float(place[3])
+    mapped = input_map(robot, state_from_platform(robot, mode1, mode2, x, y, vx, vy))
     if mapped is None or math.isnan(mapped.g_x1):
         return None
-    return np.array(mapped[:4]).reshape(2, 2), np.array(mapped[4:])
+    return mapped
 
 
 def lqr_step(

@@ -67,6 +67,14 @@ def input_map(robot: FiveBar, state: State) -> InputMap | None:
     )
 
 
+def acceleration(mapped: InputMap, u1: float, u2: float) -> tuple[float, float]:
+    """Return the platform's acceleration (m/s^2) by torques beyond friction (Nm), G u + a_0."""
+    return (
+        mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x,
+        mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y,
+    )
+
+
 def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm) -> InputMap:
     leg1, leg2 = state.leg1, state.leg2
     one = response_to(form, state, form.per_zz1, 0.0, form.lever1, 0.0, 0.0, 0.0)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.unified import Box, InputMap, box_least_squares, input_map, normal_matrix
+from fivebar_control.laws.unified import Box, InputMap, acceleration, box_least_squares, input_map, normal_matrix
 from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import ParallelSvd, parallel_svd
@@ -181,8 +181,8 @@ def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case:
         push = load_case.push if load_case.begin <= instant.time < load_case.end else 0.0
         load = load_case.lasting + instant.load + push
         u1, u2 = _torque(mapped, instant, feedback, (x, y, vx, vy), (d1, d2))
-        ax = mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x + load * here.t_x - instant.ax
-        ay = mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y + load * here.t_y - instant.ay
+        ax, ay = acceleration(mapped, u1, u2)
+        ax, ay = ax + load * here.t_x - instant.ax, ay + load * here.t_y - instant.ay
         if share > 0.0:
             # what the motion shows beyond the torques, as torques
             rest_x = load * here.t_x - mapped.g_x1 * d1 - mapped.g_x2 * d2

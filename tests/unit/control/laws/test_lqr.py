@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
+from fivebar_control import machine_code
 from fivebar_control.laws.law import Instant
 from fivebar_control.laws.lqr import LAW, Gain, LqrSettings, linearised, lqr_gains, riccati_step
 from fivebar_control.laws.reference import reference_from_platform
@@ -80,6 +81,19 @@ def test_out_of_reach_there_is_no_linearisation_and_what_comes_before_has_no_gai
     references = [rest._replace(y=0.14), rest._replace(y=0.5), rest._replace(y=0.149), rest]
     settings = as_numbers(LqrSettings())
     assert set(lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)) == set(references[2:])
+
+
+def test_as_machine_code_the_gains_are_the_same(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.14), (0.0, 0.04)), [0.2], RATE_HZ, ZoneRule())
+    references, settings = planned_references(plan, RATE_HZ), as_numbers(LqrSettings())
+    plain = lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)
+    monkeypatch.setattr(machine_code, "_many", True)
+    compiled = lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)
+    assert list(compiled) == list(plain)
+    for reference, gain in plain.items():
+        for found, wanted in zip(compiled[reference][2:], gain[2:], strict=True):
+            assert found == pytest.approx(wanted, rel=1e-9)
+        assert compiled[reference][:2] == pytest.approx(gain[:2], rel=1e-9)
 
 
 def test_a_step_backwards_is_the_least_cost_of_a_sample(dextar: FiveBar) -> None:
