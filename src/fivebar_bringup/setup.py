@@ -36,7 +36,7 @@ setup(
     entry_points={
         "console_scripts": [
             "bag_recorder = fivebar_bringup.nodes.bag_recorder:main",
-            "fivebar = fivebar_bringup.cli.main:main",
+            "fivebar = fivebar_bringup.cli.entry:main",
             "scene = fivebar_bringup.nodes.scene:main",
             "node_group = fivebar_bringup.nodes.node_group:main",
             "viewer = fivebar_bringup.nodes.viewer:main",

@@ -58,6 +58,9 @@ from fivebar_description.strict_yaml import InputError
 DEFAULT_CONTROLLER = "unified"
 """Of a motion that `goto` runs itself."""
 
+LONGEST_WAIT = 120.0
+"""s, for the end of a motion on a running graph."""
+
 
 # a negative coordinate must not be taken for an option
 @app.command(context_settings={"ignore_unknown_options": True})
@@ -137,7 +140,10 @@ def goto(
         int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID of that graph [default: 0]")
     ] = None,
     namespace: NamespaceOption = "",
-    timeout: Annotated[float, typer.Option(help="With --live: longest wait for the motion's end, s.")] = 120.0,
+    timeout: Annotated[
+        float | None,
+        typer.Option(help=f"With --live: longest wait for the motion's end, s [default: {LONGEST_WAIT:g}]"),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/goto-DATE-TIME]"),
@@ -174,16 +180,21 @@ def goto(
                 "--out": out,
             }
             _refuse_without_effect([option for option, value in without_effect.items() if value is not None])
-            check_positive("--timeout", timeout)
+            wait = LONGEST_WAIT if timeout is None else timeout
+            check_positive("--timeout", wait)
             if duration is not None:
                 check_positive("--duration", duration)
             _live(
                 goal_fields(x, y, mode, working_mode, duration, points, radii),
                 domain or 0,
                 read_namespace(namespace),
-                timeout,
+                wait,
                 as_json,
             )
+        of_live = {"--domain": domain, "--namespace": namespace or None, "--timeout": timeout}
+        for option, value in of_live.items():
+            if value is not None:
+                raise InputError(f"{option}: expected with --live: this motion is run on its own")
         begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
         torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from fivebar_bringup.cli.app import COMPLETED, JsonOption, app, input_errors
+from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
 from fivebar_bringup.studies.goto.start import standing_after
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.planning.standstill import DEVIATIONS, Standstill, mode_by_turn, standstill_at, way_out
@@ -26,7 +27,10 @@ def posture(
     after: Annotated[
         Path | None, typer.Option("--after", help="Run directory: the motors as they stood at its end.")
     ] = None,
-    robot: Annotated[str, typer.Option(help="Name of a shipped parameter file, or path to one.")] = "dextar",
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Name of a shipped parameter file, or path to one [default: dextar, or that of --after]"),
+    ] = None,
     rate: Annotated[
         float | None, typer.Option(help="Reading of the gyroscope on the distal link of leg 2, rad/s, as it falls.")
     ] = None,
@@ -42,12 +46,15 @@ def posture(
         for name, value in (("Q11", q11), ("Q21", q21), ("--rate", rate)):
             if value is not None and not math.isfinite(value):
                 raise InputError(f"{name}: {value}: expected a finite number")
+        if after is not None and robot is not None:
+            raise InputError("--robot: expected without --after: the robot is that of the run")
         if after is not None and q11 is None:
             standing = standing_after(after)
             known, tolerances = standing.scenario.five_bar(), standing.scenario.known_within()
             angles = standing.q11, standing.q21
         elif after is None and q11 is not None and q21 is not None:
-            known, tolerances, angles = load_robot(robot), tolerances_of(robot), (q11, q21)
+            file = DEFAULT_ROBOT if robot is None else robot
+            known, tolerances, angles = load_robot(file), tolerances_of(file), (q11, q21)
         else:
             raise InputError("Q11 Q21 and --after: expected one of them")
         stand = standstill_at(known, tolerances, *angles)

@@ -197,6 +197,13 @@ def test_a_running_graph_is_asked_for_nothing_that_it_would_not_do(
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize("option", [("--domain", "7"), ("--namespace", "left"), ("--timeout", "30")])
+def test_what_a_running_graph_alone_would_hear_is_refused_without_one(option: tuple[str, str]) -> None:
+    code, out, err = goto("0", "0.02", *option, "--plan-only")
+    assert (code, out) == (2, "")
+    assert err == f"fivebar: {option[0]}: expected with --live: this motion is run on its own\n"
+
+
 def test_what_goes_with_a_running_graph_reaches_it(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
 

@@ -19,6 +19,7 @@ from fivebar_description.parameters import FiveBar
         (("nan", "1"), "Q11: nan: expected a finite number"),
         (("1.2", "-inf"), "Q21: -inf: expected a finite number"),
         (("1.2", "1.9", "--rate", "nan"), "--rate: nan: expected a finite number"),
+        (("--after", "run", "--robot", "motkin"), "--robot: expected without --after: the robot is that of the run"),
         (("1.2",), "Q11 Q21 and --after: expected one of them"),
     ],
 )
