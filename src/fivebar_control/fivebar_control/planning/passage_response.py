@@ -191,9 +191,11 @@ def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case:
             d1, d2 = d1 + share * e1, d2 + share * e2
         vx, vy = vx + period * ax, vy + period * ay
         x, y = x + period * vx, y + period * vy
-        largest = max(largest, math.hypot(x, y))
-        if not largest < LOST:
+        distance = math.hypot(x, y)
+        # out of the legs' reach it is undefined
+        if not distance < LOST:
             return LOST
+        largest = max(largest, distance)
     return largest
 
 

@@ -19,6 +19,7 @@ from fivebar_control.planning.figures import LOADS, Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
 from fivebar_control.planning.passage import displacement, exposure, unavoidable
+from fivebar_control.planning.passage_response import LOST
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
@@ -96,6 +97,13 @@ def test_where_the_reference_takes_all_torque_nothing_is_left_for_a_load() -> No
     alone, loads = Loads(passive=1e-9), BORNE._replace(push=1.0)
     moved = [displacement(ROBOT, scenario.plan(), 500, scenario.tuned(), limit, one).value for one in (alone, loads)]
     assert moved == pytest.approx([worst_error(scenario, one) for one in (alone, loads)], rel=0.1)
+
+
+def test_an_undefined_response_has_lost_the_platform() -> None:
+    """As where the platform is displaced out of the legs' reach."""
+    scenario = slow()
+    undefined = displacement(ROBOT, scenario.plan(), 500, scenario.tuned(), 2.0, Loads(passive=math.nan))
+    assert undefined.value == LOST
 
 
 def test_a_crossing_too_slow_for_the_loads_is_refused_with_the_speed_that_would_do() -> None:
