@@ -147,9 +147,15 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
     robot, plan, controller = with_floats(judged.robot), judged.plan, judged.follower.controller
     here = desired_at(robot, plan, crossing.time, plan.path.at(crossing.time)).state
     period = _step(judged.rate_hz)
-    before = _followed(crossing, BEFORE, KAPPA_BEFORE)
-    first = -math.floor(min(before, crossing.time) / period)
-    times = [step * period for step in range(first, math.ceil(_followed(crossing, AFTER, KAPPA_AFTER) / period) + 1)]
+    before = min(_followed(crossing, BEFORE, KAPPA_BEFORE), crossing.time)
+    after = _followed(crossing, AFTER, KAPPA_AFTER)
+    if plan.modes:
+        # the segments beside it may have another working mode
+        segment = plan.path.segments[crossing.segment]
+        before = min(before, crossing.time - segment.start_time)
+        after = min(after, segment.start_time + segment.duration - crossing.time - period)
+    first = -math.floor(before / period)
+    times = [step * period for step in range(first, math.ceil(after / period) + 1)]
     references = desired_along(robot, plan, [crossing.time + time for time in times])
     held = np.ones(len(times))
     if controller.blended:
@@ -169,7 +175,9 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
 
 def _followed(crossing: Crossing, least: float, kappa: float) -> float:
     """Return the time (s) on one side of a crossing in which the response is followed, up to a kappa."""
-    return min(max(least, kappa / abs(crossing.kappa_rate)), LONGEST_WINDOW)
+    if kappa >= LONGEST_WINDOW * crossing.kappa_rate:
+        return LONGEST_WINDOW
+    return max(least, kappa / crossing.kappa_rate)
 
 
 def _load_cases(robot: FiveBar, loads: Loads) -> list[LoadCase]:

@@ -9,6 +9,7 @@ import pytest
 
 from fivebar_bringup.runs.admission import refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.studies.passage_study import passage
@@ -104,6 +105,16 @@ def test_an_undefined_response_has_lost_the_platform() -> None:
     scenario = slow()
     undefined = displacement(ROBOT, scenario.plan(), 500, scenario.tuned(), 2.0, Loads(passive=math.nan))
     assert undefined.value == LOST
+
+
+def test_a_response_ends_with_the_working_mode(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A passage through Type 1 follows the second crossing; in its other working mode a place is another state."""
+    scenario = load_scenario("type2_and_type1")
+    plan = scenario.plan()
+    one = displacement(ROBOT, plan, scenario.rate_hz, scenario.tuned(), 2.0, BORNE)
+    monkeypatch.setattr("fivebar_control.planning.passage.AFTER", 1.0)
+    assert displacement(ROBOT, plan, scenario.rate_hz, scenario.tuned(), 2.0, BORNE).value == one.value
+    assert one.time == plan.crossings[1].time
 
 
 def test_a_crossing_too_slow_for_the_loads_is_refused_with_the_speed_that_would_do() -> None:
