@@ -102,7 +102,7 @@ def test_ros_stays_in_the_nodes_and_in_the_folders_named_ros(path: Path) -> None
         assert not [name for name in found if f"{name}.".startswith(dressed)]
 
 
-BELOW_THE_LAWS = {"model", "laws", "fault", "compiling"}
+BELOW_THE_LAWS = {"model", "laws", "fault", "compiling", "machine_code"}
 """What the laws may import of their package: neither plans nor nodes, so that a law is known by its inputs alone."""
 
 
