@@ -16,7 +16,3 @@ def main() -> None:
     if heard:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     run()
-
-
-if __name__ == "__main__":
-    main()

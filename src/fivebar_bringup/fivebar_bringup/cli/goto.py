@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -60,6 +61,12 @@ DEFAULT_CONTROLLER = "unified"
 
 LONGEST_WAIT = 120.0
 """s, for the end of a motion on a running graph."""
+
+OF_ITS_OWN = (
+    "expected without --live: the running graph has its own robot, start, controller, limits and results; only --mode,"
+    " --working-mode, --duration, --via and --blend-radius go with a goal"
+)
+"""Why most options have no effect on a running graph: its own scenario has set what they set."""
 
 
 # a negative coordinate must not be taken for an option
@@ -179,7 +186,7 @@ def goto(
                 "--offline": offline or None,
                 "--out": out,
             }
-            _refuse_without_effect([option for option, value in without_effect.items() if value is not None])
+            _refuse_given(without_effect, OF_ITS_OWN)
             wait = LONGEST_WAIT if timeout is None else timeout
             check_positive("--timeout", wait)
             if duration is not None:
@@ -192,9 +199,7 @@ def goto(
                 as_json,
             )
         of_live = {"--domain": domain, "--namespace": namespace or None, "--timeout": timeout}
-        for option, value in of_live.items():
-            if value is not None:
-                raise InputError(f"{option}: expected with --live: this motion is run on its own")
+        _refuse_given(of_live, "expected with --live: this motion is run on its own")
         begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
         torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)
@@ -279,13 +284,11 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))
 
 
-def _refuse_without_effect(given: list[str]) -> None:
-    """Refuse options that have no effect on a running graph: its own scenario has set what they set."""
+def _refuse_given(options: Mapping[str, object], reason: str) -> None:
+    """Refuse those of some options that have been given, which would have no effect, for a reason."""
+    given = [option for option, value in options.items() if value is not None]
     if given:
-        raise InputError(
-            f"{', '.join(given)}: expected without --live: the running graph has its own robot, start, controller,"
-            " limits and results; only --mode, --working-mode, --duration, --via and --blend-radius go with a goal"
-        )
+        raise InputError(f"{', '.join(given)}: {reason}")
 
 
 def _point(text: str) -> tuple[float, float]:

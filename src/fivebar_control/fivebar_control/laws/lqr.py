@@ -79,7 +79,9 @@ def lqr_gains(
     rows = as_machine_code(write_gains)(
         with_floats(robot), mode1, mode2, motion, period, float(settings.speed_time), float(settings.weight)
     )
-    defined = [(reference, row) for reference, row in zip(references, rows.tolist(), strict=True) if row[0] == row[0]]
+    known = zip(references, rows.tolist(), strict=True)
+    defined = [(reference, row) for reference, row in known if not math.isnan(row[0])]
+    # backwards, so that of equal references the first one counts
     return {
         reference: Gain(u1, u2, (k11, k12, k13, k14), (k21, k22, k23, k24))
         for reference, (u1, u2, k11, k12, k13, k14, k21, k22, k23, k24) in reversed(defined)

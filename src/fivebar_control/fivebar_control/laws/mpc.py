@@ -49,6 +49,7 @@ from fivebar_control.laws.unified import (
     InputMap,
     UnifiedMemory,
     UnifiedSettings,
+    acceleration,
     input_map,
     observed_disturbance,
     restarted,
@@ -283,7 +284,7 @@ def observed_from(
 ) -> UnifiedMemory:
     """Return what the disturbance observer keeps of a sample for the next one."""
     net1, net2 = torque.tau1 - reference.f1, torque.tau2 - reference.f2
-    u1, u2 = net1 + d1, net2 + d2
+    ax, ay = acceleration(mapped, net1 + d1, net2 + d2)
     return UnifiedMemory(
         d1=d1,
         d2=d2,
@@ -292,8 +293,8 @@ def observed_from(
         net2=net2,
         vx=state.vx,
         vy=state.vy,
-        ax=mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x,
-        ay=mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y,
+        ax=ax,
+        ay=ay,
     )
 
 

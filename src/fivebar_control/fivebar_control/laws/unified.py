@@ -257,6 +257,7 @@ def unified_step(
         mapped.g_x2 * target_x + mapped.g_y2 * target_y + weight * held2,
         Box(-limit - off1, limit - off1, -limit - off2, limit - off2),
     )
+    ax, ay = acceleration(mapped, u1, u2)
     kept = UnifiedMemory(
         d1=d1,
         d2=d2,
@@ -265,8 +266,8 @@ def unified_step(
         net2=u2 - d2,
         vx=state.vx,
         vy=state.vy,
-        ax=mapped.g_x1 * u1 + mapped.g_x2 * u2 + mapped.a0_x,
-        ay=mapped.g_y1 * u1 + mapped.g_y2 * u2 + mapped.a0_y,
+        ax=ax,
+        ay=ay,
     )
     return Torque(u1 + off1, u2 + off2), kept
 
