@@ -12,13 +12,17 @@ from forked_node import ForkedNode
 from graph_probe import DROPPED_RESPONSE, RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
+from rcl_interfaces.srv import GetParameters
 
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario_files import load_scenario
+from fivebar_control.laws.robot_sizes import law_sizes
+from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
+from fivebar_description.robot_file import read_robot
 
 NODES = sorted(node_modules())
 OF_ROS = ("use_sim_time", "start_type_description_service")
@@ -92,6 +96,9 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("trajectory_generator", {"waypoints": [0.0, 0.15, 0.0]}, "waypoints: 3 numbers: expected pairs"),
     ("trajectory_generator", {"segment_durations": [1.0]}, "segment_duration: 1 given for 2 segments"),
     ("trajectory_generator", {"robot": "hexapod"}, "robot 'hexapod': expected one of dextar"),
+    ("trajectory_generator", {"goal_controller": "ctc"}, "expected a controller that follows requests, unified or mpc"),
+    ("trajectory_generator", {"goal_controller": "pid"}, "goal_controller: 'pid': expected one of ctc, multi_joint"),
+    ("trajectory_generator", {"goal_safety_workspace": [0.1, -0.1, 0.0, 0.2]}, "expected x_min < x_max"),
     ("blender", {"robot": "no/such/file.yaml"}, "no/such/file.yaml: cannot be read"),
     ("blender", {"candidate_deadline_ms": 0.0}, "parameter candidate_deadline_ms: expected 1.0 to 60000.0 ms"),
     ("imu_listener", {"rate_hz": 0}, "parameter rate_hz: expected 1 to 10000 Hz"),
@@ -145,6 +152,17 @@ def test_a_parameter_file_for_all_namespaces_is_read(bench: Bench, tmp_path: Pat
     process = bench.start("ctc_controller", "/somewhere", arguments=["--params-file", str(path)])
     assert process.wait() == 2
     assert "-3.5" in process.stderr
+
+
+@pytest.mark.parametrize(("node", "prefix"), [("unified_controller", ""), ("trajectory_generator", "goal_law_")])
+def test_what_is_not_given_follows_from_the_robot(bench: Bench, node: str, prefix: str) -> None:
+    """The nominal crossing of the bench takes a twelfth of the torque of DexTAR's."""
+    bench.start(node, robot="motkin", waypoints=[0.0, 0.12, 0.0, 0.0, 0.0, 0.12], **{f"{prefix}kd": 77.0})
+    names = [f"{prefix}{name}" for name in ("kd", "weight", "disturbance_limit")]
+    answer = bench.probe().call(GetParameters, f"/{node}/get_parameters", GetParameters.Request(names=names))
+    sizes = law_sizes(read_robot("motkin"))["unified"]
+    assert [value.double_value for value in answer.values] == [77.0, sizes["weight"], sizes["disturbance_limit"]]
+    assert sizes["weight"] > 100.0 * UnifiedSettings().weight
 
 
 class Tuning:

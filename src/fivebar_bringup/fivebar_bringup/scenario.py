@@ -36,7 +36,7 @@ from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeL
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.file_format import NEWEST, Format
-from fivebar_description.forbidden import NamedBounds, bounds_in, named_bounds, numbers_of
+from fivebar_description.forbidden import NamedBounds, kept_clear_of, numbers_of
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
@@ -417,9 +417,7 @@ class Scenario(StrictModel):
 
     def kept_clear_of(self) -> tuple[NamedBounds, ...]:
         """Return the postures that the robot may not enter: by the section `safety`, by default as its file says."""
-        given = bounds_in(self.safety.forbidden)
-        own = tuple(NamedBounds(f"{number}", bounds) for number, bounds in enumerate(given, start=1))
-        return own or named_bounds(read_robot(self.robot).forbidden)
+        return kept_clear_of(self.safety.forbidden, read_robot(self.robot).forbidden)
 
     def stop_cycles(self) -> int:
         """Return for how many cycles the last torque is held at most in real time, when something is late or missing.

@@ -93,6 +93,12 @@ def bounds_in(numbers: Sequence[float]) -> tuple[PostureBounds, ...]:
     return tuple(PostureBounds(*map(float, numbers[at : at + SIZE])) for at in range(0, len(numbers), SIZE))
 
 
+def kept_clear_of(numbers: Sequence[float], postures: Sequence[ForbiddenPosture]) -> tuple[NamedBounds, ...]:
+    """Return the postures that a robot may not enter: those in one row, named by place, else those of its file."""
+    given = tuple(NamedBounds(f"{place}", bounds) for place, bounds in enumerate(bounds_in(numbers), start=1))
+    return given or named_bounds(postures)
+
+
 def numbers_problem(numbers: Sequence[float]) -> str | None:
     """Return what is wrong with ranges in one row, None if nothing."""
     if len(numbers) % SIZE or len(numbers) > MOST * SIZE:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from types import NoneType, UnionType
@@ -184,7 +184,9 @@ class Declared(NamedTuple):
         return float(value) if self.kind is float else value
 
     def from_parameter(self, value: Any) -> Any:
-        """Return the value that a parameter of a node stands for."""
+        """Return the value that a parameter of a node stands for; an array may come as any sequence."""
+        if isinstance(value, Sequence) and not isinstance(value, str):
+            value = tuple(value)
         return self.nothing if self.none is not None and value == self.none else made_of(self.kind, value)
 
     def problem(self, value: Any) -> str | None:

@@ -10,12 +10,9 @@ from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import displaced, is_predictable, screen_run
 from fivebar_control.planning.figures import LOADS, Feasibility
-from fivebar_control.planning.limits import MotionLimits, limits_of_given, reach_within, speed_step_of
+from fivebar_control.planning.limits import MotionLimits, limits_of_given, predicted_within, reach_within, speed_step_of
 from fivebar_control.planning.pacing import Borne, longest_within
 from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
-
-PREDICTED_SHARE = 0.5
-"""Part of the error tolerance that the predicted run may use; the rest is for what the prediction does not know."""
 
 ZONE_PASSAGES = 3.0
 """Longest stay of a blended controller in a zone, as a multiple of the planned time at sigma = 1. A passage at constant
@@ -158,7 +155,7 @@ def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
         limits = limits._replace(dwell=math.inf, rest=0.0)
     return limits._replace(
         zone_stay=max(limits.zone_stay, ZONE_PASSAGES * plan.zone_time),
-        predicted_error=min(PREDICTED_SHARE * scenario.error_tolerance, scenario.tracking_error_limit),
+        predicted_error=predicted_within(scenario.error_tolerance, scenario.tracking_error_limit),
         error_tolerance=scenario.error_tolerance,
         risk=scenario.risk,
         loads=scenario.to_bear(),

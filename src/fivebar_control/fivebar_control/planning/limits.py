@@ -90,6 +90,10 @@ class Risk(NamedTuple):
     ] = 0.0
 
 
+PREDICTED_SHARE = 0.5
+"""Part of the error tolerance that a predicted run may use; the rest is for what the prediction does not know."""
+
+
 class MotionLimits(NamedTuple):
     """Limits of a feasible motion.
 
@@ -131,7 +135,7 @@ class MotionLimits(NamedTuple):
     authority: float = MIN_AUTHORITY
     clearance: float = 0.01
     approach: float = 0.0
-    predicted_error: float = 1e-3
+    predicted_error: float = PREDICTED_SHARE * 2e-3
     error_tolerance: float = 2e-3
     risk: Risk = Risk()
     loads: Loads = NO_LOADS
@@ -143,6 +147,11 @@ class MotionLimits(NamedTuple):
         """The loads that a crossing must bear: along t_s, all but the risked share of what is declared."""
         share = exceeded_share(self.risk.load)
         return self.loads._replace(tilt=share * self.loads.tilt, push=share * self.loads.push)
+
+
+def predicted_within(error_tolerance: float, tracking_error_limit: float) -> float:
+    """Return how far (m) a predicted run may leave the reference: within the tolerance, and where nothing stops it."""
+    return min(PREDICTED_SHARE * error_tolerance, tracking_error_limit)
 
 
 def exceeded_share(probability: float) -> float:

@@ -11,23 +11,25 @@ import subprocess
 import sys
 from functools import lru_cache
 from multiprocessing.connection import Connection, Pipe
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
-from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.laws.law import TunedLaw
+from fivebar_control.laws.registry import TunedController, default_tuning, find_controller
 from fivebar_control.planning.course import NO_COURSE, Course
-from fivebar_control.planning.limits import MotionLimits, Risk, limits_of, speed_step_of
+from fivebar_control.planning.limits import MotionLimits, Risk, limits_of, predicted_within, speed_step_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
+from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
-from fivebar_description.forbidden import named_bounds
+from fivebar_description.forbidden import kept_clear_of
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import laden
-from fivebar_description.robot_file import read_robot
+from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
 WORKER = "fivebar_control.planning.planning_worker"
@@ -44,6 +46,11 @@ class Conditions(NamedTuple):
         sensing: what the estimator has, None without one.
         loads: what the robot has to bear.
         held: time (s) for which the last torque may be held, which a motion has to bear; 0 where it never is.
+        tracking_error_limit: distance from the reference beyond which the robot is stopped (m).
+        workspace: beyond which it is stopped.
+        forbidden: postures that it may not enter, in one row; by default those of the robot's file.
+        controller: which follows the motion.
+        law: settings of its law, None for those of the robot by default.
     """
 
     robot: str
@@ -55,6 +62,18 @@ class Conditions(NamedTuple):
     sensing: Sensing | None = None
     loads: Loads = NO_LOADS
     held: float = 0.0
+    tracking_error_limit: float = SafetySettings().tracking_error_limit
+    workspace: Area = EVERYWHERE
+    forbidden: tuple[float, ...] = ()
+    controller: str = "unified"
+    law: tuple[Any, ...] | None = None
+
+    def follower(self, file: RobotFile) -> TunedController:
+        """Return the controller with its settings."""
+        controller = find_controller(self.controller)
+        if self.law is None:
+            return default_tuning(controller, file)
+        return TunedController(controller, TunedLaw(controller.nominal, self.law))
 
 
 class Planned(NamedTuple):
@@ -194,10 +213,10 @@ def plan_once(conditions: Conditions, order: PlanningRequest) -> Planned:
 
 
 def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
-    """Plan a request for the law without switching, the only one that follows requests."""
+    """Plan a request and screen it with the controller that will follow it."""
     file = read_robot(conditions.robot)
     robot = laden(file.five_bar(), order.payload)
-    follower = default_tuning(CONTROLLERS["unified"], file)
+    follower = conditions.follower(file)
     torque = order.torque_share * conditions.torque_limit
     counts = None if conditions.sensing is None else conditions.sensing.drives.encoder_counts
     step = speed_step_of(conditions.rate_hz, counts)
@@ -212,10 +231,12 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             conditions.rate_hz,
             follower,
             limits._replace(
+                predicted_error=predicted_within(conditions.error_tolerance, conditions.tracking_error_limit),
                 error_tolerance=conditions.error_tolerance,
                 risk=conditions.risk,
                 loads=conditions.loads,
-                forbidden=named_bounds(file.forbidden),
+                forbidden=kept_clear_of(conditions.forbidden, file.forbidden),
+                workspace=conditions.workspace,
             ),
             order.duration or Speed.COMFORTABLE,
             conditions.sensing,

@@ -46,6 +46,9 @@ def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: flo
     """Say why the platform must not rest at (x, y) m, in words; None where it may."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return f"({x}, {y}) m: expected finite coordinates"
+    area = limits.workspace
+    if not (area.x_min <= x <= area.x_max and area.y_min <= y <= area.y_max):
+        return f"{place(x, y)} is outside the workspace {list(area)} m, beyond which the robot is stopped"
     for number, leg in enumerate((robot.leg1, robot.leg2), start=1):
         margin = reach_margin(leg, x, y)
         if margin < 0.0:

@@ -10,21 +10,27 @@ from typing import Any, NamedTuple
 
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.laws.registry import find_controller
+from fivebar_control.laws.robot_sizes import law_sizes
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.planning_process import Conditions
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.ros.node_settings import (
+    GOAL_LAW_PREFIX,
     GOAL_LOAD_PREFIX,
     GOAL_PASSIVE_PREFIX,
     GOAL_PREFIX,
     GOAL_RISK_PREFIX,
+    GOAL_SAFETY_PREFIX,
     GOAL_TOLERANCE_PREFIX,
     NOT_OF_THE_FILTER,
+    OF_REQUESTS,
     GoalSettings,
 )
+from fivebar_control.safety.stages import EVERYWHERE, SafetySettings
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PassiveEncoder
-from fivebar_description.robot_file import loads_of, tolerances_of
+from fivebar_description.robot_file import loads_of, read_robot, tolerances_of
 from fivebar_description.settings import from_parameters, to_parameters
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
 from fivebar_description.tolerances import Tolerances
@@ -54,18 +60,33 @@ TOLERANCES = ParameterGroup(Tolerances, GOAL_TOLERANCE_PREFIX)
 PASSIVE = ParameterGroup(PassiveEncoder, GOAL_PASSIVE_PREFIX, PASSIVE_OF_SIMULATION)
 RISK = ParameterGroup(Risk, GOAL_RISK_PREFIX)
 LOADS = ParameterGroup(Loads, GOAL_LOAD_PREFIX)
+SAFETY = ParameterGroup(
+    SafetySettings,
+    GOAL_SAFETY_PREFIX,
+    tuple(name for name in SafetySettings._fields if name not in OF_REQUESTS),
+)
 
-GROUPS = (GOALS, DRIVES, EKF, TOLERANCES, PASSIVE, RISK, LOADS)
-"""All parameters that decide, besides `robot` and `rate_hz` of the motion."""
+GROUPS = (GOALS, DRIVES, EKF, TOLERANCES, PASSIVE, RISK, LOADS, SAFETY)
+"""The parameters that decide, besides `robot` and `rate_hz` of the motion and those of the law (`law_group`)."""
+
+
+def law_group(controller: str, robot: str) -> ParameterGroup:
+    """Return the settings of the law that follows requests; their defaults are those for the robot.
+
+    Raises:
+        InputError: there is no such controller, or the robot's file cannot be read.
+    """
+    law = find_controller(controller).nominal
+    return ParameterGroup(law.settings, GOAL_LAW_PREFIX, defaults=law_sizes(read_robot(robot)).get(law.name, {}))
 
 
 def conditions_of(values: Mapping[str, Any]) -> Conditions:
-    """Return by what requests are judged from parameters by name: those of `GROUPS`, `robot` and `rate_hz`.
+    """Return by what requests are judged from parameters by name: `robot`, `rate_hz`, `GROUPS` and the law's.
 
     Raises:
-        InputError: the robot's file cannot be read.
+        InputError: the robot's file cannot be read, or there is no such controller.
     """
-    robot, settings = values["robot"], GOALS.read(values)
+    robot, settings, safety = values["robot"], GOALS.read(values), SAFETY.read(values)
     sensing = Sensing(
         DRIVES.read(values),
         EKF.read(values),
@@ -84,4 +105,9 @@ def conditions_of(values: Mapping[str, Any]) -> Conditions:
         sensing if settings.goal_estimated else None,
         loads_of(robot, LOADS.read(values)),
         settings.goal_held_ms / 1e3,
+        safety.tracking_error_limit,
+        EVERYWHERE if safety.workspace is None else safety.workspace,
+        safety.forbidden,
+        settings.goal_controller,
+        law_group(settings.goal_controller, robot).read(values),
     )

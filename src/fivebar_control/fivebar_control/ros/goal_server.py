@@ -12,7 +12,7 @@ from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.planning.planning_process import PlanningProcess
-from fivebar_control.ros.goal_conditions import GOALS, GROUPS, conditions_of
+from fivebar_control.ros.goal_conditions import GOALS, GROUPS, ParameterGroup, conditions_of, law_group
 from fivebar_control.ros.motion_parameters import DeclaredMotion
 from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_description.interface import GOAL, GOAL_STATUS
@@ -35,7 +35,8 @@ class GoalServer:
         """Declare the parameters and join the topics, on a node that has declared the motion."""
         values = {"robot": node.get_parameter("robot").value, "rate_hz": motion.rate_hz}
         for group in GROUPS:
-            values |= node.parameters(specs_of(group.settings, group.prefix, group.without, **group.defaults))
+            values |= _declared(node, group)
+        values |= _declared(node, law_group(values["goal_controller"], values["robot"]))
         settings = GOALS.read(values)
         self._open: bool = settings.takes_goals
         self._wait = settings.goal_wait_ms / 1e3
@@ -143,3 +144,7 @@ class GoalServer:
     def _report(self, state: str, goal: list[float], **more: Any) -> None:
         content = {"state": state, "goal": [value if abs(value) < 1e6 else None for value in goal], **more}
         self._status.publish(String(data=json.dumps(content)))
+
+
+def _declared(node: GraphNode, group: ParameterGroup) -> dict[str, Any]:
+    return node.parameters(specs_of(group.settings, group.prefix, group.without, **group.defaults))

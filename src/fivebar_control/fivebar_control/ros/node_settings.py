@@ -8,7 +8,15 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY, MOST_AHEAD
-from fivebar_control.laws.registry import CONDITION, SIGMOID, find_law, law_problem
+from fivebar_control.laws.registry import (
+    CONDITION,
+    GOAL_CONTROLLERS,
+    SIGMOID,
+    controller_problem,
+    find_controller,
+    find_law,
+    law_problem,
+)
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.trajectory.planner import QUINTIC, TimeLaw
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, RESTS
@@ -30,8 +38,12 @@ ZONE_PREFIX = "zone_"
 
 GOAL_PREFIX, GOAL_TOLERANCE_PREFIX, GOAL_RISK_PREFIX = "goal_estimator_", "goal_tolerance_", "goal_risk_"
 GOAL_LOAD_PREFIX, GOAL_PASSIVE_PREFIX = "goal_load_", "goal_passive_"
-"""Prefixes of the parameters by which requests are judged: `Drives` and `EkfSettings`, `Tolerances`, `Risk`, `Loads`
-and `PassiveEncoder`."""
+GOAL_SAFETY_PREFIX, GOAL_LAW_PREFIX = "goal_safety_", "goal_law_"
+"""Prefixes of the parameters by which requests are judged: `Drives` and `EkfSettings`, `Tolerances`, `Risk`, `Loads`,
+`PassiveEncoder`, `SafetySettings` and those of the law that follows them."""
+
+OF_REQUESTS = ("workspace", "forbidden", "tracking_error_limit")
+"""The settings of `SafetySettings` that a request keeps to; torque and speed have parameters of their own."""
 
 NOT_OF_THE_FILTER = ("feed_forward",)
 """The setting of `EkfSettings` that the graph uses, not the state estimator."""
@@ -69,6 +81,13 @@ def torque_of(candidates: str) -> Topic:
 
 def _no_such_law(candidates: str) -> str | None:
     return None if candidates == BLENDED else law_problem(candidates)
+
+
+def _follows_no_requests(controller: str) -> str | None:
+    problem = controller_problem(controller)
+    if problem is None and not find_controller(controller).takes_goals:
+        return f"expected a controller that follows requests, {' or '.join(GOAL_CONTROLLERS)}"
+    return problem
 
 
 class MotionSettings(NamedTuple):
@@ -128,6 +147,10 @@ class GoalSettings(NamedTuple):
         bool,
         Setting("Accept requests on the topic goal; only a controller without blending zones follows such motions."),
     ] = False
+    goal_controller: Annotated[
+        str,
+        Setting("The controller that follows requested motions, or MODULE:NAME.", check=_follows_no_requests),
+    ] = "unified"
     goal_torque_limit: Annotated[
         float, Setting("Torque limit of both motors, for planning.", "Nm", at_least=1e-3, at_most=1e6)
     ] = MotionLimits().torque

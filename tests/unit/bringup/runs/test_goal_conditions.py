@@ -3,14 +3,32 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
+from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.planning.planning_process import Conditions
 from fivebar_control.ros.goal_conditions import conditions_of
+from fivebar_control.safety.stages import EVERYWHERE, Area
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
+from fivebar_description.robot_file import read_robot
 from fivebar_description.tolerances import Tolerances
+
+
+def conditions_in(scenario: Scenario, directory: Path) -> Conditions:
+    """Return by what the run of a scenario judges requests."""
+    (values,) = (
+        node.parameters
+        for node in crossing_graph(scenario, Mode.LOCKSTEP, directory)
+        if node.executable == "trajectory_generator"
+    )
+    return conditions_of(values)
 
 
 def test_they_are_what_the_scenario_declares(tmp_path: Path) -> None:
@@ -22,16 +40,31 @@ def test_they_are_what_the_scenario_declares(tmp_path: Path) -> None:
             "tolerances": Tolerances(length=2e-5),
         }
     )
-    (values,) = (
-        node.parameters
-        for node in crossing_graph(scenario, Mode.LOCKSTEP, tmp_path)
-        if node.executable == "trajectory_generator"
-    )
-    conditions = conditions_of(values)
+    conditions = conditions_in(scenario, tmp_path)
     assert (conditions.robot, conditions.rate_hz) == (scenario.robot, scenario.rate_hz)
     assert conditions.error_tolerance == scenario.error_tolerance
     assert conditions.loads == Loads(tilt=0.02, push=0.3)
     assert conditions.sensing == scenario.sensing()
+
+
+def test_they_hold_what_stops_the_robot(tmp_path: Path) -> None:
+    scenario = load_scenario("unified_middle")
+    usual = conditions_in(scenario, tmp_path)
+    assert (usual.workspace, usual.forbidden) == (EVERYWHERE, ())
+    area, strip = Area(-0.1, 0.1, 0.0, 0.2), (-0.1, 0.1, 0.0, 0.01, -3.0, 3.0, -3.0, 3.0)
+    safety = scenario.safety._replace(workspace=area, forbidden=strip)
+    kept = conditions_in(scenario.model_copy(update={"safety": safety, "tracking_error_limit": 0.003}), tmp_path)
+    assert (kept.workspace, kept.forbidden, kept.tracking_error_limit) == (area, strip, 0.003)
+
+
+@pytest.mark.parametrize(
+    ("controller", "changed"),
+    [("unified", {"unified": UnifiedSettings(kp=900.0, kd=60.0)}), ("mpc", {"law": {"horizon": 31}})],
+)
+def test_they_have_the_controller_of_the_run(tmp_path: Path, controller: str, changed: dict[str, Any]) -> None:
+    scenario = load_scenario("unified_middle").model_copy(update={"controller": controller, **changed})
+    conditions = conditions_in(scenario, tmp_path)
+    assert conditions.follower(read_robot(scenario.robot)) == scenario.tuned()
 
 
 def test_a_sample_waits_for_a_plan_in_lockstep_alone(tmp_path: Path) -> None:

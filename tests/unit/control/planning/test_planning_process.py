@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import select
 import signal
@@ -16,12 +17,15 @@ import pytest
 
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.laws.mpc import MpcSettings
+from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.planning import planning_process
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess, plan_order
 from fivebar_control.planning.planning_worker import NICENESS
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import HeldTorque
+from fivebar_control.safety.stages import Area
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
@@ -162,6 +166,35 @@ def test_a_request_is_planned_for_the_gains_and_the_weight_of_the_robot() -> Non
     order = PlanningRequest((0.0, 0.12), (1, -1), (0.0, 0.0), 0, 0.0)
     planned = plan_order(Conditions("motkin", 500, 0.186, 50.0), order)
     assert planned.refused == "" and sum(planned.durations) == pytest.approx(0.372, abs=0.05)
+
+
+def test_a_request_keeps_to_the_workspace_and_to_the_forbidden_postures() -> None:
+    """Beyond both, the last node would stop the robot on its way."""
+    across = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.03), -1, 0.0)
+    beyond = plan_order(CONDITIONS._replace(workspace=Area(-0.1, 0.1, 0.05, 0.2)), across).refused
+    assert "goal: (0.0000, 0.0300) m is outside the workspace [-0.1, 0.1, 0.05, 0.2] m" in beyond
+    assert plan_order(CONDITIONS._replace(workspace=Area(-0.1, 0.1, 0.0, 0.2)), across).refused == ""
+    strip = (-1.0, 1.0, 0.05, 0.06, -math.pi, math.pi, -math.pi, math.pi)
+    forbidden = plan_order(CONDITIONS._replace(rate_hz=500, forbidden=strip), across).refused
+    assert "time to the forbidden posture '1' is 0 s" in forbidden
+
+
+def test_a_request_is_screened_with_the_law_that_follows_it() -> None:
+    """The softer the law, the further the declared loads move the platform."""
+    across = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.03), -1, 0.9)
+    conditions = CONDITIONS._replace(rate_hz=500, loads=Loads(push=0.3))
+    assert plan_order(conditions._replace(law=UnifiedSettings()), across).refused == ""
+    soft = plan_order(conditions._replace(law=UnifiedSettings(kp=100.0, kd=20.0)), across).refused
+    assert "displacement by the declared loads" in soft
+    looking_ahead = conditions._replace(controller="mpc", law=MpcSettings())
+    assert plan_order(looking_ahead, across).refused == ""
+
+
+def test_a_request_is_predicted_to_stay_where_nothing_stops_it() -> None:
+    across = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.03), -1, 0.5)
+    assert plan_order(CONDITIONS._replace(rate_hz=500), across).refused == ""
+    narrow = plan_order(CONDITIONS._replace(rate_hz=500, tracking_error_limit=1e-5), across).refused
+    assert "predicted distance from the reference is" in narrow and "expected at most 1e-05 m" in narrow
 
 
 def test_a_request_has_to_bear_the_time_for_which_the_torque_is_held(monkeypatch: pytest.MonkeyPatch) -> None:

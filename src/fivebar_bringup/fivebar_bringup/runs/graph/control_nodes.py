@@ -70,9 +70,11 @@ def motion_parameters(scenario: Scenario) -> dict[str, Any]:
 
 def goal_parameters(scenario: Scenario, mode: Mode) -> dict[str, Any]:
     """Return by what requests are judged in a run, as parameters of the node that takes them."""
-    limit = scenario.torque_limit
+    limit, tuned = scenario.torque_limit, scenario.tuned()
+    follows = tuned.controller.takes_goals
     goals = GoalSettings(
-        takes_goals=scenario.scheme().takes_goals,
+        takes_goals=follows,
+        goal_controller=scenario.controller if follows else GoalSettings().goal_controller,
         goal_speed_limit=scenario.safety.joint_speed_limit,
         goal_error_tolerance=scenario.error_tolerance,
         goal_estimated=scenario.estimated,
@@ -89,7 +91,16 @@ def goal_parameters(scenario: Scenario, mode: Mode) -> dict[str, Any]:
         **goal_conditions.PASSIVE.parameters(scenario.passive),
         **goal_conditions.RISK.parameters(scenario.risk),
         **goal_conditions.LOADS.parameters(scenario.to_bear()),
+        **goal_conditions.SAFETY.parameters(
+            scenario.safety._replace(tracking_error_limit=scenario.tracking_error_limit)
+        ),
+        **(_goal_law(scenario, tuned.nominal) if follows else {}),
     }
+
+
+def _goal_law(scenario: Scenario, tuned: TunedLaw) -> dict[str, Any]:
+    """Return the settings of the law that follows requests, which are planned and screened with it."""
+    return goal_conditions.law_group(scenario.controller, scenario.robot).parameters(tuned.settings)
 
 
 def trajectory_generator(scenario: Scenario, mode: Mode) -> NodeSpec:

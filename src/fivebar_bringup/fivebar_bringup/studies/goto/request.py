@@ -10,7 +10,7 @@ from fivebar_bringup.studies.goto.start import Start
 from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.planning.limits import MotionLimits, limits_of, speed_step_of
+from fivebar_control.planning.limits import MotionLimits, limits_of, predicted_within, speed_step_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.sight import Point
@@ -144,6 +144,7 @@ def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
         return limits._replace(loads=robot.loads, forbidden=named_bounds(robot.forbidden))
     loads = loads_of(request.robot, before.loads)
     return limits._replace(
+        predicted_error=predicted_within(before.error_tolerance, before.tracking_error_limit),
         error_tolerance=before.error_tolerance,
         risk=before.risk,
         loads=loads,
