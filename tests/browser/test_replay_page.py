@@ -148,6 +148,7 @@ def test_a_fault_appears_when_its_time_has_come(runs: tuple[RunDirectory, RunDir
 def test_two_runs_move_together(runs: tuple[RunDirectory, RunDirectory], open_page: OpenPage) -> None:
     path, _ = write_overlay(*runs)
     page, series = opened(open_page, path), series_of(runs[0])
+    assert page.locator("#replay-values th[scope=col]").all_text_contents() == ["run 1", "run 2"]
     page.evaluate("replay.seek(1.0)")
     first, second = page.evaluate("replay.stage.drawn.map(robot => robot.joints[2])")
     assert first == second == pytest.approx((1e3 * series.platform[500, :2]).tolist(), abs=0.01)

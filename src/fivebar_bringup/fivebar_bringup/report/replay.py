@@ -13,7 +13,7 @@ from fivebar_bringup.pages.scripts import Scripts, page_scripts
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.charts import BLENDING, MOTOR_TORQUES, Chart, ChartLine
 from fivebar_bringup.report.fault_marks import FaultMark
-from fivebar_bringup.report.scene import corners_of, links, scene
+from fivebar_bringup.report.scene import corners_of, links, scene, shared_scene
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.runs.bag.recording import FloatArray, IntArray
 
@@ -70,9 +70,9 @@ def replay_data(runs: Sequence[tuple[str, RunAnalysis, Sequence[FaultMark]]]) ->
     tables = [_columns(run) for _, run, _ in runs]
     known = {name for table in tables for name, values in table.items() if np.any(np.isfinite(values))}
     charts = [chart._replace(lines=tuple(line for line in chart.lines if line.column in known)) for chart in CHARTS]
-    first = runs[0][1]
+    scenes = [scene(run.series.robot, run.modes, run.scenario.waypoints, corners_of(run.plan)) for _, run, _ in runs]
     return {
-        "scene": scene(first.series.robot, first.modes, first.scenario.waypoints, corners_of(first.plan)),
+        "scene": shared_scene(scenes),
         "charts": [chart.as_json() for chart in charts if chart.lines],
         "runs": [
             {

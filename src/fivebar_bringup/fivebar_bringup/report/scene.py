@@ -83,6 +83,20 @@ def scene(
     }
 
 
+def shared_scene(scenes: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return the scene of the first of several runs in bounds that hold all; of the second what differs.
+
+    Under `second` are `locus`, `path` and `waypoints` of the second run, empty where they are those of the first.
+    """
+    first, *others = scenes
+    lefts, lows, rights, tops = zip(*(one["bounds"] for one in scenes), strict=True)
+    whole = first | {"bounds": [min(lefts), min(lows), max(rights), max(tops)]}
+    if others:
+        keys = ("locus", "path", "waypoints")
+        whole["second"] = {key: [] if others[0][key] == first[key] else others[0][key] for key in keys}
+    return whole
+
+
 def waypoint_name(number: int) -> str:
     """Return a letter, or a number where there are more waypoints than letters."""
     return chr(ord("A") + number) if number < 26 else str(number)

@@ -22,6 +22,7 @@ from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
 from fivebar_bringup.report.replay import LONGEST, SCRIPTS, kept_rows, replay_data, replay_scripts
 from fivebar_bringup.report.report import write_animation, write_overlay
+from fivebar_bringup.report.scene import scene, shared_scene
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import summarize
 from fivebar_bringup.report.timing import RunTiming
@@ -30,6 +31,7 @@ from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_control.model.geometry import elbow_position
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 FAULT = "plant_diverged: after sample 700: <b>too fast</b></script>"
@@ -132,9 +134,26 @@ def test_two_runs_get_one_page(directory: RunDirectory, tmp_path: Path) -> None:
     assert page == directory.path / "overlay-a&b.html"
     assert [summary.completed for summary in summaries] == [False, False]
     text = page.read_text(encoding="utf-8")
-    assert html.escape("B: a&b") in text
+    assert html.escape("Run 2: a&b") in text
     (data,) = re.findall(r'id="replay-data">(.*?)</script>', text)
     assert [run["name"] for run in json.loads(data)["runs"]] == ["cut", "a&b"]
+
+
+def test_the_second_run_shows_its_own_locus_and_path(tmp_path: Path) -> None:
+    robots = load_robot("dextar"), load_robot("motkin")
+    same, other = (
+        [scene(robot, (1, -1), ends, ends) for robot in pair]
+        for pair, ends in (((robots[0],) * 2, [(0.0, 0.15), (0.0, 0.02)]), (robots, [(0.0, 0.12), (0.0, 0.01)]))
+    )
+    assert "second" not in shared_scene(same[:1])
+    assert shared_scene(same)["second"] == {"locus": [], "path": [], "waypoints": []}
+    both = shared_scene(other)
+    assert both["second"]["locus"] == other[1]["locus"] != both["locus"] == other[0]["locus"]
+    assert both["second"]["path"] == []
+    left, low, right, top = both["bounds"]
+    for one in other:
+        assert left <= one["bounds"][0] and low <= one["bounds"][1]
+        assert right >= one["bounds"][2] and top >= one["bounds"][3]
 
 
 def test_an_animation_has_the_whole_run(directory: RunDirectory) -> None:

@@ -28,7 +28,7 @@ class Charts {
       let hovered = null;
       for (const line of chart.lines) {
         if (!source.data[line.column]) continue;
-        const label = this.sources.length > 1 ? `${line.label}, ${"AB"[run]}` : line.label;
+        const label = this.sources.length > 1 ? `${line.label}, run ${run + 1}` : line.label;
         const renderer = plot.line({ field: "time" }, { field: line.column }, {
           source, line_width: line.colour === "soft" ? 1 : 1.8, line_dash: run ? "dashed" : "solid",
           line_alpha: run ? 0.75 : 1, legend_label: label, line_join: "round",
@@ -36,7 +36,7 @@ class Charts {
         this.dressed.push([renderer.glyph, "line_color", LINE_COLOURS[line.colour]]);
         hovered = hovered || renderer;
       }
-      const name = this.sources.length > 1 ? `time, ${"AB"[run]}` : "time";
+      const name = this.sources.length > 1 ? `time, run ${run + 1}` : "time";
       if (hovered) plot.add_tools(new Bokeh.HoverTool({
         mode: "vline", renderers: [hovered], tooltips: [[name, "@time{0.0000} s"], ...tips], line_policy: "nearest" }));
     }

@@ -152,6 +152,16 @@ class Player {
 
   buildValues() {
     this.cells = [];
+    if (this.tracks.length > 1) {
+      const row = this.texts.values.insertRow();
+      row.insertCell();
+      this.tracks.forEach((track, number) => {
+        const name = document.createElement("th");
+        name.scope = "col";
+        name.textContent = `run ${number + 1}`;
+        row.append(name);
+      });
+    }
     for (const chart of this.charted) for (const line of chart.lines) {
       const row = this.texts.values.insertRow(), name = document.createElement("th");
       name.scope = "row";

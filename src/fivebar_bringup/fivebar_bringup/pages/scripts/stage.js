@@ -20,7 +20,8 @@ function jointsOf(robot, posture) {
 }
 
 class Stage {
-  // `scene`: bounds [left, bottom, right, top], polygons `positive` and `negative`, lines `locus`, `boundary`, `path`.
+  // `scene`: bounds [left, bottom, right, top], polygons `positive` and `negative`, lines `locus`, `boundary`, `path`;
+  // `second`, if there are two runs: what of `locus`, `path` and `waypoints` differs in the second one.
   constructor(canvas, scene) {
     this.canvas = canvas;
     this.scene = scene;
@@ -116,6 +117,13 @@ class Stage {
     for (const line of scene.boundary) this.line(pen, line, tint.boundary, 1.4);
     for (const line of scene.locus) this.line(pen, line, tint.locus, 2.2);
     if (scene.path.length) this.line(pen, scene.path, tint.path, 5);
+    if (scene.second) {
+      pen.setLineDash([7, 6]);
+      for (const line of scene.second.locus) this.line(pen, line, tint.locus, 2.2, 0.7);
+      if (scene.second.path.length) this.line(pen, scene.second.path, tint.second, 3);
+      pen.setLineDash([]);
+      for (const [, x, y] of scene.second.waypoints) this.dot(pen, [x, y], 3.5, tint.second, tint.card);
+    }
     for (const [name, x, y] of scene.waypoints) {
       this.dot(pen, [x, y], 3.5, tint.ink, tint.card);
       this.label(pen, name, [x, y], [x < 0 ? -9 : 9, 4]);
