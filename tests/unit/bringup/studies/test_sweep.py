@@ -24,6 +24,7 @@ from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
 from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
 from fivebar_bringup.studies.sweep.program import deciding_files, matching
+from fivebar_bringup.studies.sweep.rigs import required_share
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, shortcomings, use_of
 from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
@@ -55,6 +56,11 @@ def rows(made: Path) -> list[SweepRow]:
 
 def side(case: Draw, x: float, y: float) -> float:
     return math.copysign(1.0, det_a(state_from_platform(ROBOT, case.mode1, case.mode2, x, y, 0.0, 0.0)))
+
+
+def test_a_rig_says_how_many_crossings_are_required() -> None:
+    asked = {rig: required_share(rig) for rig in ("", "ideal", "calibrated", "good", "middling", "printed_calibrated")}
+    assert list(asked.values()) == [0.999, 0.999, 0.999, 0.99, 0.95, 0.99]
 
 
 def test_cases_are_what_is_promised() -> None:
@@ -361,7 +367,9 @@ def test_tables_count_what_the_rows_say() -> None:
         for number in range(1000)
     ]
     out = SweepRow(1000, "unified", SCREENED_OUT, "motor speed is 60; reference torque is 3", False, "peak", *plain)
-    overview = {row[0].text: row for row in overview_table([*runs, out]).rows}["unified"]
+    shares = [row[3].good for required in (0.999, 0.9991) for row in overview_table([*runs, out], required).rows]
+    assert shares == [True, False]
+    overview = {row[0].text: row for row in overview_table([*runs, out], 0.999).rows}["unified"]
     assert [cell.text for cell in overview[1:]] == [
         "1000",
         "999",
@@ -378,7 +386,7 @@ def test_tables_count_what_the_rows_say() -> None:
         "motor speed": 1,
         "reference torque": 1,
     }
-    missed = overview_table([run._replace(success=run.case > 1) for run in runs]).rows
+    missed = overview_table([run._replace(success=run.case > 1) for run in runs], 0.999).rows
     assert {row[0].text: row for row in missed}["unified"][3].good is False
 
 

@@ -122,6 +122,10 @@ class RobotDistribution(NamedTuple):
         return "; ".join([*parts, drives])
 
 
+REQUIRED = 0.999
+"""Share of the feasible crossings that the counted controller has to complete, unless a rig says otherwise."""
+
+
 class SweepRig(NamedTuple):
     """A rig.
 
@@ -137,6 +141,7 @@ class SweepRig(NamedTuple):
             `tracking_lost`; None for that of every scenario.
         robot: whose robots they are, by the name of its parameter file.
         plant: keys of the section `plant` that all of its robots have, in place of drawn ones.
+        required: share of the feasible crossings that the counted controller has to complete.
     """
 
     name: str
@@ -149,6 +154,12 @@ class SweepRig(NamedTuple):
     tracking_limit: float | None = None
     robot: str = DEXTAR
     plant: Mapping[str, Any] = {}
+    required: float = REQUIRED
+
+
+def required_share(rig: str) -> float:
+    """Return the share of the feasible crossings that the counted controller has to complete; "" stands for no rig."""
+    return RIGS[rig].required if rig else REQUIRED
 
 
 def sections_for(rig: SweepRig, controller: str) -> dict[str, dict[str, Any]]:
@@ -354,6 +365,7 @@ RIGS = {
             sections=with_gyro(GOOD, FOR_GOOD, gains(3600.0, 100.0) | NO_OBSERVER),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
+            required=0.99,
         ),
         SweepRig(
             "middling",
@@ -363,6 +375,7 @@ RIGS = {
             sections=with_gyro(MIDDLING, FOR_MIDDLING, gains(3600.0, 120.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
+            required=0.95,
         ),
         SweepRig(
             "poor",
@@ -372,6 +385,7 @@ RIGS = {
             sections=with_gyro(POOR, FOR_ELASTIC, gains(400.0, 40.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
+            required=0.95,
         ),
         SweepRig(
             "printed",
@@ -381,6 +395,7 @@ RIGS = {
             sections=for_bench(PRINTED),
             tracking_limit=TRACKING_LIMIT,
             robot=MOTKIN,
+            required=0.99,
         ),
         SweepRig(
             "printed_calibrated",
@@ -390,6 +405,7 @@ RIGS = {
             sections=for_bench(PRINTED_CALIBRATED),
             tracking_limit=TRACKING_LIMIT,
             robot=MOTKIN,
+            required=0.99,
         ),
         SweepRig(
             "printed_encoders",
@@ -399,6 +415,7 @@ RIGS = {
             sections={**for_bench(PRINTED), "ekf": FOR_PRINTED},
             tracking_limit=TRACKING_LIMIT,
             robot=MOTKIN,
+            required=0.99,
         ),
     )
 }

@@ -17,11 +17,10 @@ from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSetting
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.explanations import explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
-from fivebar_bringup.studies.sweep.rigs import rig_words
+from fivebar_bringup.studies.sweep.rigs import required_share, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
 from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, SWEPT, Batch, counted, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
-    TARGET,
     equipment_table,
     error_table,
     explanations_table,
@@ -154,7 +153,8 @@ def _all_rows(
 
 def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
     explanations = [explained(row) for row in runs_of(rows, counted(settings.controllers), FEASIBLE) if not row.success]
-    overview = overview_table(rows)
+    required = required_share(settings.rig)
+    overview = overview_table(rows, required)
     tables = [overview, within_table(rows), silence_table(rows), error_table(rows), equipment_table(rows)]
     on_rig, of_rig = (f" --rig {settings.rig}", f"rig {settings.rig} · ") if settings.rig else ("", "")
     with_these = "" if settings.controllers == SWEPT else f" --controller {','.join(settings.controllers)}"
@@ -164,7 +164,7 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
         failures_table(rows),
         refusals_table(rows),
     ]
-    met, verdict = _verdict(rows, counted(settings.controllers))
+    met, verdict = _verdict(rows, counted(settings.controllers), required)
     drawn = len({row.case for row in rows})
     runs = sum(row.status != REFUSED for row in rows)
     content = finite(
@@ -196,13 +196,13 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
     return Sweep(directory.page, overview, content)
 
 
-def _verdict(rows: Sequence[SweepRow], controller: str) -> tuple[bool, str]:
+def _verdict(rows: Sequence[SweepRow], controller: str, required: float) -> tuple[bool, str]:
     good, everything = rate_of(runs_of(rows, controller, FEASIBLE))
     text = (
         f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run;"
-        f" required are {100.0 * TARGET:g} %. Success means: {SUCCESS_RULE}."
+        f" required are {100.0 * required:g} %. Success means: {SUCCESS_RULE}."
     )
-    return good >= TARGET * everything, text
+    return good >= required * everything, text
 
 
 def _drawn_words(rig: str) -> str:
