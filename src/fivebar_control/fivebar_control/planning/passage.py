@@ -133,13 +133,21 @@ def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, spee
 
 
 def feedback_of(follower: TunedController) -> Feedback:
-    """Return how a controller answers a displacement away from its zones; a foreign law without gains as `unified`."""
+    """Return how a controller answers a displacement away from its zones; a foreign law without gains as `unified`.
+
+    `mpc` and `lqr` are judged as the law that stands in for them, whose settings begin with `fallback_`: their own
+    weights are those of a cost over time.
+    """
     settings, usual = follower.nominal.settings, UnifiedSettings()
+
+    def setting(name: str, default: float) -> float:
+        return float(getattr(settings, f"fallback_{name}", getattr(settings, name, default)))
+
     return Feedback(
-        float(getattr(settings, "kp", usual.kp)),
-        float(getattr(settings, "kd", usual.kd)),
-        float(getattr(settings, "weight", FREE_WEIGHT)),
-        float(getattr(settings, "observer_rate", 0.0)),
+        setting("kp", usual.kp),
+        setting("kd", usual.kd),
+        setting("weight", FREE_WEIGHT),
+        setting("observer_rate", 0.0),
     )
 
 

@@ -11,7 +11,7 @@ from fivebar_bringup.runs.admission import refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
-from fivebar_bringup.simulation.engine import crossing
+from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
@@ -89,6 +89,15 @@ def test_the_displacement_is_that_of_the_other_plant(
     predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, loads)
     assert predicted.value == pytest.approx(worst_error(scenario, loads), rel=within)
     assert predicted.time == scenario.plan().crossings[0].time
+
+
+@pytest.mark.parametrize("controller", ["mpc", "lqr"])
+@pytest.mark.parametrize("push", [0.6, 1.0])
+def test_a_law_that_looks_ahead_moves_about_as_far_as_the_one_that_stands_in(controller: str, push: float) -> None:
+    """The account of the law that stands in lies above what simulations of both come to, by less than a half."""
+    scenario, loads = slow(segment_duration=1.0, controller=controller), BORNE._replace(push=push)
+    predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, loads).value
+    assert worst_error(scenario, loads) < predicted < 1.5 * worst_error(scenario, loads)
 
 
 def test_where_the_reference_takes_all_torque_nothing_is_left_for_a_load() -> None:
