@@ -77,6 +77,8 @@ def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: Ope
     page.keyboard.press("s")
     until(page, "document.querySelectorAll('#live-faults .box').length === 1")
     assert "Someone pressed emergency stop." in page.text_content("#live-faults")
+    # the answer of the stop may come after the fault that it made
+    until(page, "document.getElementById('live-notice').textContent.includes('/emergency_stop: ')")
     reset(page)
     until(page, "document.querySelectorAll('#live-faults .box').length === 0")
 
@@ -93,7 +95,7 @@ def reset(page: Any) -> None:
     while True:
         page.evaluate("document.getElementById('live-notice').textContent = ''")
         page.keyboard.press("r")
-        until(page, "document.getElementById('live-notice').textContent !== ''")
+        until(page, "document.getElementById('live-notice').textContent.includes('/reset: ')")
         notice = page.text_content("#live-notice")
         if "blender/reset: cleared emergency_stop" in notice:
             return

@@ -165,6 +165,15 @@ def test_what_is_not_given_follows_from_the_robot(bench: Bench, node: str, prefi
     assert sizes["weight"] > 100.0 * UnifiedSettings().weight
 
 
+def test_by_what_requests_are_planned_is_not_changed_while_the_node_runs(bench: Bench) -> None:
+    """The planning process has it from the start; a law's gains can be changed on the law's node."""
+    bench.start("trajectory_generator")
+    probe = bench.probe()
+    for name, value in (("goal_law_kp", 900.0), ("goal_safety_tracking_error_limit", 0.01)):
+        result = probe.set_parameter("/trajectory_generator", name, value)
+        assert not result.successful and "read-only" in result.reason
+
+
 class Tuning:
     """A ctc_controller whose gains are changed while it runs."""
 

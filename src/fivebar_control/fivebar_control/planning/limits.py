@@ -90,6 +90,9 @@ class Risk(NamedTuple):
     ] = 0.0
 
 
+ERROR_TOLERANCE = 2e-3
+"""Largest distance (m) of a robot within its tolerances, unless its user says otherwise."""
+
 PREDICTED_SHARE = 0.5
 """Part of the error tolerance that a predicted run may use; the rest is for what the prediction does not know."""
 
@@ -135,8 +138,8 @@ class MotionLimits(NamedTuple):
     authority: float = MIN_AUTHORITY
     clearance: float = 0.01
     approach: float = 0.0
-    predicted_error: float = PREDICTED_SHARE * 2e-3
-    error_tolerance: float = 2e-3
+    predicted_error: float = PREDICTED_SHARE * ERROR_TOLERANCE
+    error_tolerance: float = ERROR_TOLERANCE
     risk: Risk = Risk()
     loads: Loads = NO_LOADS
     forbidden: tuple[NamedBounds, ...] = ()

@@ -147,4 +147,6 @@ class GoalServer:
 
 
 def _declared(node: GraphNode, group: ParameterGroup) -> dict[str, Any]:
-    return node.parameters(specs_of(group.settings, group.prefix, group.without, **group.defaults))
+    """Declare the parameters of a group, which the planning process is given once, and return their values."""
+    specs = specs_of(group.settings, group.prefix, group.without, **group.defaults)
+    return node.parameters([spec._replace(tunable=False) for spec in specs])
