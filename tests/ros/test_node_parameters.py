@@ -156,7 +156,7 @@ def test_a_parameter_file_for_all_namespaces_is_read(bench: Bench, tmp_path: Pat
 
 @pytest.mark.parametrize(("node", "prefix"), [("unified_controller", ""), ("trajectory_generator", "goal_law_")])
 def test_what_is_not_given_follows_from_the_robot(bench: Bench, node: str, prefix: str) -> None:
-    """The nominal crossing of the bench takes a twelfth of the torque of DexTAR's."""
+    """The nominal crossing of the bench takes a sixteenth of the torque of DexTAR's."""
     bench.start(node, robot="motkin", waypoints=[0.0, 0.12, 0.0, 0.0, 0.0, 0.12], **{f"{prefix}kd": 77.0})
     names = [f"{prefix}{name}" for name in ("kd", "weight", "disturbance_limit")]
     answer = bench.probe().call(GetParameters, f"/{node}/get_parameters", GetParameters.Request(names=names))

@@ -21,7 +21,7 @@ from fivebar_control.laws.gains import Gains
 from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.multi_model import ReducedCtcSettings
 from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedController, controller_problem, find_controller
-from fivebar_control.laws.robot_sizes import law_sizes
+from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
 from fivebar_control.laws.vhc_joint import VhcJointSettings
@@ -30,7 +30,7 @@ from fivebar_control.model.state import JointAngles
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import longest_hold
-from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
+from fivebar_control.safety.stages import Area, SafetySettings
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
@@ -387,7 +387,7 @@ class Scenario(StrictModel):
         if law.name in SECTIONS:
             settings = SECTIONS[law.name](self)
         else:
-            sized = law_sizes(read_robot(self.robot)).get(law.name, {})
+            sized = sizes_of_law(law.name, read_robot(self.robot))
             settings = read_settings({**sized, **self.law}, law.settings, "law")
         if getattr(settings, "torque_limit", 0.0) is None:
             settings = settings._replace(torque_limit=self.plant.torque_limit)
@@ -413,7 +413,7 @@ class Scenario(StrictModel):
 
     def allowed_area(self) -> Area:
         """Return where the platform may be (m)."""
-        return EVERYWHERE if self.safety.workspace is None else Area(*self.safety.workspace)
+        return self.safety.area
 
     def kept_clear_of(self) -> tuple[NamedBounds, ...]:
         """Return the postures that the robot may not enter: by the section `safety`, by default as its file says."""

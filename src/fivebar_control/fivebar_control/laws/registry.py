@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fivebar_control.laws import ctc, lqr, mpc, multi_model, unified, vhc_cartesian, vhc_joint
 from fivebar_control.laws.law import Law, TunedLaw, check_law
-from fivebar_control.laws.robot_sizes import law_sizes
+from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
 
@@ -172,8 +172,7 @@ def _problem(name: str, known: Collection[str]) -> str | None:
 
 def default_tuning(controller: Controller, robot: RobotFile | None = None) -> TunedController:
     """Return a controller with the default settings of its laws, those of a robot or else those of DexTAR."""
-    sizes = {} if robot is None else law_sizes(robot)
-    tuned = [TunedLaw(law, law.settings(**sizes.get(law.name, {}))) for law in controller.laws]
+    tuned = [TunedLaw(law, law.settings(**sizes_of_law(law.name, robot))) for law in controller.laws]
     return TunedController(controller, *tuned)
 
 

@@ -10,6 +10,7 @@ the error of acceleration that it admits for that is the same. Likewise with the
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from fivebar_control.laws.lqr import LqrSettings
 from fivebar_control.laws.mpc import MpcSettings
@@ -71,6 +72,11 @@ def tuning_for(file: RobotFile, frequency: float) -> Tuning:
         return file.tuning
     rate = min(ELASTIC_DISTURBANCE_RATE * torque_ratio(file), file.tuning.disturbance_rate or math.inf)
     return file.tuning._replace(bandwidth=round(allowed, 1), disturbance_rate=rate)
+
+
+def sizes_of_law(name: str, file: RobotFile | None) -> dict[str, Any]:
+    """Return the settings of a law that a robot determines, by key; none for a foreign law, or without a robot."""
+    return {} if file is None else {**law_sizes(file).get(name, {})}
 
 
 def law_sizes(file: RobotFile) -> dict[str, dict[str, float]]:

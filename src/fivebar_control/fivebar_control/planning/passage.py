@@ -135,8 +135,8 @@ def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, spee
 def feedback_of(follower: TunedController) -> Feedback:
     """Return how a controller answers a displacement away from its zones; a foreign law without gains as `unified`.
 
-    `mpc` and `lqr` are judged as the law that stands in for them, whose settings begin with `fallback_`: their own
-    weights are those of a cost over time.
+    `mpc` and `lqr` are represented by their fallback law, whose settings begin with `fallback_`: their own weights
+    belong to a cost over time and have other units.
     """
     settings, usual = follower.nominal.settings, UnifiedSettings()
 

@@ -9,6 +9,7 @@ from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.safety.stages import is_inside
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.parameters import FiveBar
 
@@ -46,9 +47,8 @@ def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: flo
     """Say why the platform must not rest at (x, y) m, in words; None where it may."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return f"({x}, {y}) m: expected finite coordinates"
-    area = limits.workspace
-    if not (area.x_min <= x <= area.x_max and area.y_min <= y <= area.y_max):
-        return f"{place(x, y)} is outside the workspace {list(area)} m, beyond which the robot is stopped"
+    if not is_inside(limits.workspace, x, y):
+        return f"{place(x, y)} is outside the workspace {list(limits.workspace)} m, beyond which the robot is stopped"
     for number, leg in enumerate((robot.leg1, robot.leg2), start=1):
         margin = reach_margin(leg, x, y)
         if margin < 0.0:

@@ -8,7 +8,7 @@ from typing import Any
 from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.registry import find_law
-from fivebar_control.laws.robot_sizes import law_sizes
+from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.shared_results import one_robot, shared_desired, shared_state
 from fivebar_control.model.state import Platform
@@ -75,8 +75,7 @@ class ControllerNode(SamplingNode):
         self._law_entry = find_law(law)
         if self._motion.plan.modes and not self._law_entry.meets_type_1:
             raise InputError(f"{name}: working_mode: expected two signs, since this law is undefined at Type 1")
-        file = read_robot(self.get_parameter("robot").value)
-        sizes: dict[str, Any] = {**law_sizes(file).get(self._law_entry.name, {})}
+        sizes = sizes_of_law(self._law_entry.name, read_robot(self.get_parameter("robot").value))
         self._settings = self.parameters(specs_of(self._law_entry.settings, **sizes))
         disturbance = self.parameters((DISTURBANCE,))["disturbance"]
         self._law = self._make_law()

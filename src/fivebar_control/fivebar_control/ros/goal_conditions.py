@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.registry import find_controller
-from fivebar_control.laws.robot_sizes import law_sizes
+from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.planning_process import Conditions
 from fivebar_control.planning.predicted_estimate import Sensing
@@ -27,7 +27,7 @@ from fivebar_control.ros.node_settings import (
     OF_REQUESTS,
     GoalSettings,
 )
-from fivebar_control.safety.stages import EVERYWHERE, SafetySettings
+from fivebar_control.safety.stages import SafetySettings
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PassiveEncoder
 from fivebar_description.robot_file import loads_of, read_robot, tolerances_of
@@ -77,7 +77,7 @@ def law_group(controller: str, robot: str) -> ParameterGroup:
         InputError: there is no such controller, or the robot's file cannot be read.
     """
     law = find_controller(controller).nominal
-    return ParameterGroup(law.settings, GOAL_LAW_PREFIX, defaults=law_sizes(read_robot(robot)).get(law.name, {}))
+    return ParameterGroup(law.settings, GOAL_LAW_PREFIX, defaults=sizes_of_law(law.name, read_robot(robot)))
 
 
 def conditions_of(values: Mapping[str, Any]) -> Conditions:
@@ -106,7 +106,7 @@ def conditions_of(values: Mapping[str, Any]) -> Conditions:
         loads_of(robot, LOADS.read(values)),
         settings.goal_held_ms / 1e3,
         safety.tracking_error_limit,
-        EVERYWHERE if safety.workspace is None else safety.workspace,
+        safety.area,
         safety.forbidden,
         settings.goal_controller,
         law_group(settings.goal_controller, robot).read(values),

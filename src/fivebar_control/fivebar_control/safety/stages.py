@@ -229,6 +229,11 @@ class SafetySettings(NamedTuple):
         ),
     ] = None
 
+    @property
+    def area(self) -> Area:
+        """Where the platform may be (m)."""
+        return EVERYWHERE if self.workspace is None else Area(*map(float, self.workspace))
+
 
 def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
     """Return the limits of the stages at a sampling rate (Hz)."""
@@ -236,7 +241,7 @@ def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
         torque_limit=float(settings.torque_limit),
         torque_step=float(settings.torque_rate_limit) / rate_hz,
         joint_speed=float(settings.joint_speed_limit),
-        workspace=Area(*map(float, EVERYWHERE if settings.workspace is None else settings.workspace)),
+        workspace=settings.area,
         type1_margin=float(settings.type1_margin),
         tracking_error=float(settings.tracking_error_limit),
         torque_request=float(settings.request_ratio) * float(settings.torque_limit),
@@ -271,7 +276,7 @@ def first_fault(
         return TORQUE_UNDEFINED
     if not is_slow(state, limits.joint_speed):
         return OVER_SPEED
-    if not (is_inside(state, limits.workspace) and is_in_reach(robot, state)):
+    if not (is_inside(limits.workspace, state.x, state.y) and is_in_reach(robot, state)):
         return OUT_OF_WORKSPACE
     if time_to_forbidden(limits.forbidden, state) <= FORESEEN:
         return FORBIDDEN_POSTURE
@@ -305,9 +310,9 @@ def is_slow(state: State, limit: float) -> bool:
     return abs(state.leg1.dq1) <= limit and abs(state.leg2.dq1) <= limit
 
 
-def is_inside(state: State, area: Area) -> bool:
-    """Return whether the platform is in an area."""
-    return area.x_min <= state.x <= area.x_max and area.y_min <= state.y <= area.y_max
+def is_inside(area: Area, x: float, y: float) -> bool:
+    """Return whether a place (m) is in an area."""
+    return area.x_min <= x <= area.x_max and area.y_min <= y <= area.y_max
 
 
 def is_in_reach(robot: FiveBar, state: State) -> bool:
@@ -372,7 +377,7 @@ def fault_of(
         limit = limits.joint_speed
         return Fault(name, f"motors at {speed1:.2f} and {speed2:.2f} rad/s, limit {limit:g} rad/s")
     if number == OUT_OF_WORKSPACE:
-        if limits.workspace != EVERYWHERE and not is_inside(state, limits.workspace):
+        if limits.workspace != EVERYWHERE and not is_inside(limits.workspace, state.x, state.y):
             reason = f"workspace {list(limits.workspace)} m"
         else:
             beyond = -type1_distance(robot, state)

@@ -139,7 +139,7 @@ def test_two_runs_get_one_page(directory: RunDirectory, tmp_path: Path) -> None:
     assert [run["name"] for run in json.loads(data)["runs"]] == ["cut", "a&b"]
 
 
-def test_the_second_run_shows_its_own_locus_and_path(tmp_path: Path) -> None:
+def test_the_second_run_shows_its_own_locus_and_path() -> None:
     robots = load_robot("dextar"), load_robot("motkin")
     same, other = (
         [scene(robot, (1, -1), ends, ends) for robot in pair]

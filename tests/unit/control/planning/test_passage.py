@@ -93,8 +93,8 @@ def test_the_displacement_is_that_of_the_other_plant(
 
 @pytest.mark.parametrize("controller", ["mpc", "lqr"])
 @pytest.mark.parametrize("push", [0.6, 1.0])
-def test_a_law_that_looks_ahead_moves_about_as_far_as_the_one_that_stands_in(controller: str, push: float) -> None:
-    """The account of the law that stands in lies above what simulations of both come to, by less than a half."""
+def test_a_law_that_looks_ahead_is_moved_about_as_far_as_its_fallback(controller: str, push: float) -> None:
+    """The predicted displacement of the fallback law is above the simulated one of the law, by less than a half."""
     scenario, loads = slow(segment_duration=1.0, controller=controller), BORNE._replace(push=push)
     predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, loads).value
     assert worst_error(scenario, loads) < predicted < 1.5 * worst_error(scenario, loads)

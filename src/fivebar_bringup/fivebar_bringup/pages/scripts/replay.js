@@ -155,7 +155,7 @@ class Player {
     if (this.tracks.length > 1) {
       const row = this.texts.values.insertRow();
       row.insertCell();
-      this.tracks.forEach((track, number) => {
+      this.tracks.forEach((_, number) => {
         const name = document.createElement("th");
         name.scope = "col";
         name.textContent = `run ${number + 1}`;

@@ -385,7 +385,6 @@ RIGS = {
             sections=with_gyro(POOR, FOR_ELASTIC, gains(400.0, 40.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
-            required=0.95,
         ),
         SweepRig(
             "printed",
@@ -395,7 +394,6 @@ RIGS = {
             sections=for_bench(PRINTED),
             tracking_limit=TRACKING_LIMIT,
             robot=MOTKIN,
-            required=0.99,
         ),
         SweepRig(
             "printed_calibrated",
@@ -415,7 +413,6 @@ RIGS = {
             sections={**for_bench(PRINTED), "ekf": FOR_PRINTED},
             tracking_limit=TRACKING_LIMIT,
             robot=MOTKIN,
-            required=0.99,
         ),
     )
 }
