@@ -55,8 +55,13 @@ def platform(page: Any) -> list[float]:
 
 def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: OpenPage) -> None:
     page = open_page(standing.address)
-    until(page, "!!live.posture && Math.abs(live.posture.y - 140) < 0.5 && live.frames > 30")
+    until(page, "!!live.posture && !!live.source && Math.abs(live.posture.y - 140) < 0.5 && live.frames > 30")
     assert platform(page) == pytest.approx([0.0, 140.0], abs=0.5)
+
+    # another run begins before the charts are painted for the first time: without samples Bokeh finds no ranges
+    restarted = "live.find('charts').replaceChildren(), live.buildCharts(live.source.data), live.on_restart()"
+    begun = page.evaluate(f"{restarted}, live.rows.time.at(-1)")
+    until(page, f"live.source.data.time[0] > {begun}")
 
     # a click out of reach: refused, and nothing has moved
     page.mouse.click(*on_screen(page, -150.0, 160.0))

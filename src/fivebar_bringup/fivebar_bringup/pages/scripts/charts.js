@@ -23,6 +23,8 @@ class Charts {
       tools: "xbox_zoom,box_zoom,xpan,xwheel_zoom,ywheel_zoom,reset", lod_threshold: null, min_border_left: 58,
     });
     plot.toolbar.setv({ logo: null });
+    // all that is charted comes near zero; without one finite value, as on the live page at first, there is no range
+    plot.scatter([0], [0], { size: 1 }).setv({ visible: false });
     const tips = chart.lines.map((line) => [line.label, `@{${line.column}}{0.000} ${chart.unit}`]);
     for (const [run, source] of this.sources.entries()) {
       let hovered = null;
