@@ -109,8 +109,13 @@ class Feasibility(NamedTuple):
 
     @property
     def expected_distance(self) -> float:
-        """How far from its reference (m) the platform is expected: the most predicted, without loads and with them."""
-        return max((figure.value for figure in self.figures if figure.name in (ERROR, LOADS)), default=0.0)
+        """How far from its reference (m) the platform is expected: the predicted distance, and what errors add to it.
+
+        Those of the estimate, within the tolerances, and those by the declared loads are independent of each other.
+        """
+        distance = self._value(ERROR)
+        estimate = max(self._value(UNCERTAINTY) - distance, 0.0)
+        return distance + math.hypot(estimate, self._value(LOADS))
 
     def keeps_nearer_than(self, other: Feasibility) -> bool:
         """Return whether the platform is expected nearer to its reference, by a tenth at least, than in another."""
@@ -119,6 +124,11 @@ class Feasibility(NamedTuple):
     def figure(self, name: str) -> Figure | None:
         """Return a figure by its name; None where the motion has no such figure."""
         return next((figure for figure in self.figures if figure.name == name), None)
+
+    def _value(self, name: str) -> float:
+        """Return a figure's value, 0 where the motion has no such figure."""
+        figure = self.figure(name)
+        return 0.0 if figure is None else figure.value
 
 
 Found = TypeVar("Found")
@@ -131,3 +141,10 @@ def nearest(found: Sequence[Found], verdict: Callable[[Found], Feasibility]) -> 
         if verdict(one).keeps_nearer_than(verdict(best)):
             best = one
     return best
+
+
+def unhurried(found: Found, slower: Found | None, verdict: Callable[[Found], Feasibility]) -> Found:
+    """Return the slower of two feasible motions, unless it keeps less near to its reference, or is not feasible."""
+    if slower is None or verdict(slower).expected_distance > verdict(found).expected_distance:
+        return found
+    return slower

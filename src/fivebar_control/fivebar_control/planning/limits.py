@@ -24,6 +24,10 @@ ESTIMATED_DWELL = 0.15
 """Longest dwell near the locus (s) where an estimator follows: it gives up after 0.2 s, and the robot is not exactly on
 its reference."""
 
+ESTIMATED_SPEED_SHARE = 0.8
+"""Part of the speed limit that a reference may need where an estimator follows: near Type 1 a small error of the
+platform's velocity is a large one of a motor's."""
+
 
 LEAST_APPROACH = 5.0
 """Time constants 1 / sqrt(kp) of the feedback between a rest and the locus that a robot with encoders needs at least:
@@ -196,7 +200,7 @@ def limits_of(
     """
     limits = MotionLimits(torque=torque, motor_speed=motor_speed)
     if speed_step > 0.0:
-        limits = limits._replace(dwell=ESTIMATED_DWELL)
+        limits = limits._replace(dwell=ESTIMATED_DWELL, speed_share=ESTIMATED_SPEED_SHARE)
     if not follower.controller.blended:
         return limits._replace(approach=LEAST_APPROACH) if speed_step > 0.0 else limits
     if speed_step > COARSE_SPEED_STEP:

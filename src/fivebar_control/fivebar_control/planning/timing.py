@@ -9,12 +9,15 @@ from itertools import chain
 from typing import NamedTuple
 
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.figures import Feasibility, nearest
+from fivebar_control.planning.figures import Feasibility, nearest, unhurried
 from fivebar_control.planning.pacing import Pace, Task, pace_of
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 
 SLOWER = (1.0, 1.4, 2.0, 2.8, 4.0)
 """Factors on the durations that are tried, where segments that are feasible each are not so together."""
+
+UNHURRIED = SLOWER[1]
+"""The one by which a motion is made slower where that is expected to take the platform no farther from its path."""
 
 QUICKER_OR_SLOWER = (1.0, 0.7, 0.5, *SLOWER[1:])
 """The same for a robot with tolerances: the shorter the time near the locus, the less an estimate drifts there."""
@@ -69,26 +72,56 @@ class DurationSearch:
         paces = [pace_of(task, one) for one in slowest]
         reason = ""
         for chosen in self._durations(paces):
-            shared = (part.sampled(one, task.rate_hz) for part, one in zip(parts, chosen, strict=True))
-            durations = tuple(chain.from_iterable(shared))
-            found: list[Timed] = []
-            for one in course.by_each_law() if task.limits.loads.declared else [course]:
-                tried = self._tried(one, durations)
-                if isinstance(tried, str):
-                    reason = reason or tried
-                    continue
-                found.append(tried)
-                if not tried.plan.crossings:
-                    break
-            if found:
-                return nearest(found, lambda timed: timed.feasibility)
+            found = self._by_each_law(course, self._shared(parts, chosen))
+            if isinstance(found, str):
+                reason = reason or found
+                continue
+            if not self._may_be_slower(found):
+                return found
+            slower = self._by_each_law(course, self._shared(parts, self._slower(chosen, slowest)), advised=False)
+            return unhurried(found, slower if isinstance(slower, Timed) else None, lambda timed: timed.feasibility)
         if isinstance(self._duration, Speed):
             return reason
         shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
         return f"in {self._duration:g} s {reason} (possible are about {shortest:.2f} to {longest:.2f} s)"
 
-    def _tried(self, course: Course, durations: tuple[float, ...]) -> Timed | str:
-        """Return the motion along a course in the given durations (s) of its legs."""
+    def _by_each_law(self, course: Course, durations: tuple[float, ...], advised: bool = True) -> Timed | str:
+        """Return the motion in the given durations (s) of its legs, under declared loads by the best time law."""
+        found: list[Timed] = []
+        reason = ""
+        for one in course.by_each_law() if self._task.limits.loads.declared else [course]:
+            tried = self._tried(one, durations, advised)
+            if isinstance(tried, str):
+                reason = reason or tried
+                continue
+            found.append(tried)
+            if not tried.plan.crossings:
+                break
+        return nearest(found, lambda timed: timed.feasibility) if found else reason
+
+    def _may_be_slower(self, found: Timed) -> bool:
+        """Return whether a slower motion may come as near to its reference: the declared loads have set the pace."""
+        chosen = self._duration is Speed.COMFORTABLE
+        return chosen and self._task.limits.loads.declared and len(found.plan.crossings) > 0
+
+    def _slower(self, chosen: Sequence[float], slowest: Sequence[Plan]) -> tuple[float, ...]:
+        """Return durations (s) of the parts, those with a crossing longer as far as they are feasible."""
+        return tuple(
+            self._whole(min(UNHURRIED * one, plan.path.duration)) if plan.crossings else one
+            for one, plan in zip(chosen, slowest, strict=True)
+        )
+
+    def _whole(self, duration: float) -> float:
+        """Return a duration (s) as a whole number of samples, at least as long."""
+        return math.ceil(duration * self._task.rate_hz - 1e-6) / self._task.rate_hz
+
+    def _shared(self, parts: Sequence[Course], durations: Sequence[float]) -> tuple[float, ...]:
+        """Return the durations (s) of the legs of the parts between rests, given those of the parts."""
+        shared = (part.sampled(one, self._task.rate_hz) for part, one in zip(parts, durations, strict=True))
+        return tuple(chain.from_iterable(shared))
+
+    def _tried(self, course: Course, durations: tuple[float, ...], advised: bool) -> Timed | str:
+        """Return the motion along a course in the given durations (s) of its legs, or why it is not feasible."""
         try:
             plan = self._task.plan(course, durations)
         except PlanRefused as refusal:
@@ -96,7 +129,7 @@ class DurationSearch:
         feasibility = self._task.judge_run(plan)
         if feasibility.feasible:
             return Timed(plan, feasibility, course, durations)
-        return "; ".join(feasibility.reasons) + self._advice(plan, feasibility)
+        return "; ".join(feasibility.reasons) + (self._advice(plan, feasibility) if advised else "")
 
     def _advice(self, plan: Plan, verdict: Feasibility) -> str:
         """Return what would make a motion feasible that the robot's tolerances forbid: once, as it takes long.
@@ -123,7 +156,7 @@ class DurationSearch:
         factors = QUICKER_OR_SLOWER if given is not None and given.declared else SLOWER
         return [
             tuple(
-                math.ceil(min(max(one * factor, pace.fastest), pace.slowest) * rate_hz - 1e-6) / rate_hz
+                self._whole(min(max(one * factor, pace.fastest), pace.slowest))
                 for one, pace in zip(chosen, paces, strict=True)
             )
             for factor in factors

@@ -210,11 +210,30 @@ def test_a_crossing_too_slow_for_the_declared_loads_is_made_quicker() -> None:
     assert timed_for_loads(without_loads) == without_loads
 
 
+@pytest.mark.parametrize(("seed", "number", "slower"), [(75, 3, True), (75, 6, False)])
+def test_a_crossing_is_made_slower_where_the_platform_is_expected_no_farther_off(
+    seed: int, number: int, slower: bool
+) -> None:
+    drawn = draw(seed, number, "calibrated")
+    timed = timed_for_loads(drawn)
+    if slower:
+        assert timed.drawn_duration == drawn.duration
+        assert timed.duration == pytest.approx(1.4 * drawn.duration)
+    quicker, longer = (timed._replace(duration=factor * timed.duration) for factor in (1.0 / 1.4, 1.4))
+    distance = screened(timed, "unified").expected_distance
+    if slower:
+        by_law = [screened(quicker._replace(time_law=law), "unified") for law in (QUINTIC, OPTIMAL)]
+        assert distance <= min(verdict.expected_distance for verdict in by_law if verdict.feasible)
+    else:
+        by_law = [screened(longer._replace(time_law=law), "unified") for law in (QUINTIC, OPTIMAL)]
+        assert distance < min(verdict.expected_distance for verdict in by_law if verdict.feasible)
+
+
 @pytest.mark.parametrize(
     ("seed", "number", "rig", "law"),
     [
         # the polynomial asks for too much torque
-        (75, 3, "calibrated", OPTIMAL),
+        (75, 4, "calibrated", OPTIMAL),
         (91, 9, "middling", OPTIMAL),
         (91, 2, "calibrated", QUINTIC),
         (75, 3, "encoders", QUINTIC),

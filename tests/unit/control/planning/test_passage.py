@@ -188,6 +188,25 @@ def test_under_loads_the_planner_takes_the_time_law_that_keeps_nearer(
     assert transfer.feasibility.expected_distance == pytest.approx(verdicts[chosen].expected_distance)
 
 
+@pytest.mark.parametrize(
+    ("start", "goal", "factor"),
+    [
+        # quicker, the platform would be expected 0.27 mm from its reference instead of 0.24
+        ((0.0, 0.15), (0.0, 0.02), 1.0 / 1.4),
+        # slower, 0.48 instead of 0.40 mm
+        ((0.0, 0.11), (0.0, 0.06), 1.4),
+    ],
+)
+def test_under_loads_the_planner_takes_the_slower_duration_unless_it_takes_the_platform_farther(
+    start: tuple[float, float], goal: tuple[float, float], factor: float
+) -> None:
+    limits = MotionLimits(loads=Loads(push=0.3))
+    transfer = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits)
+    other = transfer._replace(durations=tuple(round(500 * factor * one) / 500 for one in transfer.durations))
+    best = min(verdict.expected_distance for verdict in by_law(other, limits).values() if verdict.feasible)
+    assert best > 1.05 * transfer.feasibility.expected_distance
+
+
 def test_without_loads_or_a_crossing_the_planner_keeps_the_polynomial() -> None:
     start, goal = (0.0, 0.15), (0.0, 0.02)
     assert plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, MotionLimits()).course.time_law == QUINTIC

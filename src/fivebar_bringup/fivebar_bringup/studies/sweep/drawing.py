@@ -132,7 +132,7 @@ class Draw(NamedTuple):
         delay_samples: of the drives.
         rig: whose robots are drawn from, "" for those whose encoders and delay vary.
         seed: of the sweep; with number and rig it determines the robot.
-        drawn_duration: what was drawn, where the planner has made the crossing quicker for the rig's loads (s).
+        drawn_duration: what was drawn, where the planner has taken another for the rig's loads (s).
         time_law: how the reference passes along the segment.
     """
 

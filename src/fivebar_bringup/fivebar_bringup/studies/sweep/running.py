@@ -19,10 +19,10 @@ from fivebar_control.laws import registry
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
-from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
+from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest, unhurried
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within, speed_step_of
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of, retimed
-from fivebar_control.planning.timing import SLOWER
+from fivebar_control.planning.timing import SLOWER, UNHURRIED
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
@@ -79,12 +79,13 @@ def run_case(seed: int, number: int, rig: str = VARIED, controllers: Sequence[st
 
 
 def timed_for_loads(case: Draw) -> Draw:
-    """Return a case as the planner times it for `PLANNED_FOR`: quicker than drawn where the rig's loads ask for it.
+    """Return a case as the planner times it for `PLANNED_FOR`: otherwise than drawn where the rig's loads ask for it.
 
     The drawn duration is what a user asks for; the planner keeps it where the loads displace the platform by no more
     than it aims at. Otherwise it takes the longest duration that does, or the shortest that keeps the other limits, and
-    where that is not feasible somewhat longer ones, as for a requested motion. The polynomial gives way to the time
-    law of least torque where only that is feasible, or keeps nearer to the reference.
+    where that is not feasible somewhat longer ones, as for a requested motion. In each case a duration 1.4 times as
+    long is taken instead, if the platform is expected no farther from its reference. The polynomial gives way to the
+    time law of least torque where only that is feasible, or keeps nearer to the reference.
 
     Raises:
         InputError: the planner refuses the motion.
@@ -95,11 +96,17 @@ def timed_for_loads(case: Draw) -> Draw:
         return case
     task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
     for duration in _durations(task, plan):
-        timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
-        found = [(one, verdict) for one, verdict in _judged_by_law(timed) if verdict.feasible]
-        if found:
-            return nearest(found, lambda judged: judged[1])[0]
+        found = _nearest_by_law(case, duration)
+        if found is not None:
+            return unhurried(found, _nearest_by_law(case, UNHURRIED * duration), lambda judged: judged[1])[0]
     return case
+
+
+def _nearest_by_law(case: Draw, duration: float) -> tuple[Draw, Feasibility] | None:
+    """Return a case in a duration (s) by the time law that keeps it nearest to its reference, if one is feasible."""
+    timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
+    found = [(one, verdict) for one, verdict in _judged_by_law(timed) if verdict.feasible]
+    return nearest(found, lambda judged: judged[1]) if found else None
 
 
 def _durations(task: Task, drawn: Plan) -> list[float]:
