@@ -66,7 +66,12 @@ def led(
         motors.append((state.leg1.q1, state.leg2.q1))
         u_x, u_y = state.leg2.u_x, state.leg2.u_y
         own = (u_x * acceleration[0] + u_y * acceleration[1], u_x * acceleration[1] - u_y * acceleration[0])
-        reading = sensor.read(own, state.leg2.dtheta, distal_acceleration(robot.leg2, state.leg2, *acceleration))
+        reading = sensor.read(
+            own,
+            state.leg2.q1 + state.leg2.q2,
+            state.leg2.dtheta,
+            distal_acceleration(robot.leg2, state.leg2, *acceleration),
+        )
         rates.append(reading.angular_velocity)
         forces.append(reading.acceleration)
     angles = np.unwrap(np.array(motors), axis=0) + np.array(zeros)

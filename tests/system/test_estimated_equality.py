@@ -42,13 +42,13 @@ segment_duration: 0.5
 gains: {kp: 1600.0, kd: 80.0, kp_vhc: 1600.0, kd_vhc: 80.0}
 plant: {torque_quantum: 0.002, encoder_counts: 20000, delay_samples: 2}
 imu: {noise: 0.05, gyro_noise: 0.01, gyro_bias: 0.02, rate_hz: 100, latency: 0.004, lost: 0.05, roll: 0.2, yaw: -1.0,
-      clock_offset: 0.005}
+      clock_offset: 0.005, gyro_bandwidth_hz: 80.0}
 sensors: {passive_encoder: {leg: 1, zero: 0.002, eccentricity: 0.0005, rate_hz: 250, latency: 0.006, lost: 0.05}}
 estimator: ekf
 ekf: {gyro: true, gyro_clock: 0.005}
 tolerances: {length: 0.0003, zero: 0.001}
 """
-"""Slow, late, lossy, mounted askew and stamped by another clock; with an encoder on a passive joint, late as well."""
+"""Slow, late, lossy, filtered, mounted askew and stamped by another clock; with a late encoder on a passive joint."""
 
 SAMPLES, DELAY, RATE_HZ = 251, 2, 500
 IMU_OF = {ENCODERS: ImuSettings(), GYROSCOPE: ImuSettings(rate_hz=100, latency=0.004, lost=0.05, clock_offset=0.005)}

@@ -43,6 +43,7 @@ from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.physical_bounds import Positive
+from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.robot_file import known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
@@ -226,6 +227,17 @@ class Scenario(StrictModel):
             )
         return self
 
+    @model_validator(mode="after")
+    def _gyroscope_in_time(self) -> Scenario:
+        lag = self.imu.gyro_lag(1.0 / self.rate_hz)
+        if self.gyro and self.imu.latency + lag > LONGEST_LATENCY:
+            raise ValueError(
+                f"imu.gyro_bandwidth_hz: {self.imu.gyro_bandwidth_hz:g}: a low-pass that lags behind by"
+                f" {1e3 * lag:.1f} ms makes readings older than {1e3 * LONGEST_LATENCY:g} ms with a latency of"
+                f" {1e3 * self.imu.latency:g} ms, and the estimator leaves these out: expected a higher cut-off"
+            )
+        return self
+
     def durations(self) -> tuple[float, ...]:
         """Return one duration (s) per segment.
 
@@ -313,8 +325,8 @@ class Scenario(StrictModel):
         return self.sensors.passive_encoder
 
     def known_sensors(self) -> KnownSensors:
-        """Return what the robot's file says of its sensors."""
-        return known_sensors_of(self.robot)
+        """Return what the robot's file says of its sensors, and by how much the gyroscope's low-pass lags behind."""
+        return known_sensors_of(self.robot).lagging(self.imu.gyro_lag(1.0 / self.rate_hz))
 
     def known_within(self) -> Tolerances:
         """Return how exactly the robot is known: by the section `tolerances`, by default as its file says."""

@@ -36,7 +36,8 @@ class ImuSettings(NamedTuple):
     The link's frame has its origin at the platform point, x along the link away from the elbow, z upwards. The robot
     lies in a horizontal plane. Roll, pitch and yaw are applied in this order about fixed axes. Noise, the gyroscope's
     offset, losses and the offset of its clock concern the simulation only; all else is known from the data sheet and a
-    calibration at rest. From rate and latency the nodes also know when readings are missing.
+    calibration at rest. From rate and latency the nodes also know when readings are missing, and from the gyroscope's
+    low-pass by how much its readings lag behind.
     """
 
     noise: Annotated[
@@ -70,6 +71,16 @@ class ImuSettings(NamedTuple):
     gyro_bias: Annotated[
         float,
         Setting("Offset of the gyroscope; 0.01 to 0.05 for MEMS parts.", "rad/s", at_least=-10.0, at_most=10.0),
+    ] = 0.0
+    gyro_bandwidth_hz: Annotated[
+        float,
+        Setting(
+            "Cut-off of the gyroscope's first-order low-pass, ahead of its sampling, 0 for none; 20 to 200 for MEMS"
+            " parts.",
+            "Hz",
+            at_least=0.0,
+            at_most=1e5,
+        ),
     ] = 0.0
     rate_hz: ReadingRate = 0
     latency: Latency = 0.0
@@ -118,6 +129,24 @@ class ImuSettings(NamedTuple):
         if self.bandwidth_hz == 0.0:
             return 1.0
         return 1.0 - math.exp(-2.0 * math.pi * self.bandwidth_hz * period)
+
+    def gyro_lag(self, period: float) -> float:
+        """Return the time (s) by which the gyroscope's low-pass lags behind, with samples every `period` (s).
+
+        That is 1 / (2 pi f_c), at least the half period by which the mean over a period does.
+        """
+        if self.gyro_bandwidth_hz == 0.0:
+            return 0.0
+        return max(1.0 / (2.0 * math.pi * self.gyro_bandwidth_hz), 0.5 * period)
+
+    def gyro_keep(self, period: float) -> float:
+        """Return the weight of the low-pass's value before a period (s) in that after it, NaN for no low-pass.
+
+        The rest is that of the period's mean rate. By the bilinear transform, so that a rate which grows evenly is
+        late by just `gyro_lag`.
+        """
+        lag = self.gyro_lag(period)
+        return (lag - 0.5 * period) / (lag + 0.5 * period) if lag > 0.0 else math.nan
 
     def lever(self, rate: float, rate_change: float) -> tuple[float, float]:
         """Return the acceleration of the mounting point relative to the platform point (m/s^2), in the link's frame.

@@ -22,5 +22,9 @@ class KnownSensors(NamedTuple):
         ),
     ] = 0.0
 
+    def lagging(self, lag: float) -> KnownSensors:
+        """Return the same for an IMU whose readings lag behind their stamps by a further time (s)."""
+        return self._replace(imu_clock=self.imu_clock + lag)
+
 
 NOTHING_KNOWN = KnownSensors()

@@ -30,6 +30,48 @@ def gyro_errors(settings: ImuSettings, stream: np.random.Generator, samples: int
     return settings.gyro_bias + stream.normal(0.0, settings.gyro_noise, samples)
 
 
+def sensed_rate(keep: float, before: float, mean: float, rate: float) -> float:
+    """Return the rate (rad/s) that a gyroscope senses at the end of a period, without its errors.
+
+    Args:
+        keep: see `ImuSettings.gyro_keep`.
+        before: what it sensed at the beginning of the period (rad/s).
+        mean: rate in the period (rad/s). A gyroscope samples far more often than it is read, so that what vibrates
+            within the period averages out.
+        rate: at the end of the period (rad/s), which is what is sensed without a low-pass.
+    """
+    return rate if math.isnan(keep) else keep * before + (1.0 - keep) * mean
+
+
+class Gyroscope:
+    """A gyroscope about the axis of the distal link of leg 2."""
+
+    def __init__(self, settings: ImuSettings, rate_hz: int, seed: int) -> None:
+        """Make a gyroscope with its own random stream."""
+        self._settings = settings
+        self._period = 1.0 / rate_hz
+        self._keep = settings.gyro_keep(self._period)
+        self._random = gyro_stream(seed)
+        self._sensed: float | None = None
+        self._angle = 0.0
+
+    def read(self, angle: float, rate: float, periods: int = 1) -> float:
+        """Return the reading (rad/s) of a sample some periods after the one before.
+
+        Args:
+            angle: of the link (rad), in any turn but without jumps.
+            rate: its angular velocity (rad/s).
+            periods: since the sample before.
+        """
+        if self._sensed is None:
+            self._sensed = rate
+        else:
+            mean = (angle - self._angle) / (periods * self._period)
+            self._sensed = sensed_rate(self._keep**periods, self._sensed, mean, rate)
+        self._angle = angle
+        return self._sensed + float(gyro_errors(self._settings, self._random, 1)[0])
+
+
 class Imu:
     """A three-axis accelerometer and gyroscope on the distal link of leg 2."""
 
@@ -40,15 +82,16 @@ class Imu:
         self._smoothing = settings.smoothing(1.0 / rate_hz)
         self._gravity = settings.gravity * math.cos(tilt)
         self._random = np.random.default_rng([seed, 1])
-        self._gyro_random = gyro_stream(seed)
+        self._gyroscope = Gyroscope(settings, rate_hz, seed)
         self._filtered: np.ndarray | None = None
 
-    def read(self, acceleration: tuple[float, float], rate: float, rate_change: float) -> ImuReading:
+    def read(self, acceleration: tuple[float, float], angle: float, rate: float, rate_change: float) -> ImuReading:
         """Return the reading of one sample; call it once per sample.
 
         Args:
             acceleration: exact acceleration of the platform point in the distal link's frame, less the part of gravity
                 in the robot's plane (m/s^2).
+            angle: of the link (rad), without jumps.
             rate: angular velocity of the link (rad/s).
             rate_change: angular acceleration of the link (rad/s^2).
         """
@@ -64,6 +107,6 @@ class Imu:
         if imu.noise > 0.0:
             reading = reading + self._random.normal(0.0, imu.noise, 3)
         x, y, z = np.clip(reading, -imu.range, imu.range).tolist()
-        turning = rate + gyro_errors(imu, self._gyro_random, 1)[0]
+        turning = self._gyroscope.read(angle, rate)
         rate_x, rate_y, rate_z = (self._rotation.T @ np.array([0.0, 0.0, turning])).tolist()
         return ImuReading((x, y, z), (rate_x, rate_y, rate_z))

@@ -161,9 +161,10 @@ class Plant:
 
     def measure_imu(self) -> ImuReading:
         """Return the IMU reading of the current sample, under the torque applied up to it."""
+        angle = float(self._q[2] + self._q[3])
         if self._motion is not None:
             tip = self._motion.imu_motion()
-            return self._imu.read((tip.along, tip.across), tip.rate, tip.rate_change)
+            return self._imu.read((tip.along, tip.across), angle, tip.rate, tip.rate_change)
         acceleration = self._acceleration(self._q, self._v)
         model, data = self._loop.model, self._loop.data
         pin.forwardKinematics(model, data, self._q, self._v, acceleration)
@@ -172,6 +173,7 @@ class Plant:
         linear = pin.getFrameClassicalAcceleration(model, data, tip, frame).linear
         return self._imu.read(
             (float(linear[0]), float(linear[1])),
+            angle,
             float(self._v[2] + self._v[3]),
             float(acceleration[2] + acceleration[3]),
         )

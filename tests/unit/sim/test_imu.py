@@ -52,27 +52,27 @@ def test_the_low_pass_approaches_a_step_by_its_time_constant() -> None:
     """First order: after the time 1 / (2 pi f_c), 1 - 1/e of a step are through."""
     description = ImuSettings(bandwidth_hz=50.0 / (2.0 * math.pi))
     imu = Imu(description, 500, seed=0)
-    imu.read((0.0, 0.0), 0.0, 0.0)
-    readings = [imu.read((1.0, 0.0), 0.0, 0.0).acceleration[0] for _ in range(10)]
+    imu.read((0.0, 0.0), 0.0, 0.0, 0.0)
+    readings = [imu.read((1.0, 0.0), 0.0, 0.0, 0.0).acceleration[0] for _ in range(10)]
     assert readings[9] == pytest.approx(1.0 - math.exp(-1.0), abs=1e-12)
     assert readings == sorted(readings)
 
 
 def test_the_first_reading_is_already_settled() -> None:
     imu = Imu(ImuSettings(bandwidth_hz=5.0), 500, seed=0)
-    assert imu.read((2.0, -1.0), 0.0, 0.0).acceleration == pytest.approx((2.0, -1.0, 9.80665), abs=1e-15)
+    assert imu.read((2.0, -1.0), 0.0, 0.0, 0.0).acceleration == pytest.approx((2.0, -1.0, 9.80665), abs=1e-15)
 
 
 def test_bias_and_range() -> None:
     imu = Imu(ImuSettings(bias=(0.1, -0.2, 0.3), range=20.0), 500, seed=0)
-    assert imu.read((1.0, 2.0), 0.0, 0.0).acceleration == pytest.approx((1.1, 1.8, 10.10665), abs=1e-14)
-    assert imu.read((100.0, -100.0), 0.0, 0.0).acceleration[:2] == (20.0, -20.0)
+    assert imu.read((1.0, 2.0), 0.0, 0.0, 0.0).acceleration == pytest.approx((1.1, 1.8, 10.10665), abs=1e-14)
+    assert imu.read((100.0, -100.0), 0.0, 0.0, 0.0).acceleration[:2] == (20.0, -20.0)
 
 
 def test_noise_is_white_of_the_given_size_and_its_stream_that_of_the_seed() -> None:
     def readings(seed: int) -> Vector:
         imu = Imu(ImuSettings(noise=0.05), 500, seed)
-        return np.array([imu.read((1.0, -2.0), 0.0, 0.0).acceleration for _ in range(4000)])
+        return np.array([imu.read((1.0, -2.0), 0.0, 0.0, 0.0).acceleration for _ in range(4000)])
 
     first = readings(3)
     np.testing.assert_array_equal(readings(3), first)

@@ -64,6 +64,7 @@ class Estimation(NamedTuple):
         latency: samples from a gyroscope reading to its arrival.
         stamps: float64[N + 1], moment of the stamp of the reading that is made at each sample, in samples; [0] without
             a gyroscope.
+        gyro_keep: of its low-pass, see `ImuSettings.gyro_keep`.
         gyro_errors: float64[N + 1], error of the reading that is made at each sample (rad/s), NaN for none or a lost
             one; [0] without a gyroscope.
         passive: the encoder on a passive joint, whose leg is that of the model.
@@ -79,6 +80,7 @@ class Estimation(NamedTuple):
     model: EstimatorModel
     latency: int
     stamps: FloatArray
+    gyro_keep: float
     gyro_errors: FloatArray
     passive: PassiveNumbers
     passive_latency: int
@@ -209,6 +211,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
             estimator_model_of(scenario, nominal),
             scenario.imu.schedule(scenario.rate_hz).latency,
             _stamps(scenario),
+            scenario.imu.gyro_keep(control.period),
             readings_of_gyro(scenario),
             passive_numbers(scenario.passive, scenario.plant.seed),
             scenario.passive.schedule(scenario.rate_hz).latency,

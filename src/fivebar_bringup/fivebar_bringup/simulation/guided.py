@@ -70,8 +70,9 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
         if encoders is not None:
             angles = encoders[0].read(angles[0])[0], encoders[1].read(angles[1])[0]
         tip = motion.imu_motion()
-        arrived = queue.arrived(number, imu.read((tip.along, tip.across), tip.rate, tip.rate_change))
         q, v = (tuple(values.tolist()) for values in motion.joints)
+        reading = imu.read((tip.along, tip.across), q[2] + q[3], tip.rate, tip.rate_change)
+        arrived = queue.arrived(number, reading)
         state, wanted = state_from_joints(actual, *q, *v), plan.path.at(number / rate_hz)
         pull_x = stiffness * (wanted.x - state.x) + damping * (wanted.vx - state.vx)
         pull_y = stiffness * (wanted.y - state.y) + damping * (wanted.vy - state.vy)

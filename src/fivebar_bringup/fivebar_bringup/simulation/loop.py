@@ -47,6 +47,7 @@ from fivebar_control.model.state import Joints, Platform, State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_description.parameters import FiveBar
+from fivebar_sim.imu import sensed_rate
 from fivebar_sim.passive_encoder import passive_reading
 from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
 
@@ -91,6 +92,7 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
     estimator = case.estimation.model
     memory = first_update(estimator, assembly_mode(at_home), readings.q11, readings.q21)
     rates = np.full(case.estimation.gyro_errors.shape[0], math.nan)
+    turned, rate = exact.q21 + exact.q22, exact.dq21 + exact.dq22
     elbows = np.full(case.estimation.passive_made.shape[0], math.nan)
     frames = case.estimation.frames
     sights = np.zeros((last + 1 if frames.shape[0] > 0 else 0, 2))
@@ -111,7 +113,10 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
             # the watch for frozen encoders of `StateEstimator` is left out: no encoder of this plant freezes, and the
             # verdicts of earlier sweeps stay comparable
             if rates.shape[0] > 0:
-                rates[number] = exact.dq21 + exact.dq22 + case.estimation.gyro_errors[number]
+                turned_before, turned = turned, exact.q21 + exact.q22
+                mean = (turned - turned_before) / period
+                rate = sensed_rate(case.estimation.gyro_keep, rate, mean, exact.dq21 + exact.dq22)
+                rates[number] = rate + case.estimation.gyro_errors[number]
             if elbows.shape[0] > 0 and case.estimation.passive_made[number]:
                 angle = exact.q12 if estimator.elbow == 1 else exact.q22
                 elbows[number] = passive_reading(case.estimation.passive, angle)

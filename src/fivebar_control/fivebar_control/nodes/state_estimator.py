@@ -120,7 +120,7 @@ class StateEstimatorNode(SamplingNode):
         ekf = self.declare_settings(EkfSettings, without=NOT_OF_THE_FILTER)
         self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
         passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION)
-        known = known_sensors_of(settings.robot)
+        known = known_sensors_of(settings.robot).lagging(self._imu.gyro_lag(1.0 / settings.rate_hz))
         self._empty = load_robot(settings.robot)
         self._arguments = (
             self._empty,

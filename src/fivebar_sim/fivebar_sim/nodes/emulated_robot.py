@@ -34,7 +34,7 @@ from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.emulated_hardware import MeasuredRecord
 from fivebar_sim.hardware_kinds import USAGE, is_order, open_hardware, timed_order
-from fivebar_sim.imu import gyro_errors, gyro_stream
+from fivebar_sim.imu import Gyroscope
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 from fivebar_sim.ros.run_progress import RunProgress
@@ -95,7 +95,7 @@ class EmulatedRobot(GraphNode):
     def _begin_run(self) -> None:
         """Count samples and make the late sensors' readings from sample 0 on."""
         self._sample, self._commanded, self._last_reading = 0, -1, -1
-        self._gyro_random = gyro_stream(self._seed)
+        self._gyroscope = Gyroscope(self._imu, self._rate_hz, self._seed)
         self._late.restart()
 
     def stop(self) -> None:
@@ -149,19 +149,18 @@ class EmulatedRobot(GraphNode):
         position, velocity, effort = record.truth
         self._truth.publish(joint_sample(stamp, JOINTS, position, velocity, effort))
         if sample > self._last_reading:
-            self._last_reading = sample
-            rate = self._gyro_reading(sample, velocity[2] + velocity[3])
-            self._late.publish(self._late.arrived(sample, rate, position))
+            since, self._last_reading = sample - self._last_reading, sample
+            rate = self._gyroscope.read(position[2] + position[3], velocity[2] + velocity[3], since)
+            self._late.publish(self._late.arrived(sample, self._gyro_reading(sample, rate), position))
         self.note_answer()
 
     def _gyro_reading(self, sample: int, rate: float) -> Imu:
-        """Return the gyroscope's message for the rate (rad/s) of the distal link of leg 2; it has no accelerometer."""
+        """Return the message of the gyroscope's reading (rad/s); it has no accelerometer."""
         message = self._late.imu_message(sample)
         # -1 means that there is no such measurement (sensor_msgs/Imu)
         message.linear_acceleration_covariance[0] = -1.0
-        turning = rate + float(gyro_errors(self._imu, self._gyro_random, 1)[0])
         vector = message.angular_velocity
-        vector.x, vector.y, vector.z = (axis * turning for axis in self._imu.rotation()[2])
+        vector.x, vector.y, vector.z = (axis * rate for axis in self._imu.rotation()[2])
         return message
 
     def _sync_of(self, sample: int, q11: float, q21: float) -> MeasuredRecord | None:

@@ -318,9 +318,10 @@ def soft(**fields: Any) -> Scenario:
         ({}, {}),
         ({"rate_hz": 100, "latency": 0.004, "lost": 0.05}, {"leg": 1, "counts": 10_000, "eccentricity": 1e-3}),
         ({"latency": 0.02, "roll": 0.3, "pitch": -0.4, "yaw": 1.2}, {}),
+        ({"latency": 0.004, "gyro_bandwidth_hz": 40.0}, {}),
         ({"latency": 0.004, "clock_offset": 0.0047}, {"leg": 2, "zero": 0.002, "latency": 0.006, "lost": 0.1}),
     ],
-    ids=["in time", "slow and late", "tilted and later", "by another clock"],
+    ids=["in time", "slow and late", "tilted and later", "low-pass", "by another clock"],
 )
 def test_with_a_gyroscope_the_run_is_that_of_the_offline_runner(imu: dict[str, Any], passive: dict[str, Any]) -> None:
     """And with an encoder on a passive joint."""

@@ -13,7 +13,7 @@ from estimate_replay import encoder_scenario
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.strict_yaml import InputError, yaml_text
 
 LENGTHS = {"links": {"l_11": 3e-4, "l_12": -3e-4, "l_21": 3e-4, "l_22": -3e-4}}
 KNOWN = {"length": 3e-4, "zero": 3e-3}
@@ -58,6 +58,22 @@ def test_a_wrong_clock_is_a_fault_and_not_a_silent_pull(offset: float) -> None:
     assert run.faults[0].startswith("estimate_inconsistent")
     assert "the gyroscope differs" in run.faults[0]
     assert "its clock" in run.faults[0]
+
+
+def test_the_lag_of_the_gyroscopes_low_pass_is_taken_off() -> None:
+    """Of 10 ms here, which as an unknown offset of its clock is a fault."""
+    imu = {**GYRO, "gyro_bandwidth_hz": 16.0}
+    run, error = crossed({}, imu=imu, ekf={"gyro": True}, tolerances={"length": 5e-5})
+    assert run.faults == []
+    assert error < 1e-3
+
+
+def test_a_low_pass_whose_readings_are_too_old_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "any.yaml"
+    slow = {**GYRO, "gyro_bandwidth_hz": 9.0}
+    file.write_text(yaml_text({**load_scenario("gyro_middle").model_dump(mode="json"), "imu": slow}), encoding="utf-8")
+    with pytest.raises(InputError, match=r"gyro_bandwidth_hz: 9: .* 17\.7 ms .* older than 20 ms"):
+        load_scenario(str(file))
 
 
 def test_a_wrong_reading_of_the_passive_joint_is_named() -> None:

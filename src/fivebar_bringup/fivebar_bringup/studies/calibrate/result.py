@@ -152,6 +152,7 @@ class CalibrationResult(NamedTuple):
         """Return what is known of the sensors.
 
         The offset of the IMU's clock, 0 where the interval contains it, and the zero of the passive joint's encoder.
+        The lag of the gyroscope's low-pass, if the run's scenario says that it has one, is not the clock's.
         """
         known = self.start.sensors
         if self.passive is not None:
@@ -159,6 +160,8 @@ class CalibrationResult(NamedTuple):
         if self.found.turning is None:
             return known
         delay, half = float(self.found.values[IMU_DELAY]), float(self.found.half_widths[IMU_DELAY])
+        if self.scenario is not None:
+            delay -= self.scenario.imu.gyro_lag(1.0 / self.scenario.rate_hz)
         return known._replace(imu_clock=round(delay, 6) if abs(delay) > half else 0.0)
 
     def zeros(self) -> tuple[float, float]:

@@ -230,6 +230,10 @@ def _gyro_bias(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(imu=robot.imu._replace(gyro_bias=at.sign * size))
 
 
+def _gyro_bandwidth(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    return robot._replace(imu=robot.imu._replace(gyro_bandwidth_hz=size))
+
+
 def _gyro_lost(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(imu=robot.imu._replace(lost=size))
 
@@ -339,6 +343,17 @@ EFFECTS = {
         Effect("old", "encoders read early, by half of it to all of it", "ms", MILLI, grid(0.05, 2.0), 0.1, 0.5, _old),
         Effect("gyro_noise", "noise of the gyroscope", "rad/s", 1.0, grid(0.003, 3.0), 0.01, 0.01, _gyro_noise, True),
         Effect("gyro_bias", "offset of the gyroscope, ±", "rad/s", 1.0, grid(0.01, 10.0), 0.02, 0.02, _gyro_bias, True),
+        Effect(
+            "gyro_low_pass",
+            "cut-off of the gyroscope's low-pass, 0 for none",
+            "Hz",
+            1.0,
+            grid(160.0, 10.0),
+            None,
+            None,
+            _gyro_bandwidth,
+            True,
+        ),
         Effect(
             "gyro_lost", "lost readings of the gyroscope", "%", 0.01, grid(2.0, 100.0), None, None, _gyro_lost, True
         ),
