@@ -121,6 +121,10 @@ class Feasibility(NamedTuple):
         """Return whether the platform is expected nearer to its reference, by a tenth at least, than in another."""
         return self.expected_distance < WORTH_A_CHANGE * other.expected_distance
 
+    def keeps_as_near_as(self, other: Feasibility) -> bool:
+        """Return whether the platform is expected no farther from its reference than in another."""
+        return self.expected_distance <= other.expected_distance
+
     def figure(self, name: str) -> Figure | None:
         """Return a figure by its name; None where the motion has no such figure."""
         return next((figure for figure in self.figures if figure.name == name), None)
@@ -141,10 +145,3 @@ def nearest(found: Sequence[Found], verdict: Callable[[Found], Feasibility]) -> 
         if verdict(one).keeps_nearer_than(verdict(best)):
             best = one
     return best
-
-
-def unhurried(found: Found, slower: Found | None, verdict: Callable[[Found], Feasibility]) -> Found:
-    """Return the slower of two feasible motions, unless it keeps less near to its reference, or is not feasible."""
-    if slower is None or verdict(slower).expected_distance > verdict(found).expected_distance:
-        return found
-    return slower

@@ -9,18 +9,18 @@ from itertools import chain
 from typing import NamedTuple
 
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.figures import Feasibility, nearest, unhurried
+from fivebar_control.planning.figures import Feasibility, nearest
 from fivebar_control.planning.pacing import Pace, Task, pace_of
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 
 SLOWER = (1.0, 1.4, 2.0, 2.8, 4.0)
 """Factors on the durations that are tried, where segments that are feasible each are not so together."""
 
-UNHURRIED = SLOWER[1]
-"""The one by which a motion is made slower where that is expected to take the platform no farther from its path."""
-
 QUICKER_OR_SLOWER = (1.0, 0.7, 0.5, *SLOWER[1:])
 """The same for a robot with tolerances: the shorter the time near the locus, the less an estimate drifts there."""
+
+UNHURRIED = 1.4
+"""Factor on the duration of a crossing under declared loads, where the platform is expected no farther off with it."""
 
 
 class Speed(StrEnum):
@@ -76,10 +76,12 @@ class DurationSearch:
             if isinstance(found, str):
                 reason = reason or found
                 continue
-            if not self._may_be_slower(found):
+            longer = self._unhurried(chosen, slowest)
+            if longer == chosen:
                 return found
-            slower = self._by_each_law(course, self._shared(parts, self._slower(chosen, slowest)), advised=False)
-            return unhurried(found, slower if isinstance(slower, Timed) else None, lambda timed: timed.feasibility)
+            slower = self._by_each_law(course, self._shared(parts, longer), advised=False)
+            as_near = isinstance(slower, Timed) and slower.feasibility.keeps_as_near_as(found.feasibility)
+            return slower if as_near else found
         if isinstance(self._duration, Speed):
             return reason
         shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
@@ -99,13 +101,13 @@ class DurationSearch:
                 break
         return nearest(found, lambda timed: timed.feasibility) if found else reason
 
-    def _may_be_slower(self, found: Timed) -> bool:
-        """Return whether a slower motion may come as near to its reference: the declared loads have set the pace."""
-        chosen = self._duration is Speed.COMFORTABLE
-        return chosen and self._task.limits.loads.declared and len(found.plan.crossings) > 0
+    def _unhurried(self, chosen: tuple[float, ...], slowest: Sequence[Plan]) -> tuple[float, ...]:
+        """Return the durations (s) of the parts, longer as far as feasible where loads may have made a crossing quick.
 
-    def _slower(self, chosen: Sequence[float], slowest: Sequence[Plan]) -> tuple[float, ...]:
-        """Return durations (s) of the parts, those with a crossing longer as far as they are feasible."""
+        Unchanged without declared loads, and where the durations are not the planner's to choose.
+        """
+        if self._duration is not Speed.COMFORTABLE or not self._task.limits.loads.declared:
+            return chosen
         return tuple(
             self._whole(min(UNHURRIED * one, plan.path.duration)) if plan.crossings else one
             for one, plan in zip(chosen, slowest, strict=True)

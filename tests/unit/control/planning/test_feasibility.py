@@ -321,7 +321,7 @@ def test_an_undefined_torque_is_not_feasible(dextar: FiveBar) -> None:
 def test_blended_controllers_need_quicker_crossings_with_coarse_encoders() -> None:
     step = 2.0 * math.pi * RATE_HZ / 20_000
     assert limits_of(UNIFIED) == MotionLimits()
-    # an estimator gives up after 0.2 s, and what it is wrong about the platform's velocity the motors turn quicker
+    # an estimator gives up after 0.2 s, and errors of its velocity turn the motors faster than the reference
     assert limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(dwell=0.15, approach=5.0, speed_share=0.8)
     assert limits_of(BLENDED, speed_step=step).dwell < limits_of(BLENDED).dwell == 0.2
     assert limits_of(BLENDED).rest > MotionLimits().rest

@@ -19,7 +19,7 @@ from fivebar_control.laws import registry
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
-from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest, unhurried
+from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
 from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within, speed_step_of
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of, retimed
 from fivebar_control.planning.timing import SLOWER, UNHURRIED
@@ -98,7 +98,8 @@ def timed_for_loads(case: Draw) -> Draw:
     for duration in _durations(task, plan):
         found = _nearest_by_law(case, duration)
         if found is not None:
-            return unhurried(found, _nearest_by_law(case, UNHURRIED * duration), lambda judged: judged[1])[0]
+            slower = _nearest_by_law(case, UNHURRIED * duration)
+            return slower[0] if slower is not None and slower[1].keeps_as_near_as(found[1]) else found[0]
     return case
 
 
