@@ -1,9 +1,10 @@
-"""Printed robots before and after a calibration by hand: `python -m fivebar_bringup.studies.calibrated_crossings`.
+"""Robots before and after a calibration by hand: `python -m fivebar_bringup.studies.calibrated_crossings`.
 
-Each robot is drawn as the rig `printed` of the sweep has them, led by hand without power through both motions of
-calibration, and calibrated from the readings. Then random crossings of the sweep are planned, screened and run on it,
-with its parameter file as drawn and as calibrated. What a robot is stays the same throughout: pushes and lost commands
-differ from crossing to crossing, and there are none while it is led. docs/motkin.md has the tables.
+Each robot is drawn as a rig of the sweep has them, led by hand without power through both motions of calibration, and
+calibrated from the readings, on request with a few touched points besides. Then random crossings of the sweep are
+planned, screened and run on it, with its parameter file as drawn and as calibrated. What a robot is stays the same
+throughout: pushes and lost commands differ from crossing to crossing, and there are none while it is led.
+docs/motkin.md and docs/calibration.md have the tables.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ import numpy as np
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
-from fivebar_bringup.simulation.guided import guide, write_guided_bag
+from fivebar_bringup.simulation.guided import GuidedSample, guide, write_guided_bag
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
 from fivebar_bringup.studies.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import EFFECTS, GYROSCOPE, SCALES, drives_of
 from fivebar_bringup.studies.sweep.rigs import (
+    DEXTAR,
     GYRO_BIAS,
-    PRINTED,
+    MOTKIN,
     RIGS,
-    SLOW_GYRO,
     SweepRig,
     drawn_effects,
     drawn_scales,
@@ -36,12 +37,19 @@ from fivebar_bringup.studies.sweep.rigs import (
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
 from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
+from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.strict_yaml import validate, yaml_text
 
-MOTIONS = ("motkin_calibration", "motkin_calibration_below")
-"""Above and below the motors' line: what one of them leaves open of the elbow gap is found from the other."""
+MOTIONS = {
+    DEXTAR: ("calibration", "calibration_below"),
+    MOTKIN: ("motkin_calibration", "motkin_calibration_below"),
+}
+"""By robot: above and below the motors' line. What one of them leaves open of the elbow gap is found from the other."""
 
-BEFORE, AFTER = "printed robot before", "printed robot after"
+TOUCHED = 3
+"""Of the random numbers that are the errors of touched points."""
+
+BEFORE, AFTER = "robot before", "robot after"
 """Rigs of one robot each, known to the sweep while it crosses."""
 
 
@@ -73,10 +81,10 @@ class BeforeAndAfter(NamedTuple):
     after: SweepRow
 
 
-def printed_robot(seed: int, number: int) -> dict[str, Any]:
-    """Return the section `plant` of a robot of the rig `printed`, without push and lost commands."""
-    scales = drawn_scales(PRINTED, np.random.default_rng((seed, number, SCALES)))
-    effects = drawn_effects(PRINTED, np.random.default_rng((seed, number, EFFECTS)), 0.0)
+def robot_of_rig(rig: SweepRig, seed: int, number: int) -> dict[str, Any]:
+    """Return the section `plant` of a robot of a rig, without push and lost commands."""
+    scales = drawn_scales(rig.spread, np.random.default_rng((seed, number, SCALES)))
+    effects = drawn_effects(rig.spread, np.random.default_rng((seed, number, EFFECTS)), 0.0)
     lasting = {name: keys for name, keys in effects.items() if name not in ("push", "bus")}
     names = ("mass_scale", "inertia_scale", "friction_scale")
     return dict(zip(names, scales, strict=True)) | lasting
@@ -87,20 +95,40 @@ def gyro_bias(seed: int, number: int) -> float:
     return float(np.random.default_rng((seed, number, GYROSCOPE)).uniform(-GYRO_BIAS, GYRO_BIAS))
 
 
-def calibrated(plant: dict[str, Any], bias: float) -> CalibrationResult:
-    """Return the calibration of a robot with a gyroscope of this bias (rad/s) from both motions by hand."""
+def calibrated(rig: SweepRig, plant: dict[str, Any], bias: float, touched: float = 0.0) -> CalibrationResult:
+    """Return the calibration of a robot with a gyroscope of this bias (rad/s) from both motions by hand.
+
+    With `touched`, the standard deviation (m) of touched points, the first motion's waypoints are such points.
+    """
     result: CalibrationResult | None = None
-    for name in MOTIONS:
+    for name in MOTIONS[rig.robot]:
         content = load_scenario(name).model_dump()
-        content["plant"] |= {"encoder_counts": drives_of("motkin").encoder_counts, **plant}
-        content["imu"] |= {**SLOW_GYRO, "gyro_bias": bias}
+        content["plant"] |= {"encoder_counts": drives_of(rig.robot).encoder_counts, **plant}
+        content["imu"] |= {**rig.sections["imu"], "gyro_bias": bias}
         scenario = validate(content, Scenario, name)
         with tempfile.TemporaryDirectory() as folder:
             run = new_run_directory(Path(folder) / "led", scenario)
-            write_guided_bag(guide(scenario), scenario, run.bag)
-            result = calibrate_bag(run.path, known=result)
+            samples = guide(scenario)
+            write_guided_bag(samples, scenario, run.bag)
+            points = None
+            if touched > 0.0 and result is None:
+                points = Path(folder) / "touched.yaml"
+                points.write_text(yaml_text(touched_places(scenario, samples, touched)), encoding="utf-8")
+            result = calibrate_bag(run.path, touched=points, known=result)
     assert result is not None
     return result
+
+
+def touched_places(scenario: Scenario, samples: list[GuidedSample], deviation: float) -> dict[str, Any]:
+    """Return the content of a file of touched points: where the platform rests, measured to a deviation (m)."""
+    random = np.random.default_rng((scenario.plant.seed, TOUCHED))
+    robot, points = scenario.actual_robot(), []
+    for time in itertools.accumulate(scenario.durations()):
+        sample = samples[round(time * scenario.rate_hz)]
+        state = state_from_joints(robot, *sample.position, *sample.velocity)
+        x, y = state.x + random.normal(0.0, deviation), state.y + random.normal(0.0, deviation)
+        points.append({"time": time, "x": x, "y": y})
+    return {"deviation_m": deviation, "points": points}
 
 
 def left_error(result: CalibrationResult) -> LeftError:
@@ -120,7 +148,7 @@ def left_error(result: CalibrationResult) -> LeftError:
     )
 
 
-def rigs_of(plant: dict[str, Any], result: CalibrationResult, file: Path) -> tuple[SweepRig, SweepRig]:
+def rigs_of(rig: SweepRig, plant: dict[str, Any], result: CalibrationResult, file: Path) -> tuple[SweepRig, SweepRig]:
     """Return the rigs that have one robot only, with its file as drawn, and with the calibrated one, which is written.
 
     Encoder zeros that the calibration finds are those of the drives from then on.
@@ -128,7 +156,6 @@ def rigs_of(plant: dict[str, Any], result: CalibrationResult, file: Path) -> tup
     file.write_text(yaml_text(result.robot_file().model_dump(mode="json", exclude_none=True)), encoding="utf-8")
     scenario = result.calibrated_scenario(str(file))
     assert scenario is not None
-    rig = RIGS["printed"]
     sections = {name: keys for name, keys in rig.sections.items() if name != "tolerances"}
     left = {"links": scenario.plant.links, "encoders": scenario.plant.encoders}
     return (
@@ -138,11 +165,12 @@ def rigs_of(plant: dict[str, Any], result: CalibrationResult, file: Path) -> tup
 
 
 def crossed(
-    seed: int, robot: int, plant: dict[str, Any], result: CalibrationResult, crossings: int
+    rig: SweepRig, seed: int, robot: int, plant: dict[str, Any], result: CalibrationResult, crossings: int
 ) -> list[BeforeAndAfter]:
     """Return the first so many crossings of a robot that are accepted once it is calibrated.
 
     Args:
+        rig: whose robot it is.
         seed, robot: number of both; each robot has motions of its own.
         plant: the robot.
         result: its calibration.
@@ -150,7 +178,7 @@ def crossed(
     """
     done: list[BeforeAndAfter] = []
     with tempfile.TemporaryDirectory() as folder:
-        rigs = {rig.name: rig for rig in rigs_of(plant, result, Path(folder) / "calibrated.yaml")}
+        rigs = {rig.name: rig for rig in rigs_of(rig, plant, result, Path(folder) / "calibrated.yaml")}
         RIGS.update(rigs)
         try:
             for number in itertools.count(1000 * (robot + 1)):
@@ -201,16 +229,24 @@ def _run_text(words: str, rows: list[SweepRow]) -> str:
 def main() -> None:
     """Print what calibrations leave, and what becomes of crossings before and after."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--rig",
+        default="printed",
+        choices=[name for name, rig in RIGS.items() if rig.spread.length > 0.0 and "imu" in rig.sections],
+        help="whose robots (printed)",
+    )
     parser.add_argument("--seed", type=int, default=1, help="of robots and motions")
     parser.add_argument("--robots", type=int, default=10)
+    parser.add_argument("--touched", type=float, default=0.0, metavar="MM", help="deviation of touched points (none)")
     parser.add_argument("--crossings", type=int, default=10, help="of each robot, that are accepted after calibration")
     given = parser.parse_args()
+    rig = RIGS[given.rig]
     left: list[LeftError] = []
     done: list[BeforeAndAfter] = []
     for robot in range(given.robots):
-        plant = printed_robot(given.seed, robot)
-        result = calibrated(plant, gyro_bias(given.seed, robot))
-        crossings = crossed(given.seed, robot, plant, result, given.crossings)
+        plant = robot_of_rig(rig, given.seed, robot)
+        result = calibrated(rig, plant, gyro_bias(given.seed, robot), 1e-3 * given.touched)
+        crossings = crossed(rig, given.seed, robot, plant, result, given.crossings)
         left.append(left_error(result))
         done += crossings
         good = sum(crossing.after.within(PEAK_LIMIT) for crossing in crossings)
@@ -218,9 +254,10 @@ def main() -> None:
     print(*_left_text(left), sep="\n")
     print(_run_text("after", [one.after for one in done]))
     planned = [one.before for one in done if one.before.controller]
-    accepted = [row for row in planned if row.status == FEASIBLE]
+    both = [one for one in done if one.before.status == FEASIBLE]
     print(_run_text("before, as far as planned", planned))
-    print(_run_text("before, accepted by planner and screen", accepted))
+    print(_run_text("before, accepted by planner and screen", [one.before for one in both]))
+    print(_run_text("after, of these", [one.after for one in both]))
 
 
 if __name__ == "__main__":
