@@ -146,6 +146,13 @@ def test_a_rehearsal_ends_the_launch(launch: Launch) -> None:
     call.expect_no_process(0.0)
 
 
+def test_a_motor_board_needs_a_port(launch: Launch) -> None:
+    call = launch("robot", "motkin_middle", "hardware:=usb")
+    assert call.finish() != 0, call.output
+    assert "--port: expected together with --hardware usb" in call.output
+    call.expect_no_process(0.0)
+
+
 @pytest.mark.skipif(shutil.which("ros2") is None, reason="robot_state_publisher comes with a ROS 2 installation")
 def test_the_view_publishes_the_described_robot(tmp_path: Path, domain: int) -> None:
     probe = Probe(domain)

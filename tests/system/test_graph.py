@@ -113,6 +113,7 @@ def test_a_launch_file_starts_what_the_command_starts(name: str) -> None:
             Hardware.EMULATED,
             ["run", "middle", "--domain", "7", "--hardware", "emulated", "--out", "there"],
         ),
+        (Mode.REALTIME, Hardware.USB, ["run", "middle", "--domain", "7", "--hardware", "usb", "--out", "there"]),
     ],
 )
 def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, words: list[str]) -> None:
@@ -123,6 +124,8 @@ def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, w
     assert run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": ""})[6] == "0"
     more = run_command("middle", mode, "there", hardware, {}, scene=True, namespace="robot1")
     assert {"--scene", "--namespace", "robot1"} <= set(more)
+    board = run_command("middle", mode, "there", Hardware.USB, {}, drives="board.yaml", port="/dev/ttyACM0")
+    assert board[-6:] == ("--drives", "board.yaml", "--port", "/dev/ttyACM0", "--out", "there")
 
 
 def test_on_real_drives_a_launch_starts_the_processes_of_a_run_in_real_time(tmp_path: Path) -> None:

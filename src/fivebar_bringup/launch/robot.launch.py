@@ -2,10 +2,12 @@
 
 ros2 launch fivebar_bringup robot.launch.py scenario:=middle_robot hardware:=emulated out:=runs/rehearsed
 ros2 launch fivebar_bringup robot.launch.py scenario:=mine.yaml hardware:=socketcan drives:=/path/to/drives.yaml
-ros2 launch fivebar_bringup robot.launch.py scenario:=motkin_middle hardware:=usb drives:=/path/to/board.yaml
+ros2 launch fivebar_bringup robot.launch.py scenario:=motkin_middle hardware:=usb port:=/dev/ttyACM0
 
-With emulated drives this is the rehearsal of `fivebar run SCENARIO --hardware emulated`, and shuts down when it ends.
-With real drives the nodes run until one of them ends or you stop them; `fivebar report DIRECTORY` makes the report.
+With emulated drives, or a motor board on a port, this is the run of `fivebar run SCENARIO --hardware emulated`, or
+`usb`: it powers the motors as soon as all nodes are ready, shuts down when it ends, and fails if it is not completed.
+With real drives on a bus the nodes run until one of them ends or you stop them, and the bridge waits to be activated;
+`fivebar report DIRECTORY` makes the report.
 """
 
 from launch import LaunchDescription
@@ -24,6 +26,8 @@ from launch.substitutions import LaunchConfiguration
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import drive_processes, run_command
 
+DEFAULT_DRIVES = "dextar_socketcan"
+
 STOP_TIMEOUT = "30"
 """Time (s) for a node to stop in order after Ctrl-C."""
 
@@ -33,14 +37,20 @@ RUN_STOP_TIMEOUT = "120"
 
 def start_experiment(context):
     """Return the processes of the experiment, with the handlers that shut the launch down."""
-    names = ("scenario", "hardware", "drives", "out")
-    scenario, hardware, drives, out = (LaunchConfiguration(name).perform(context) for name in names)
+    names = ("scenario", "hardware", "drives", "port", "out")
+    scenario, hardware, drives, port, out = (LaunchConfiguration(name).perform(context) for name in names)
     namespace = LaunchConfiguration("namespace").perform(context)
     scene = LaunchConfiguration("scene").perform(context) == "true"
-    if hardware == "emulated":
-        command = run_command(scenario, Mode.REALTIME, out, Hardware.EMULATED, scene=scene, namespace=namespace)
+    if hardware != "socketcan":
+        command = run_command(
+            *(scenario, Mode.REALTIME, out, Hardware(hardware)),
+            scene=scene,
+            namespace=namespace,
+            drives=drives,
+            port=port,
+        )
         return [*process("fivebar_run", command, RUN_STOP_TIMEOUT)]
-    directory, started = drive_processes(scenario, drives, out, scene, namespace)
+    directory, started = drive_processes(scenario, drives or DEFAULT_DRIVES, out, scene, namespace)
     message = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
     return [message, *(action for one in started for action in process(one.name, one.command, STOP_TIMEOUT))]
 
@@ -69,9 +79,10 @@ def generate_launch_description():
             DeclareLaunchArgument("hardware", default_value="emulated", choices=["emulated", "socketcan", "usb"]),
             DeclareLaunchArgument(
                 "drives",
-                default_value="dextar_socketcan",
-                description="With socketcan: drive configuration; with usb: that of the motor board.",
+                default_value="",
+                description=f"With socketcan: drive configuration ({DEFAULT_DRIVES}); with usb: that of the board.",
             ),
+            DeclareLaunchArgument("port", default_value="", description="With usb: such as /dev/ttyACM0."),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
             DeclareLaunchArgument(
                 "scene", default_value="false", choices=["true", "false"], description="Pictures for RViz and Foxglove."

@@ -36,17 +36,22 @@ def run_command(
     environment: Mapping[str, str] = os.environ,
     scene: bool = False,
     namespace: str = "",
+    drives: str = "",
+    port: str = "",
 ) -> tuple[str, ...]:
     """Return the command of a run in the DDS domain of the shell, so that ROS tools in that shell see the nodes.
 
     It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 if the run
-    completed.
+    completed. What cannot go together it refuses, such as a motor board without a port.
     """
     words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID") or "0"]
     if mode is Mode.REALTIME and hardware is Hardware.SIMULATED:
         words.append("--realtime")
-    if hardware is Hardware.EMULATED:
+    if hardware is not Hardware.SIMULATED:
         words += ["--hardware", hardware.value]
+    for option, value in (("--drives", drives), ("--port", port)):
+        if value:
+            words += [option, value]
     if scene:
         words.append("--scene")
     if namespace:
