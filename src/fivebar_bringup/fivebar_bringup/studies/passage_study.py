@@ -1,17 +1,21 @@
 """The passage condition against runs: how far a load on the locus moves the platform, over load and speed.
 
-`python -m fivebar_bringup.studies.passage_study [CONTROLLER]` prints the least displacement that theory.md proves for
-every law, and that of runs on the plant, for forces along t_s onwards and against the motion.
+`python -m fivebar_bringup.studies.passage_study [--figure FILE.png]` prints the least displacement that theory.md
+proves for every law, and that of runs on the plant, for forces along t_s onwards and against the motion; the figure is
+the phase diagram in the plane of load and speed.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
+from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.pages.style import BLUE, INK, VERMILION, house_style, new_figure, png
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
@@ -29,6 +33,12 @@ FORCES = (1.0, 2.0, 3.0, 4.5, 6.5, 9.0)
 WINDOW, INSTANTS, ROUNDS = 0.15, 81, 6
 """Time (s) about the crossing, at most, instants at which the model is evaluated, and rounds in which the time that a
 load takes and the window that it needs are found."""
+
+TOLERANCE = 2e-3
+"""Displacement (m) that counts as passed in the figure."""
+
+LINES = (5e-4, 1e-3, 2e-3, 4e-3)
+"""Least displacements (m) that are drawn as lines."""
 
 
 class Passage(NamedTuple):
@@ -106,19 +116,62 @@ def _by_force(scenario: Scenario, svd: ParallelSvd, state: State) -> float:
     return across / determinant
 
 
+def diagram(controller: str, found: Mapping[tuple[float, float], Passage]) -> bytes:
+    """Return the phase diagram of a controller's passages by duration (s) and force (N) as PNG."""
+    rates = [found[duration, FORCES[0]].kappa_rate for duration in DURATIONS]
+    least = np.array([[found[duration, force].least for duration in DURATIONS] for force in FORCES])
+    with house_style():
+        figure = new_figure(
+            "The passage condition",
+            f"least displacement that no law avoids (lines, mm), and runs of {controller}: filled within"
+            f" {1e3 * TOLERANCE:g} mm of the reference, open beyond",
+            4.6,
+        )
+        axes = figure.subplots()
+        lines = axes.contour(rates, FORCES, 1e3 * least, [1e3 * line for line in LINES], colors=INK, linewidths=1.2)
+        axes.clabel(lines, fmt="%g mm", fontsize=8)
+        for shift, name, words, colour in (
+            (1.02, "onwards", "with", BLUE),
+            (1.0 / 1.02, "against", "against", VERMILION),
+        ):
+            for (_, force), one in found.items():
+                passed = getattr(one, name) < TOLERANCE
+                axes.plot(
+                    one.kappa_rate * shift, force, "o", ms=5, color=colour, markerfacecolor=colour if passed else "none"
+                )
+            axes.plot([], [], "o", ms=5, color=colour, label=f"force {words} the motion")
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_ylim(0.9 * FORCES[0], 1.1 * FORCES[-1])
+        axes.set_xticks(rates, [f"{rate:.1f}" for rate in rates])
+        axes.set_xticks([], minor=True)
+        axes.set_yticks(FORCES, [f"{force:g}" for force in FORCES])
+        axes.set_yticks([], minor=True)
+        axes.set_xlabel("rate of 1/cond(A) at the crossing (1/s): faster to the right")
+        axes.set_ylabel("force along t_s (N)")
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.09))
+        return png(figure)
+
+
 def main() -> None:
-    """Print the grid."""
-    controller = sys.argv[1] if len(sys.argv) > 1 else "unified"
+    """Print the grid, and draw it on request."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--controller", default="unified")
+    parser.add_argument("--figure", type=Path, metavar="FILE.png", help="the phase diagram")
+    given = parser.parse_args()
+    table: dict[tuple[float, float], Passage] = {}
     print("T in s | N | 1/s | least, onwards, against in mm | times the least")
     ratios = []
     for duration in DURATIONS:
         for force in FORCES:
-            found = passage(controller, duration, force)
+            found = table[duration, force] = passage(given.controller, duration, force)
             ratios.append(min(found.onwards, found.against) / found.least)
             lengths = ", ".join(f"{1e3 * value:.2f}" for value in found[1:])
             print(f"{duration} | {force} | {found.kappa_rate:.2f} | {lengths} | {ratios[-1]:.2f}", flush=True)
     bounds = ", ".join(f"{value:.2f}" for value in np.percentile(ratios, (0, 50, 100)).tolist())
     print(f"least, median and largest of the last column: {bounds}")
+    if given.figure is not None:
+        given.figure.write_bytes(diagram(given.controller, table))
 
 
 if __name__ == "__main__":
