@@ -81,6 +81,18 @@ def test_the_fast_crossing_is_within_a_fiftieth_of_a_millimetre_for_the_torque_o
     assert ours.mode_changes.value == 1.0
 
 
+def test_crossings_beside_the_axis_are_as_near_for_no_more_torque(dextar: FiveBar) -> None:
+    """From the axis to the left of it, and back into the other mode."""
+    places = ((0.0, 0.15), (-0.025, 0.025), (-0.025, 0.125))
+    plan = plan_motion(dextar, (1, -1), places, [0.5, 0.5], RATE_HZ, ZoneRule())
+    ours, other = (
+        predict_run(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS[name]), 2.0) for name in ("mpc", "unified")
+    )
+    assert ours.error.value < 2e-5 < other.error.value
+    assert ours.torque.value < 1.15 * other.torque.value
+    assert ours.mode_changes.value == 2.0
+
+
 def test_both_limits_are_kept_to_the_last_bit_of_the_request(dextar: FiveBar) -> None:
     plan, limit, rate = middle(dextar, 0.5), 0.8, 40.0
     follower = TunedController(
