@@ -12,6 +12,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 M = TypeVar("M", bound="StrictModel")
 
+DEEPEST_NESTING = 100
+"""Levels of a text whose nodes are asked for; the parser's time grows with their square."""
+
+NESTED_TOO_DEEPLY = "is nested too deeply"
+
 
 class InputError(ValueError):
     """Invalid user input: one line that names the place, the value and what was expected."""
@@ -82,21 +87,26 @@ def parse_yaml(text: str, source: str) -> object:
         # that is a sequence of mappings
         raise InputError(f"{source}: is not valid YAML: {_one_line(error)}") from error
     except RecursionError as error:
-        raise InputError(f"{source}: is nested too deeply") from error
+        raise InputError(f"{source}: {NESTED_TOO_DEEPLY}") from error
 
 
 def yaml_nodes(text: str, source: str) -> Any:
     """Return the nodes of a text with their places; None where it is not YAML, as `parse_yaml` then reports.
 
     Raises:
-        InputError: a node refers to another one, so that its content may be exponentially larger than the text.
+        InputError: a node refers to another one, so that its content may be exponentially larger than the text, or it
+            is nested more than `DEEPEST_NESTING` levels deep.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
-    from ruamel.yaml.events import AliasEvent
+    from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent
 
+    depth = 0
     try:
         for event in YAML(typ="safe", pure=True).parse(text):
+            depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
+            if depth > DEEPEST_NESTING:
+                raise InputError(f"{source}: {NESTED_TOO_DEEPLY}")
             if isinstance(event, AliasEvent):
                 line = event.start_mark.line + 1
                 raise InputError(f"{source}: line {line}: *{event.anchor}: expected what it stands for, written out")
