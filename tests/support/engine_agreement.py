@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+import pytest
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
@@ -20,6 +21,16 @@ POSITION = 1e-9
 """m; what one source of equations and two plants must agree to."""
 
 JOINTS = TraceRow._fields[:4]
+
+SELDOM_COMPILED = ("ctc", "multi_model_ctc")
+"""Controllers of few compiled runs in `make test`: each has a loop of its own, which takes eight seconds to compile."""
+
+
+def long_if_seldom_compiled(controllers: Iterable[str]) -> list[Any]:
+    """Return values of a test's parameter that leave `SELDOM_COMPILED` to the long tests."""
+    return [
+        pytest.param(name, marks=pytest.mark.extra if name in SELDOM_COMPILED else (), id=name) for name in controllers
+    ]
 
 
 def changed(name: str, plant: dict[str, Any] | None = None, **fields: Any) -> Scenario:

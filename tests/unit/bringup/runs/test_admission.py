@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engine_agreement import long_if_seldom_compiled
 from random_scenarios import NAMES, anywhere, near_the_locus, run_of
 from typer.testing import CliRunner
 
@@ -123,7 +124,7 @@ def test_there_must_be_such_a_scenario() -> None:
         load_admitted("no_such_scenario")
 
 
-@pytest.mark.parametrize("controller", CONTROLLERS)
+@pytest.mark.parametrize("controller", long_if_seldom_compiled(CONTROLLERS))
 def test_the_prediction_is_the_run_on_the_other_plant(controller: str) -> None:
     """The prediction integrates the controllers' equations in the plane, the engine's plant both chains of joints."""
     waypoints = ((0.0, 0.15), (0.03, 0.12)) if controller == "ctc" else ((0.0, 0.15), (0.01, 0.04))

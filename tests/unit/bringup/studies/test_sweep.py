@@ -281,6 +281,7 @@ def test_a_sweep_of_one_controller_has_its_rows_of_the_sweep_of_all(rows: list[S
     assert opened(path, None, None)[1].controllers == ("unified",)
 
 
+@pytest.mark.extra
 def test_laws_with_zones_make_the_motion_that_is_planned_for_unified() -> None:
     # a robot with a gyroscope, and a crossing that the planner would refuse to the law by itself: |n.v1| = 0.19
     blended, unified = run_case(90, 0, "calibrated", ("multi_cartesian", "unified"))

@@ -83,6 +83,7 @@ def test_out_of_reach_there_is_no_linearisation_and_what_comes_before_has_no_gai
     assert set(lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)) == set(references[2:])
 
 
+@pytest.mark.extra
 def test_as_machine_code_the_gains_are_the_same(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.14), (0.0, 0.04)), [0.2], RATE_HZ, ZoneRule())
     references, settings = planned_references(plan, RATE_HZ), as_numbers(LqrSettings())
