@@ -124,6 +124,9 @@ def test_a_goal_is_planned_beside_the_cycle_and_followed(bench: Bench) -> None:
     assert max(abs(after - here) for here, after in pairwise(places)) < 2.0 / RATE_HZ
 
 
+# ten seconds of a process that gives way to others: beside other tests it could wait for minutes
+@pytest.mark.clock
+@pytest.mark.extra
 def test_the_status_says_by_which_time_law_loads_are_borne(bench: Bench) -> None:
     driver = start(bench, goal_load_push=1.0)
     driver.steps(60)
