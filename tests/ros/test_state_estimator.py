@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from estimate_replay import encoder_scenario, replay
 from forked_node import ForkedNode
 from graph_probe import RATE_HZ, Bench, Probe
@@ -211,6 +212,23 @@ def test_encoders_that_contradict_the_homing_posture_end_the_node(bench: Bench, 
     assert fault.startswith("homing_contradicted: q21 reads ")
     assert process.wait() == 1
     assert probe.got(JOINT_STATES) == []
+
+
+def test_a_node_that_comes_on_the_way_answers_nothing_until_a_new_run(bench: Bench, samples: list[Sample]) -> None:
+    """Where the robot is it cannot know, although the encoders read the angles of the declared posture."""
+    _, probe = start(bench)
+    for number in (40, 41):
+        message = motors(samples[0])
+        message.header.stamp = to_stamp(sample_stamp_ns(number, RATE_HZ))
+        probe.publish(MOTOR_STATES, message)
+    probe.wait_for(lambda: probe.got(FAULTS), "the fault")
+    begin(probe, samples)
+    assert [message.data for message in probe.got(FAULTS)] == [
+        "estimate_lost: the first sample heard was 40, not the beginning of a run"
+    ]
+    assert set(probe.samples(JOINT_STATES)) == {0}
+    status, _ = probe.health("/state_estimator")
+    assert status.level == DiagnosticStatus.OK
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pytest
 from forked_node import ForkedNode, end_with_parent
 from graph_probe import DEADLINE, Bench, Probe
 from lifecycle_msgs.msg import Transition
@@ -32,6 +33,7 @@ from fivebar_description.interface import (
     FAULTS,
     JOINT_STATES,
     MOTOR_STATES,
+    REFERENCE,
     RUN_READY,
     RUN_STATUS,
     SAFETY_STATE,
@@ -49,6 +51,9 @@ NOT_RUN = ("imu_listener", EMULATED_ROBOT)
 
 OF_EMULATED_ROBOT = ("ground_truth", "imu/data")
 """Topics that nobody publishes here."""
+
+ATTEMPTS = 3
+"""How often a motion is begun, or held, where a busy machine misses cycles: what is tested comes after that."""
 
 NO_TORQUE = 1e-6
 """Torque (Nm) that is none: the current of a board decays."""
@@ -145,7 +150,7 @@ class FaultBench:
         self.probe: Probe = bench.probe()
         self.probe.advertise(RUN_STATUS)
         self.probe.listen(FAULTS, SAFETY_STATE, DRIVES_STATE, MOTOR_STATES, JOINT_STATES)
-        self.probe.listen(CTC_TORQUE, UNIFIED_TORQUE, SUPERVISOR_STATE, TORQUE_COMMAND)
+        self.probe.listen(CTC_TORQUE, UNIFIED_TORQUE, SUPERVISOR_STATE, REFERENCE, TORQUE_COMMAND)
         for name in self._specs:
             self.start(name)
         self.wait_ready(set(self._specs))
@@ -211,16 +216,21 @@ class FaultBench:
         return found
 
     def begin(self) -> None:
-        """Begin the motion anew, from home."""
+        """Begin the motion anew, from home; again where a busy machine has missed its first samples."""
+        if not any(self._begun() for _ in range(ATTEMPTS)):
+            pytest.fail(f"no beginning in {ATTEMPTS} times")
+
+    def _begun(self) -> bool:
         if self.running:
             assert self.change(Transition.TRANSITION_DEACTIVATE)
         self.drives.order(*self.mend, "home")
         self.probe.got(JOINT_STATES).clear()
-        self.running = False
+        self.running, known = False, len(self.faults())
         # once more where a busy machine has left the bridge without an answer for two cycles
         self.probe.wait_for(self._activated, "an active bridge")
         self.running = True
-        self.probe.wait_for(lambda: self.sample() > 0, "the first samples")
+        self.probe.wait_for(lambda: self.sample() > 0 or "estimate_lost" in self.faults()[known:], "the first samples")
+        return self.sample() > 0
 
     def _activated(self) -> bool:
         return self.change(Transition.TRANSITION_ACTIVATE) or (self.ask(self.bridge, "reset").success and False)

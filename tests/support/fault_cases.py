@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from fault_bench import FaultBench
+from fault_bench import ATTEMPTS, FaultBench
 from lifecycle_msgs.msg import Transition
 
 from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_description.interface import FAULTS, TORQUE_COMMAND, Topic
+from fivebar_description.interface import FAULTS, JOINT_STATES, TORQUE_COMMAND, Topic
 
 ZERO = (0.0, 0.0)
 
@@ -26,11 +26,13 @@ NOTICED = {"mute": STOP_CYCLES + 4}
 A heartbeat may be two cycles older than a torque, its age is looked at once a cycle, and cycles are not exactly equal.
 """
 
-ATTEMPTS = 3
-"""How often a motion is begun, or held, where a busy machine misses cycles: what is tested comes after that."""
-
 ROUNDS_WITHOUT = 10
 """Cycles for which nothing may move after the stop."""
+
+
+LATE = {"blender": "joined_late", "state_estimator": "estimate_lost"}
+"""What a node says with the first sample that it hears after a restart: it does not know what stopped the robot, or
+where it is."""
 
 
 class Broken(NamedTuple):
@@ -117,9 +119,9 @@ def break_and_mend_node(rig: FaultBench, broken: Broken, sample: int) -> str:
         rig.kill(node, signal.SIGCONT)
     else:
         rig.restart(node)
-    if node == "blender" and verb == "kill":
-        # it does not know what stopped the robot, and says so with the first sample that it hears
-        rig.probe.wait_for(lambda: "joined_late" in rig.faults()[known:], "joined_late")
+    late = LATE.get(node) if verb == "kill" else None
+    if late is not None:
+        rig.probe.wait_for(lambda: late in rig.faults()[known:], late)
     rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
     return node
 
@@ -130,6 +132,18 @@ def begin_with_new_bridge(rig: FaultBench, tripped: bool) -> None:
     assert rig.change(Transition.TRANSITION_CONFIGURE)
     if tripped:
         assert rig.ask(rig.bridge, "reset").success
+    rig.begin()
+    rig.wait_for_rest()
+    assert rig.reset_blender().success
+
+
+def expect_new_run_only(rig: FaultBench) -> None:
+    """With an estimator that does not know where the robot is nothing moves, until a new run begins at home."""
+    rig.enable_drives()
+    answers = len(rig.probe.got(JOINT_STATES))
+    assert not rig.ask("blender", "reset").success
+    rig.expect_no_torque_for(ROUNDS_WITHOUT * rig.period)
+    assert len(rig.probe.got(JOINT_STATES)) == answers
     rig.begin()
     rig.wait_for_rest()
     assert rig.reset_blender().success

@@ -23,6 +23,7 @@ from fault_cases import (
     begin_with_new_bridge,
     break_and_mend_node,
     break_hardware,
+    expect_new_run_only,
     expect_readable,
     expect_reset,
 )
@@ -31,7 +32,7 @@ from fivebar_bringup.runs.bridges import BOARD_BRIDGE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.hardware.board_faults import BUTTON, CAUSES
-from fivebar_description.interface import TORQUE_COMMAND, UNIFIED_TORQUE
+from fivebar_description.interface import JOINT_STATES, REFERENCE, TORQUE_COMMAND, UNIFIED_TORQUE
 
 pytestmark = [pytest.mark.clock, pytest.mark.extra]
 
@@ -65,6 +66,12 @@ NODES = {
     "stale command": Broken("stop blender", "command_stale", answer=TORQUE_COMMAND),
     "killed controller": Broken(
         "kill unified_controller", "candidate_missing", or_first="command_stale", answer=UNIFIED_TORQUE
+    ),
+    "killed generator": Broken(
+        "kill trajectory_generator", "candidate_missing", or_first="command_stale", answer=REFERENCE
+    ),
+    "killed estimator": Broken(
+        "kill state_estimator", "state_stale", or_first="command_stale", answer=JOINT_STATES, resets=False
     ),
     "killed blender": Broken("kill blender", "command_stale", answer=TORQUE_COMMAND),
     "killed bridge": Broken(f"kill {BOARD_BRIDGE}", "state_stale", resets=False),
@@ -141,8 +148,12 @@ def mend(rig: FaultBench, broken: Broken) -> None:
 @pytest.mark.parametrize(("fault", "moment"), cases(NODES))
 def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     broken = NODES[fault]
-    if break_and_mend_node(rig, broken, MOMENTS[moment]) == rig.bridge:
+    node = break_and_mend_node(rig, broken, MOMENTS[moment])
+    if node == rig.bridge:
         begin_with_new_bridge(rig, tripped=False)
+        return
+    if node == "state_estimator":
+        expect_new_run_only(rig)
         return
     rig.wait_for_rest()
     expect_way_back(rig, broken, moment)

@@ -23,6 +23,7 @@ from fault_cases import (
     begin_with_new_bridge,
     break_and_mend_node,
     break_hardware,
+    expect_new_run_only,
     expect_readable,
     expect_reset,
 )
@@ -71,6 +72,12 @@ NODES = {
     "killed supervisor": Broken(
         "kill supervisor", "candidate_missing", or_first="command_stale", answer=SUPERVISOR_STATE
     ),
+    "killed generator": Broken(
+        "kill trajectory_generator", "candidate_missing", or_first="command_stale", answer=REFERENCE
+    ),
+    "killed estimator": Broken(
+        "kill state_estimator", "state_stale", or_first="command_stale", answer=JOINT_STATES, resets=False
+    ),
     "killed blender": Broken("kill blender", "command_stale", answer=TORQUE_COMMAND),
     "killed bridge": Broken(f"kill {BRIDGE}", "state_stale", resets=False),
 }
@@ -105,6 +112,11 @@ MOMENTS = moments()
 ALL_MOMENTS = [pytest.param(one, marks=() if one == "on the locus" else pytest.mark.extra) for one in MOMENTS]
 """Where the least can be done is tried in every test run, the others with the long tests."""
 
+LONG = ("killed generator", "killed estimator")
+"""Nodes whose end is told in the same way as that of the others: with the long tests."""
+
+ALL_NODES = [pytest.param(one, marks=pytest.mark.extra if one in LONG else ()) for one in NODES]
+
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
@@ -125,13 +137,17 @@ def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
 
 
 @pytest.mark.clock
-@pytest.mark.parametrize("fault", NODES)
+@pytest.mark.parametrize("fault", ALL_NODES)
 @pytest.mark.parametrize("moment", ALL_MOMENTS)
 def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     broken = NODES[fault]
-    if break_and_mend_node(rig, broken, MOMENTS[moment]) == BRIDGE:
+    node = break_and_mend_node(rig, broken, MOMENTS[moment])
+    if node == BRIDGE:
         # the drives have tripped over its silence
         begin_with_new_bridge(rig, tripped=True)
+        return
+    if node == "state_estimator":
+        expect_new_run_only(rig)
         return
     rig.wait_for_rest()
     expect_reset(rig, broken)

@@ -110,6 +110,18 @@ class StateEstimator:
         self.squared = NO_READINGS
         """Of the last sample: mean squares of the innovations in units of their variances, NaN without a reading."""
         self._last = 0
+        self._found_again = False
+
+    def joined_late(self, sample: int) -> bool:
+        """Return whether the first sample of all is no beginning of a run, and latch `estimate_lost` for it.
+
+        An estimator that was restarted on the way does not know where the robot is, although its encoders may fit the
+        declared posture: they do in both assembly modes. A few first samples may be missing, as anywhere else.
+        """
+        if self._memory is not None or self._found_again or sample <= self._longest_gap:
+            return False
+        self._latch("estimate_lost", f"the first sample heard was {sample}, not the beginning of a run")
+        return True
 
     def begin_at(self, homing: Homing) -> None:
         """Begin again with the next sample, at rest in another posture than declared; a latched fault is cleared.
@@ -120,6 +132,7 @@ class StateEstimator:
         check_declared(self._robot, homing)
         self._homing, self._seen_start = homing, False
         self._memory = self._answer = self.fault = None
+        self._found_again = True
         self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
 
     def carry(self, robot: FiveBar) -> None:

@@ -192,6 +192,22 @@ class StateEstimatorNode(SamplingNode):
         self._late.clear()
         self._replied = -1
 
+    def admit(self, sample: int, driving: bool, values: Any) -> bool:
+        """Answer nothing where the node has come after the beginning of the run: no sample is complete without it."""
+        if not driving:
+            return True
+        known = self._estimator.fault
+        if not self._estimator.joined_late(sample):
+            if known is not None and self.last_sample < 0:
+                # the beginning that was missed has come again
+                self.restart()
+            return True
+        if known is None:
+            self._announce(str(self._estimator.fault))
+        # a camera may find the robot again
+        self._resting.read(MotorReading(sample, *values[0]))
+        return False
+
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the joint states, now or once all that the estimate needs has arrived."""
         (q11, q21), (tau1, tau2) = values[0]
