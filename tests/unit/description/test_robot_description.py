@@ -115,13 +115,13 @@ def test_the_closed_tree_moves_like_the_model(
         rates = opened.motion(q)
         mass = rates.T @ pin.crba(opened.model, opened.data, q) @ rates
         reduced = rates.T @ pin.crba(loop.model, loop.data, q) @ rates
-        np.testing.assert_allclose(mass, reduced, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(mass, reduced, rtol=1e-12, atol=1e-15)
 
         motors = random.uniform(-50.0, 50.0, 2)
         acceleration = loop.acceleration(q, v, np.array([0.1, 0.0, -0.2, 0.0])) + rates @ motors
         torques = rates.T @ pin.rnea(opened.model, opened.data, q, v, acceleration)
         wanted = inverse_dynamics(robot, state, acceleration[0], acceleration[2], 0.0, 0.0)
-        np.testing.assert_allclose(torques, wanted, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(torques, wanted, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("kept", [True, False])
@@ -174,7 +174,7 @@ def test_weighed_links_keep_the_grouped_parameters(
         neglected = turning.T @ np.diag([beyond[0], beyond[1] + spin]) @ turning
         mass = rates.T @ pin.crba(opened.model, opened.data, q) @ rates
         reduced = rates.T @ pin.crba(loop.model, loop.data, q) @ rates
-        np.testing.assert_allclose(mass - neglected, reduced, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(mass - neglected, reduced, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -242,7 +242,7 @@ def test_mujoco_loads_it_and_finds_the_same_masses(text: str, robot: FiveBar) ->
     mass = np.zeros((4, 4))
     mujoco.mj_fullM(model, data, mass)
     upper = np.triu(pin.crba(opened.model, opened.data, q))
-    np.testing.assert_allclose(np.triu(mass), upper, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(np.triu(mass), upper, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", ["dextar", "unequal", "motkin"])

@@ -42,15 +42,15 @@ def test_legs_and_acceleration_are_those_of_the_model(
             (robot.leg2, modes[1], state.leg2),
         ):
             moving = leg_motion(leg, mode, state.x, state.y, state.vx, state.vy)
-            assert (moving.r_x, moving.r_y) == pytest.approx((expected.r_x, expected.r_y), abs=1e-11)
-            assert (moving.u_x, moving.u_y) == pytest.approx((expected.u_x, expected.u_y), abs=1e-11)
-            assert moving.dq1 == pytest.approx(expected.dq1, rel=1e-9, abs=1e-9)
-            assert moving.dtheta == pytest.approx(expected.dtheta, rel=1e-9, abs=1e-9)
+            assert (moving.r_x, moving.r_y) == pytest.approx((expected.r_x, expected.r_y), abs=1e-12)
+            assert (moving.u_x, moving.u_y) == pytest.approx((expected.u_x, expected.u_y), abs=1e-12)
+            assert moving.dq1 == pytest.approx(expected.dq1, rel=1e-12, abs=1e-12)
+            assert moving.dtheta == pytest.approx(expected.dtheta, rel=1e-12, abs=1e-12)
         f1, f2 = friction_torque(robot.leg1, state.leg1.dq1), friction_torque(robot.leg2, state.leg2.dq1)
         # the constraint form, which the process model is not made from
         expected_motion = direct_dynamics(robot, state, *tau, f1, f2)
         found = platform_acceleration(robot, *modes, state.x, state.y, state.vx, state.vy, *tau)
-        assert found == pytest.approx((expected_motion.ax, expected_motion.ay), rel=1e-7, abs=1e-7)
+        assert found == pytest.approx((expected_motion.ax, expected_motion.ay), rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("residual", [0.0, -2.0e-4])

@@ -63,7 +63,7 @@ def test_the_reduced_law_turns_the_motors_and_their_part_of_the_distal_links(
             - leg.proximal * at.cos_q2 / leg.distal * leg.residual * distal_acceleration(leg, at, 1.0, 2.0)
             for leg, at, friction in legs
         ]
-        assert torque == pytest.approx(expected, rel=1e-7, abs=1e-9)
+        assert torque == pytest.approx(expected, rel=1e-12, abs=1e-14)
 
 
 def test_the_reduced_law_is_finite_on_the_locus(robot: FiveBar, locus_states: States) -> None:

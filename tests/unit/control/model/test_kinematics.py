@@ -104,8 +104,8 @@ def test_second_order_relation_holds_for_pinocchios_platform(
         a = loop.acceleration(q, v, np.array([random.uniform(-2, 2), 0.0, random.uniform(-2, 2), 0.0]))
         _, _, (ax, ay) = loop.platform(q, v, a)
         scale = np.abs(a).max()
-        assert joint_acceleration(state.leg1, ax, ay) == pytest.approx(a[0], abs=1e-11 * scale)
-        assert joint_acceleration(state.leg2, ax, ay) == pytest.approx(a[2], abs=1e-11 * scale)
+        assert joint_acceleration(state.leg1, ax, ay) == pytest.approx(a[0], abs=1e-12 * scale)
+        assert joint_acceleration(state.leg2, ax, ay) == pytest.approx(a[2], abs=1e-12 * scale)
 
 
 def test_platform_acceleration_agrees_with_pinocchio(
@@ -183,8 +183,8 @@ def test_distal_accelerations_agree_with_pinocchio(
         a = loop.acceleration(q, v, np.array([random.uniform(-2, 2), 0.0, random.uniform(-2, 2), 0.0]))
         ax, ay = loop.platform(q, v, a)[2].tolist()
         scale = float(np.abs(a).max())
-        assert distal_acceleration(robot.leg1, state.leg1, ax, ay) == pytest.approx(a[0] + a[1], abs=1e-11 * scale)
-        assert distal_acceleration(robot.leg2, state.leg2, ax, ay) == pytest.approx(a[2] + a[3], abs=1e-11 * scale)
+        assert distal_acceleration(robot.leg1, state.leg1, ax, ay) == pytest.approx(a[0] + a[1], abs=1e-12 * scale)
+        assert distal_acceleration(robot.leg2, state.leg2, ax, ay) == pytest.approx(a[2] + a[3], abs=1e-12 * scale)
 
 
 @pytest.mark.parametrize("where", ["regular", "locus"])
@@ -199,7 +199,7 @@ def test_distal_accelerations_follow_from_motors_and_platform_too(
         scale = float(np.abs(a).max())
         for leg, at, motor, bend in ((robot.leg1, state.leg1, a[0], a[1]), (robot.leg2, state.leg2, a[2], a[3])):
             found = distal_acceleration_by_motor(leg, at, float(motor), ax, ay)
-            assert found == pytest.approx(motor + bend, abs=1e-11 * scale)
+            assert found == pytest.approx(motor + bend, abs=1e-12 * scale)
 
 
 def test_distal_acceleration_by_motor_is_regular_at_type_1(robot: FiveBar) -> None:

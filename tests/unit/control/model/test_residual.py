@@ -56,6 +56,7 @@ from fivebar_description.robot_file import (
 Vector = NDArray[np.float64]
 
 TOLERANCE = 1e-12
+"""Of the largest term. What it leaves is 25 times the largest difference in 2000 cases of each kind, 4e-14."""
 
 
 class Case(NamedTuple):
@@ -214,14 +215,14 @@ def test_all_forms_of_the_model_agree(where: str, data: st.DataObject) -> None:
     wanted = direct_dynamics(robot, state, tau1, tau2, 0.0, 0.0)
     size = abs(wanted.ax) + abs(wanted.ay) + max(abs(state.leg1.c), abs(state.leg2.c))
     form = direct_dynamics_of_platform(robot, state, tau1, tau2, 0.0, 0.0)
-    np.testing.assert_allclose(form, wanted[2:4], atol=1e-11 * size)
+    np.testing.assert_allclose(form, wanted[2:4], atol=TOLERANCE * size)
     mapped = input_map(robot, state)
     assert mapped is not None
     law = mapped.g_x1 * tau1 + mapped.g_x2 * tau2 + mapped.a0_x, mapped.g_y1 * tau1 + mapped.g_y2 * tau2 + mapped.a0_y
-    np.testing.assert_allclose(law, wanted[2:4], atol=1e-11 * size)
+    np.testing.assert_allclose(law, wanted[2:4], atol=TOLERANCE * size)
     place = elbow_side(state.leg1.sin_q2), elbow_side(state.leg2.sin_q2), state.x, state.y, state.vx, state.vy
     filtered = platform_acceleration(robot, *place, tau1, tau2)
-    np.testing.assert_allclose(filtered, wanted[2:4], atol=1e-9 * size)
+    np.testing.assert_allclose(filtered, wanted[2:4], atol=TOLERANCE * size)
 
 
 @pytest.mark.parametrize("where", [(0.01, 0.09), (0.0, 0.0331662479035540)])
@@ -232,7 +233,7 @@ def test_the_plant_of_the_bench_has_its_residual_inertias(where: tuple[float, fl
     q, v = vectors(state)
     a = ClosedLoop(robot).acceleration(q, v, np.array([0.01, 0.0, -0.02, 0.0]))
     motion = direct_dynamics(robot, state, 0.01, -0.02, 0.0, 0.0)
-    np.testing.assert_allclose([motion.ddq11, motion.ddq21], a[[0, 2]], atol=1e-11 * np.abs(a).max())
+    np.testing.assert_allclose([motion.ddq11, motion.ddq21], a[[0, 2]], atol=TOLERANCE * np.abs(a).max())
     still = FiveBar(robot.leg1._replace(residual=0.0), robot.leg2._replace(residual=0.0), robot.mass)
     without = direct_dynamics(still, state, 0.01, -0.02, 0.0, 0.0)
     assert abs(motion.ddq11 - without.ddq11) > 0.01 * abs(motion.ddq11)
@@ -252,12 +253,12 @@ def test_constraint_laws_get_the_acceleration_along_v1(resolution: int, case: Ca
     torque = resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, 0.0, 0.0, beta)
     motion = direct_dynamics(robot, state, torque.tau1, torque.tau2, 0.0, 0.0)
     size = abs(alpha) + abs(beta) + max(abs(state.leg1.c), abs(state.leg2.c))
-    np.testing.assert_allclose(v @ (motion.ax, motion.ay), alpha, atol=1e-9 * size)
-    np.testing.assert_allclose(t @ (motion.ax, motion.ay), beta, atol=1e-9 * size)
+    np.testing.assert_allclose(v @ (motion.ax, motion.ay), alpha, atol=TOLERANCE * size)
+    np.testing.assert_allclose(t @ (motion.ax, motion.ay), beta, atol=TOLERANCE * size)
     # and so the criterion says
     place = Platform(state.x, state.y, state.vx, state.vy, *(alpha * v + beta * t).tolist())
     modes = elbow_side(state.leg1.sin_q2), elbow_side(state.leg2.sin_q2)
-    assert abs(criterion_residual(robot, *modes, place)) <= 1e-9 * robot.mass * size
+    assert abs(criterion_residual(robot, *modes, place)) <= TOLERANCE * robot.mass * size
 
 
 @pytest.mark.parametrize("inertias", [(0.0, 0.0), (1e-6, 0.0), (0.0, -1e-6), (1e-6, -1e-6)])
@@ -284,5 +285,7 @@ def test_a_motors_share_of_residual_inertias_is_not_identified_but_taken_off() -
     load = platform_load(robot, assembly_mode(state), motion)
     torques = inverse_dynamics(robot, state, 20.0, -35.0, 0.0, 0.0)
     assert load.known1 != 0.0
-    assert robot.leg1.inertia * 20.0 + robot.mass * load.load1 + load.known1 == pytest.approx(torques[0], rel=1e-10)
-    assert robot.leg2.inertia * -35.0 + robot.mass * load.load2 + load.known2 == pytest.approx(torques[1], rel=1e-10)
+    assert robot.leg1.inertia * 20.0 + robot.mass * load.load1 + load.known1 == pytest.approx(torques[0], rel=TOLERANCE)
+    assert robot.leg2.inertia * -35.0 + robot.mass * load.load2 + load.known2 == pytest.approx(
+        torques[1], rel=TOLERANCE
+    )
