@@ -45,5 +45,11 @@ def test_a_series_counts_its_runs_and_names_their_faults() -> None:
 def test_a_series_is_chosen_by_name_and_number() -> None:
     assert chosen([]) == (RUNS, KINDS)
     assert chosen(["40", "kilohertz"]) == (40, KINDS[2:3])
-    with pytest.raises(SystemExit):
-        chosen(["fast"])
+
+
+@pytest.mark.parametrize(
+    ("words", "refused"), [(["middle", "fast"], "fast"), (["0", "middle"], "0"), (["20", "40"], "40")]
+)
+def test_what_is_no_series_is_refused_by_name(words: list[str], refused: str) -> None:
+    with pytest.raises(SystemExit, match=f"^'{refused}': expected one number of runs, .* some of middle, encoders, "):
+        chosen(words)

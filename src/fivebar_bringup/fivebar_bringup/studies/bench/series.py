@@ -111,13 +111,14 @@ def chosen(words: Sequence[str]) -> tuple[int, tuple[SeriesKind, ...]]:
     """Return number of runs and kinds from the words of the command line, by default `RUNS` and all.
 
     Raises:
-        SystemExit: a word is neither a number nor the name of a kind.
+        SystemExit: a word is neither a number nor the name of a kind; the text names it.
     """
     names = {kind.name: kind for kind in KINDS}
     numbers = [word for word in words if word.isdigit()]
     unknown = [word for word in words if not word.isdigit() and word not in names]
-    if unknown or len(numbers) > 1 or "0" in numbers:
-        raise SystemExit(f"expected a number of runs and some of {', '.join(names)}")
+    refused = [*unknown, *(word for word in numbers if int(word) == 0), *numbers[1:]]
+    if refused:
+        raise SystemExit(f"{refused[0]!r}: expected one number of runs, 1 or more, and some of {', '.join(names)}")
     kinds = tuple(names[word] for word in words if word in names)
     return int(numbers[0]) if numbers else RUNS, kinds or KINDS
 
