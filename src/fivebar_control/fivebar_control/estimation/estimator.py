@@ -18,7 +18,15 @@ from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import FrozenWatch
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, check_encoders, seen_assembly
 from fivebar_control.estimation.mirror import ambiguity_reason
-from fivebar_control.estimation.readings import EstimatorMemory, Misfit, with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.readings import (
+    EstimatorMemory,
+    Misfit,
+    longest_gap,
+    with_elbow,
+    with_motors,
+    with_rate,
+    with_seen,
+)
 from fivebar_control.estimation.step import (
     EstimatorStep,
     Prediction,
@@ -32,12 +40,6 @@ from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
-
-LONGEST_GAP = 10
-LONGEST_GAP_TIME = 0.02
-"""Samples, and time (s), without a reading over which the filter predicts: the longer of both, as long as drives hold
-their torque by default. After a longer gap the estimate is lost."""
-
 
 NO_READINGS = Misfit(math.nan, math.nan, math.nan)
 
@@ -100,7 +102,7 @@ class StateEstimator:
         )
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
-        self._longest_gap = max(LONGEST_GAP, round(LONGEST_GAP_TIME * rate_hz))
+        self._longest_gap = longest_gap(rate_hz)
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
         self._newest_command = 0.0, 0.0
@@ -179,7 +181,7 @@ class StateEstimator:
         the rate (rad/s) of the distal link of leg 2. `elbows` are those of a passive joint's encoder (rad), in their
         order. `seen` are positions by the camera. One that is older than the history is left out.
 
-        A missing command is replaced by that of the sample before it, as the drives do.
+        A missing command is replaced by the last one before it, as the drives do.
 
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
@@ -266,7 +268,11 @@ class StateEstimator:
     def _pending(self, sample: int) -> list[tuple[float, float]]:
         """Return the commanded torques (Nm) that do not act yet when a sample is measured, a missing one repeated."""
         delay = self._model.delay_samples
-        torque = self._commands.pop(sample - delay - 1, (0.0, 0.0))
+        # over a gap in the samples none may be known for a while: the last one before
+        past = sorted(number for number in self._commands if number < sample - delay)
+        torque = self._commands[past[-1]] if past else (0.0, 0.0)
+        for number in past:
+            del self._commands[number]
         pending = []
         for number in range(sample - delay, sample):
             torque = self._commands.setdefault(number, torque)

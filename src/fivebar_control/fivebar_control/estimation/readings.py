@@ -21,6 +21,11 @@ from fivebar_control.estimation.history import (
 )
 from fivebar_control.estimation.measurements import elbow_speed
 
+LONGEST_GAP = 10
+LONGEST_GAP_TIME = 0.02
+"""Samples, and time (s), without a reading over which the filter predicts: the longer of both, as long as drives hold
+their torque by default. After a longer gap the estimate is lost."""
+
 
 class Misfit(NamedTuple):
     """Recent means of the squared innovations in units of their variances, about 1 where the robot is as believed.
@@ -65,6 +70,11 @@ class EstimatorMemory(NamedTuple):
     near: int
     misfit: Misfit
     history: History
+
+
+def longest_gap(rate_hz: int) -> int:
+    """Return after how many periods without a reading the estimate is still not lost."""
+    return max(LONGEST_GAP, round(LONGEST_GAP_TIME * rate_hz))
 
 
 def with_motors(

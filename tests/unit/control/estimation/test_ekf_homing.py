@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings, Estimate, FilterModel, advanced, filter_model
-from fivebar_control.estimation.estimator import LONGEST_GAP, StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import MIN_HOMING_KAPPA, Homing, HomingContradicted, homing_at
+from fivebar_control.estimation.readings import LONGEST_GAP
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition

@@ -109,6 +109,20 @@ def test_after_samples_without_any_command_none_acts() -> None:
     assert answers[0] == answers[1]
 
 
+@pytest.mark.parametrize("delay", [1, 2])
+def test_over_a_gap_the_drives_hold_the_last_command(delay: int) -> None:
+    answers = []
+    for torque in (None, (0.3, -0.2), (0.0, 0.0)):
+        one = estimator(drives=Drives(delay_samples=delay))
+        taken(one, 0)
+        one.commanded(0, 0.3, -0.2)
+        for sample in range(1, 5):
+            if torque is not None:
+                one.commanded(sample, *torque)
+        answers.append(taken(one, 5))
+    assert answers[0] == answers[1] != answers[2]
+
+
 def test_readings_are_compared_with_the_prediction_in_units_of_its_deviations() -> None:
     one = estimator()
     assert all(map(math.isnan, one.squared))
