@@ -34,7 +34,8 @@ def robustness(
     as_json: JsonOption = False,
     quick: Annotated[bool, typer.Option("--quick", help="Only 1 s and two draws of each size.")] = False,
     losses: Annotated[
-        bool, typer.Option("--losses", help="Instead: commands lost in bursts, at every moment of a crossing.")
+        bool,
+        typer.Option("--losses", help="Instead: commands or samples lost in bursts, at every moment of a crossing."),
     ] = False,
 ) -> None:
     """Raise each fault of a robot alone until a controller fails: what must my robot be like?
@@ -72,19 +73,20 @@ def robustness(
 
 
 def _losses(out: Path | None, processes: int, as_json: bool) -> None:
-    from fivebar_bringup.studies.robustness.bursts import BURSTS, write_losses
+    from fivebar_bringup.studies.robustness.bursts import BURSTS, Lost, write_losses
 
     with input_errors(), keyboard_interrupts(), progress_bar("losses", as_json) as progress:
         directory, made = write_losses(out, processes, progress)
     if as_json:
         print(json.dumps([one.as_json() for one in made], indent=2, allow_nan=False))
         return
-    table = Table("largest error in mm", "none lost", *(f"{burst} lost" for burst in BURSTS), box=None)
-    for one in made:
-        content = one.as_json()
-        table.add_row(one.equipment, *(f"{error * 1e3:.2f}" for error in (content["without_m"], *content["worst_m"])))
     printer = Console()
-    printer.print(table)
+    for lost in Lost:
+        table = Table(f"{lost}: largest error in mm", "none lost", *(f"{one} lost" for one in BURSTS[lost]), box=None)
+        for one in made:
+            if one.lost is lost:
+                table.add_row(one.equipment, *(f"{error * 1e3:.2f}" for error in (one.without, *one.worst)))
+        printer.print(table)
     printer.print(f"look at {directory / FIGURES / 'losses.png'}", soft_wrap=True)
 
 

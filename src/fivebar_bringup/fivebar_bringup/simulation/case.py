@@ -100,6 +100,9 @@ class Numbers(NamedTuple):
         equipment: encoders and drives, as numbers; its sections of effects are empty.
         mechanism: the robot with effects (`Mechanism`), None without any.
         lost: bool[N + 1 + lead], the samples whose commands do not reach the drives.
+        missing: bool[N + 1 + lead], the samples that do not reach the control chain, never sample 0. What motors,
+            gyroscope and passive joint would have read with them is lost, and there is no command, so that the drives
+            hold the last one. Positions by the camera come with the next sample.
         estimation: see there.
         stop_at_fault: end the run at its first fault; the offline runner lets the robot coast instead.
     """
@@ -112,6 +115,7 @@ class Numbers(NamedTuple):
     equipment: PlantSettings
     mechanism: Any
     lost: BoolArray
+    missing: BoolArray
     estimation: Estimation
     stop_at_fault: bool
 
@@ -196,6 +200,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
     if has_effects(plant):
         mechanism = mechanism_of(nominal if plant is scenario.plant else actual, plant, scenario.rate_hz)
     steps = steps_of_period(actual, scenario.rate_hz)
+    lost = _lost(scenario, plant)
     numbers = Numbers(
         control=control,
         actual=with_floats(actual),
@@ -204,7 +209,8 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         step=control.period / steps,
         equipment=as_numbers(without_effects(plant)),
         mechanism=mechanism,
-        lost=_lost(scenario, plant),
+        lost=lost,
+        missing=np.zeros_like(lost),
         estimation=Estimation(
             scenario.estimated,
             scenario.compensates_disturbance,

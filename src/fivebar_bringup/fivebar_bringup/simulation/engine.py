@@ -22,7 +22,7 @@ from fivebar_bringup.simulation.robot import (
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.readings import with_motors
 from fivebar_control.estimation.step import estimator_step, first_update
-from fivebar_control.laws.law import Step
+from fivebar_control.laws.law import unchanged
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.setup import first_memory, steps_of
 from fivebar_description.strict_yaml import InputError
@@ -55,9 +55,20 @@ NO_TRACE = np.zeros((0, len(TraceRow._fields)))
 
 
 @cache
-def _loop(nominal: Step, constraint: Step, effects: bool) -> Any:
-    robot = WITH_EFFECTS if effects else IDEAL
-    return compiled_and_kept(run_loop, nominal_step=nominal, constraint_step=constraint, **robot)
+def _loop(effects: bool, **of_laws: Callable[..., Any]) -> Any:
+    return compiled_and_kept(run_loop, **of_laws, **(WITH_EFFECTS if effects else IDEAL))
+
+
+def law_functions(controller: Controller) -> dict[str, Callable[..., Any]]:
+    """Return what the loop calls of a controller's laws, by the names under which it knows these functions."""
+    nominal, constraint = steps_of(controller)
+    after = unchanged if controller.constraint is None else controller.constraint.after_gap
+    return {
+        "nominal_step": nominal,
+        "constraint_step": constraint,
+        "nominal_after_gap": controller.nominal.after_gap,
+        "constraint_after_gap": after,
+    }
 
 
 def refuse_uncompiled(controller: Controller) -> None:
@@ -92,6 +103,6 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     refuse_uncompiled(case.controller)
-    loop = _loop(*steps_of(case.controller), case.numbers.mechanism is not None)
+    loop = _loop(case.numbers.mechanism is not None, **law_functions(case.controller))
     outcome: Outcome = loop(first_memory(case.controller, case.numbers.control, list), case.numbers, plan, trace)
     return outcome

@@ -31,9 +31,9 @@ from fivebar_bringup.simulation.outcome import (
     TraceRow,
 )
 from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
-from fivebar_control.estimation.readings import with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.readings import longest_gap, with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import estimator_step, first_update
-from fivebar_control.laws.law import no_step
+from fivebar_control.laws.law import no_step, unchanged
 from fivebar_control.laws.reference import Reference, against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import UNDEFINED, ZERO
 from fivebar_control.laws.vhc_cartesian import line_constraint
@@ -52,6 +52,7 @@ from fivebar_sim.passive_encoder import passive_reading
 from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
 
 nominal_step = constraint_step = no_step
+nominal_after_gap = constraint_after_gap = unchanged
 robot_start, robot_later, robot_sensed = ideal_start, ideal_later, ideal_sensed
 """The laws and the robot (`simulation/robot.py`) of :func:`run_loop`, to be replaced before it is compiled."""
 
@@ -99,16 +100,20 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
     seen_frames = 0
 
     fault, fault_sample, left_sample = NO_FAULT, -1, -1
-    samples = mode_changes = saturated = 0
+    samples = mode_changes = saturated = came = 0
     side = 0.0
     error_x = error_y = error_peak = error_final = constraint_error = 0.0
     requested1 = requested2 = peak1 = peak2 = work = sigma_max = estimate_error = misfit = loop_gap = 0.0
+    sigma = kappa = 0.0
+    requested = UNDEFINED
     type1_least = deviations_least = math.inf
 
     for number in range(last + 1):
         readings = read(seen, readings, resolution, period, number == 0) if resolution > 0.0 else seen
-        measured_before, measured = measured, readings
-        trip = NO_FAULT
+        present, trip = not case.missing[number], NO_FAULT
+        measured_before = measured
+        if present:
+            measured = readings
         if estimating:
             # the watch for frozen encoders of `StateEstimator` is left out: no encoder of this plant freezes, and the
             # verdicts of earlier sweeps stay comparable
@@ -123,9 +128,11 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
             if frames.shape[0] > 0:
                 exactly = state_of(case.actual, exact)
                 sights[number, 0], sights[number, 1] = exactly.x, exactly.y
+        if estimating and present:
             start = 1
             if number > 0:
-                memory = with_motors(memory, number, 1, readings.q11, readings.q21, applied1, applied2)
+                periods = min(number - came, longest_gap(case.rate_hz))
+                memory = with_motors(memory, number, periods, readings.q11, readings.q21, applied1, applied2)
                 start = memory.newest
                 if rates.shape[0] > 0:
                     made = number - case.estimation.latency
@@ -150,6 +157,8 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
             memory = estimated.memory
             if estimated.lost:
                 trip, measured = ESTIMATE_LOST, measured_before
+            elif number - came > longest_gap(case.rate_hz):
+                trip, measured = ESTIMATE_LOST, estimated.joints
             else:
                 if estimated.ambiguity.ambiguous:
                     trip = ESTIMATE_AMBIGUOUS
@@ -159,24 +168,36 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
             deviations_least = min(deviations_least, estimated.ambiguity.deviations)
             misfit = max(misfit, memory.misfit.encoders, memory.misfit.gyro, memory.misfit.elbow)
         state = state_of(control.robot, measured)
-        moment = number + lead
-        planned = planned_at(case, sampled, moment)
-        reference = planned.reference
-        if estimating and case.estimation.feed_forward:
-            disturbance = memory.belief.estimate
-            reference = against_disturbance(reference, disturbance.d1, disturbance.d2)
-        if fault == NO_FAULT and trip != NO_FAULT:
-            fault, fault_sample = trip, number
-        latched = fault != NO_FAULT
-        sound = trip == NO_FAULT
-        cycle = control_cycle(nominal_step, constraint_step, control, kept, state, reference, planned, latched, sound)
-        kept, command, sigma, kappa = cycle.memory, cycle.command, cycle.sigma, cycle.kappa
-        requested = UNDEFINED if latched else cycle.requested
-        if cycle.fault != NO_FAULT:
-            fault, fault_sample = cycle.fault, number
+        if present:
+            if number - came > 1:
+                kept = CycleMemory(
+                    nominal=nominal_after_gap(kept.nominal),
+                    constraint=constraint_after_gap(kept.constraint),
+                    command=kept.command,
+                    excess=kept.excess,
+                    braking=kept.braking,
+                )
+            came = number
+            moment = number + lead
+            planned = planned_at(case, sampled, moment)
+            reference = planned.reference
+            if estimating and case.estimation.feed_forward:
+                disturbance = memory.belief.estimate
+                reference = against_disturbance(reference, disturbance.d1, disturbance.d2)
+            if fault == NO_FAULT and trip != NO_FAULT:
+                fault, fault_sample = trip, number
+            latched = fault != NO_FAULT
+            sound = trip == NO_FAULT
+            cycle = control_cycle(
+                nominal_step, constraint_step, control, kept, state, reference, planned, latched, sound
+            )
+            kept, command, sigma, kappa = cycle.memory, cycle.command, cycle.sigma, cycle.kappa
+            requested = UNDEFINED if latched else cycle.requested
+            if cycle.fault != NO_FAULT:
+                fault, fault_sample = cycle.fault, number
 
         # metrics of the actual robot
-        truth = state if state_is_exact else state_of(case.actual, exact)
+        truth = state if state_is_exact and present else state_of(case.actual, exact)
         off_x, off_y = truth.x - plan[number, X], truth.y - plan[number, Y]
         error_x, error_y = largest(error_x, off_x), largest(error_y, off_y)
         error_final = math.sqrt(off_x * off_x + off_y * off_y)
@@ -199,7 +220,7 @@ def run_loop(first: CycleMemory, case: Numbers, sampled: Sampled, trace: FloatAr
             saturated += 1
         if estimating:
             estimated_places[number % (lead + 1), 0], estimated_places[number % (lead + 1), 1] = state.x, state.y
-            if number >= lead:
+            if number >= lead and not case.missing[number - lead]:
                 then = (number - lead) % (lead + 1)
                 estimate_error = max(
                     estimate_error, math.hypot(estimated_places[then, 0] - truth.x, estimated_places[then, 1] - truth.y)

@@ -16,7 +16,7 @@ from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_st
 from fivebar_control.compiling import bound, compiled_and_kept
 from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.loop.plan_sample import PlanSample
-from fivebar_control.loop.setup import first_memory, steps_of
+from fivebar_control.loop.setup import first_memory
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
@@ -47,11 +47,9 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     controller, control = case.controller, case.numbers.control
     constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
     count = max(controller.nominal.samples_ahead(control.nominal), constraint)
-    nominal_step, constraint_step = steps_of(controller)
     loop: Callable[..., Outcome] = bound(
         run_loop,
-        nominal_step=nominal_step,
-        constraint_step=constraint_step,
+        **engine.law_functions(controller),
         planned_at=partial(planned_with_ahead, count),
         estimator_step=compiled_step(),
         **_compiled_robot(case.numbers.mechanism is not None),

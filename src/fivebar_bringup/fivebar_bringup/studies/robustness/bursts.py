@@ -1,12 +1,14 @@
-"""Commands that are lost in a burst, at every moment of a crossing: the worst error over the moment."""
+"""Commands or samples that are lost in a burst, at every moment of a crossing: the worst error over the moment."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, house_style, new_figure, png
@@ -17,9 +19,22 @@ from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.studies.robustness.running import FAR, cause_of, prepared
 from fivebar_bringup.studies.shared_work import share
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ
+from fivebar_control.estimation.readings import longest_gap
 
-BURSTS = (1, 5, 10, 15)
-"""Commands that are lost one after the other; the third is what is held by default at this rate."""
+
+class Lost(StrEnum):
+    """What does not arrive: the commands of some samples at the drives, or these samples at the control chain."""
+
+    COMMANDS = "commands"
+    SAMPLES = "samples"
+
+
+LIMIT = longest_gap(RATE_HZ)
+"""Periods for which a torque is held by default at this rate, and after which an estimate without readings is lost."""
+
+BURSTS = {Lost.COMMANDS: (1, 5, LIMIT, 15), Lost.SAMPLES: (1, 5, LIMIT - 1)}
+"""How many are lost one after the other. The readings after the last burst of samples are the limit after those before:
+with one more missing the estimator gives up."""
 
 FOLLOWERS = {
     "unified, encoders": BLUE,
@@ -41,71 +56,107 @@ class Losses(NamedTuple):
 
     Attributes:
         equipment: its name.
+        lost: what is lost.
         crossing: when the platform is on the locus (s).
-        moments: [n], when the first command of a burst is lost (s).
-        errors: [len(BURSTS), n], largest distance from the reference (m), NaN where the run fails otherwise.
+        moments: [n], when a burst begins (s).
+        errors: [len(BURSTS[lost]), n], largest distance from the reference (m), NaN where the run fails otherwise.
         without: the same without a loss (m).
         failures: of each burst, how many runs fail by a fault or end in the wrong assembly mode.
     """
 
     equipment: str
+    lost: Lost
     crossing: float
     moments: FloatArray
     errors: FloatArray
     without: float
     failures: tuple[int, ...]
 
+    @property
+    def worst(self) -> tuple[float, ...]:
+        """The largest of all errors (m), for each burst."""
+        return tuple(float(np.nanmax(row)) for row in self.errors)
+
     def as_json(self) -> dict[str, Any]:
         """Return the worst of all moments, and when it is, for each burst."""
-        worst = [int(np.nanargmax(row)) for row in self.errors]
         return {
             "equipment": self.equipment,
+            "of": self.lost.value,
             "without_m": self.without,
-            "lost": BURSTS,
-            "worst_m": [float(row[one]) for row, one in zip(self.errors, worst, strict=True)],
-            "at_s": [float(self.moments[one]) for one in worst],
+            "lost": BURSTS[self.lost],
+            "worst_m": self.worst,
+            "at_s": [float(self.moments[int(np.nanargmax(row))]) for row in self.errors],
             "failures": self.failures,
         }
 
 
-def losses_of(equipment: str, every: int = EVERY) -> Losses:
-    """Return what becomes of a crossing when commands are lost from every `every`-th sample on."""
-    scenario, samples = prepared(equipment, DURATION)
+class Series(NamedTuple):
+    """Work for one process: an equipment, and what it loses."""
+
+    equipment: str
+    lost: Lost
+
+
+def losses_of(series: Series, every: int = EVERY) -> Losses:
+    """Return what becomes of a crossing when a burst begins at every `every`-th sample, never at the first one."""
+    scenario, samples = prepared(series.equipment, DURATION)
     plan, case = scenario.plan(), case_of(scenario, stop_at_fault=True)
     none = np.zeros_like(case.numbers.lost)
-    first = np.arange(0, plan.path.samples(RATE_HZ), every)
+    # without sample 0 there is no run
+    first = np.arange(0 if series.lost is Lost.COMMANDS else every, plan.path.samples(RATE_HZ), every)
 
     def run(start: int, burst: int) -> float:
         lost = none.copy()
         lost[start : start + burst] = True
-        outcome = crossing(case._replace(numbers=case.numbers._replace(lost=lost)), samples)
+        numbers = case.numbers
+        numbers = numbers._replace(lost=lost) if series.lost is Lost.COMMANDS else numbers._replace(missing=lost)
+        outcome = crossing(case._replace(numbers=numbers), samples)
         failed = cause_of(outcome, len(plan.crossings)) not in (None, FAR)
         return float("nan") if failed else outcome.error_peak
 
-    errors = np.array([[run(start, burst) for start in first.tolist()] for burst in BURSTS])
+    errors = np.array([[run(start, burst) for start in first.tolist()] for burst in BURSTS[series.lost]])
     failures = tuple(int(count) for count in np.isnan(errors).sum(axis=1))
-    return Losses(equipment, plan.crossings[0].time, first / RATE_HZ, errors, run(0, 0), failures)
+    return Losses(*series, plan.crossings[0].time, first / RATE_HZ, errors, run(0, 0), failures)
 
 
-def losses_figure(losses: list[Losses]) -> Figure:
-    """Draw the worst error over the moment of the loss, a panel for each burst."""
+def losses_figure(losses: Sequence[Losses]) -> Figure:
+    """Draw the worst error over the moment of the loss, a panel for each burst: commands left, samples right."""
     figure = new_figure(
-        "Lost commands",
-        "largest distance from the reference when so many commands in a row are lost from a moment on",
+        "Lost commands and lost samples",
+        "largest distance from the reference when so many in a row are lost from a moment on",
         8.0,
     )
-    panels = figure.subplots(len(BURSTS), 1, sharex=True, sharey=True)
-    for row, (axes, burst) in enumerate(zip(panels, BURSTS, strict=True)):
-        for one in losses:
-            axes.plot(one.moments, one.errors[row] * 1e3, color=FOLLOWERS[one.equipment], label=one.equipment, lw=1.2)
-        axes.axvline(losses[0].crossing, color=INK, linewidth=0.9, linestyle=":")
-        axes.axhline(2.0, color=GREY, linewidth=0.9)
-        axes.set_yscale("log")
+    panels = figure.subplots(max(map(len, BURSTS.values())), len(BURSTS), sharex=True, sharey=True)
+    for column, (lost, bursts) in enumerate(BURSTS.items()):
+        shown = [one for one in losses if one.lost is lost]
+        for row in range(len(bursts)):
+            _panel(panels[row, column], shown, row)
+        last = panels[len(bursts) - 1, column]
+        last.set_xlabel("moment of the loss in s")
+        last.tick_params(labelbottom=True)
+    for axes in panels[:, 0]:
         axes.set_ylabel("mm")
-        axes.set_title(f"{burst} lost, {burst * 1e3 / RATE_HZ:g} ms")
-    panels[0].legend(ncols=2)
-    panels[-1].set_xlabel("moment of the loss in s; dotted: on the locus; grey: tolerance of 2 mm")
+    _explain(panels[-1, -1], panels[0, 0])
     return figure
+
+
+def _panel(axes: Axes, losses: Sequence[Losses], row: int) -> None:
+    """Draw one burst of all equipment."""
+    for one in losses:
+        axes.plot(one.moments, one.errors[row] * 1e3, color=FOLLOWERS[one.equipment], label=one.equipment, lw=1.2)
+    burst, lost = BURSTS[losses[0].lost][row], losses[0].lost
+    axes.axvline(losses[0].crossing, color=INK, linewidth=0.9, linestyle=":")
+    axes.axhline(2.0, color=GREY, linewidth=0.9)
+    axes.set_yscale("log")
+    axes.set_title(f"{burst} {lost if burst > 1 else lost.removesuffix('s')}, {burst * 1e3 / RATE_HZ:g} ms")
+
+
+def _explain(free: Axes, drawn: Axes) -> None:
+    """Put into the free panel what the lines are, and why there is nothing to draw."""
+    free.set_axis_off()
+    free.legend(*drawn.get_legend_handles_labels(), loc="upper center", ncols=2)
+    note = f"{LIMIT} samples and more: stopped with estimate_lost\ndotted: on the locus; grey: tolerance of 2 mm"
+    free.text(0.5, 0.1, note, transform=free.transAxes, ha="center")
 
 
 def write_losses(
@@ -117,7 +168,7 @@ def write_losses(
         InputError: the directory cannot be used.
     """
     directory = new_directory(out, "losses")
-    losses = share(losses_of, list(FOLLOWERS), workers, progress)
+    losses = share(losses_of, [Series(name, lost) for lost in Lost for name in FOLLOWERS], workers, progress)
     with house_style():
         picture = png(losses_figure(losses))
     content = {"duration_s": DURATION, "rate_hz": RATE_HZ, "losses": [one.as_json() for one in losses]}
