@@ -191,6 +191,10 @@ class Probe:
         self.advertise(topic)
         self._publishers[topic.name].publish(message)
 
+    def listeners(self, topic: Topic) -> int:
+        """Return how many subscriptions the publisher of a topic here has found."""
+        return self._publishers[topic.name].get_subscription_count()
+
     def delivered(self, *topics: Topic) -> bool:
         """Wait until what was published has arrived at every listener; return whether it has in time."""
         return all(self._publishers[topic.name].wait_for_all_acked(Duration(seconds=DEADLINE)) for topic in topics)
