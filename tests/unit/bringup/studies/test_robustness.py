@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_bringup.studies.robustness.bursts import BURSTS, LIMIT, Lost, Series, losses_of
+from fivebar_bringup.studies.robustness.bursts import BURSTS, LIMIT, LossSeries, Lost, losses_of
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.robustness.figures import place_of
 from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAR, WRONG_MODE, Climb, cause_of, failure_of
@@ -99,7 +99,7 @@ def test_the_page_has_every_effect_with_what_robots_have() -> None:
 
 def test_bursts_of_lost_commands_are_borne() -> None:
     """As many as the drives hold their torque for by default, before, on and after the locus."""
-    losses = losses_of(Series("unified, gyro", Lost.COMMANDS), every=125)
+    losses = losses_of(LossSeries("unified, gyro", Lost.COMMANDS), every=125)
     assert losses.failures == (0,) * len(BURSTS[Lost.COMMANDS])
     assert losses.without < losses.errors[BURSTS[Lost.COMMANDS].index(10)].max() < 1e-3
     assert losses.errors.shape == (len(BURSTS[Lost.COMMANDS]), len(losses.moments))
@@ -109,7 +109,7 @@ def test_bursts_of_lost_commands_are_borne() -> None:
 
 def test_bursts_of_lost_samples_are_borne() -> None:
     """As many as the estimator predicts over: the torque that is held is known to it, where it should be is not."""
-    losses = losses_of(Series("unified, gyro", Lost.SAMPLES), every=125)
+    losses = losses_of(LossSeries("unified, gyro", Lost.SAMPLES), every=125)
     assert losses.failures == (0,) * len(BURSTS[Lost.SAMPLES])
     assert losses.without < losses.errors[-1].max() < 1e-3
     assert BURSTS[Lost.SAMPLES][-1] == LIMIT - 1

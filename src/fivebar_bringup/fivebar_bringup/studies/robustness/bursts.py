@@ -90,14 +90,14 @@ class Losses(NamedTuple):
         }
 
 
-class Series(NamedTuple):
+class LossSeries(NamedTuple):
     """Work for one process: an equipment, and what it loses."""
 
     equipment: str
     lost: Lost
 
 
-def losses_of(series: Series, every: int = EVERY) -> Losses:
+def losses_of(series: LossSeries, every: int = EVERY) -> Losses:
     """Return what becomes of a crossing when a burst begins at every `every`-th sample, never at the first one."""
     scenario, samples = prepared(series.equipment, DURATION)
     plan, case = scenario.plan(), case_of(scenario, stop_at_fault=True)
@@ -168,7 +168,7 @@ def write_losses(
         InputError: the directory cannot be used.
     """
     directory = new_directory(out, "losses")
-    losses = share(losses_of, [Series(name, lost) for lost in Lost for name in FOLLOWERS], workers, progress)
+    losses = share(losses_of, [LossSeries(name, lost) for lost in Lost for name in FOLLOWERS], workers, progress)
     with house_style():
         picture = png(losses_figure(losses))
     content = {"duration_s": DURATION, "rate_hz": RATE_HZ, "losses": [one.as_json() for one in losses]}
