@@ -164,7 +164,7 @@ class FaultBench:
         (node,) = spec.nodes
         changes = {
             "blender": {"last_sample": 0},
-            self.bridge: {"autostart": False},
+            self.bridge: {"autostart": False, "wait_for_nodes": []},
             RECORDER: {
                 "topics": [name for name in node.parameters.get("topics", ()) if name not in OF_EMULATED_ROBOT],
                 "wait_for_nodes": [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN],

@@ -16,11 +16,9 @@ from graph_probe import DEADLINE
 
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
-from fivebar_bringup.runs.launching import drive_processes, run_command
-from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.launching import run_command
 from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
 from fivebar_description.interface import TOPICS
-from fivebar_description.ros.scheduling import Scheduling
 
 LAUNCH_FILES = Path(__file__).parents[2] / "src/fivebar_bringup/launch"
 
@@ -126,24 +124,5 @@ def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, w
     assert {"--scene", "--namespace", "robot1"} <= set(more)
     board = run_command("middle", mode, "there", Hardware.USB, {}, drives="board.yaml", port="/dev/ttyACM0")
     assert board[-6:] == ("--drives", "board.yaml", "--port", "/dev/ttyACM0", "--out", "there")
-
-
-def test_on_real_drives_a_launch_starts_the_processes_of_a_run_in_real_time(tmp_path: Path) -> None:
-    directory, started = drive_processes("middle_robot", "dextar_socketcan", str(tmp_path / "out"))
-    assert directory == tmp_path / "out"
-    scenario = load_scenario("middle_robot")
-    nodes = crossing_graph(scenario, Mode.REALTIME, directory / "bag", drives="dextar_socketcan")
-    scheduling = Scheduling(scheduling_priority=DEFAULT_PRIORITY)
-    wanted = processes(nodes, Mode.REALTIME, scenario.rate_hz, scheduling)
-    assert [one.name for one in started] == [process.name for process in wanted]
-    assert CONTROLLERS in {one.name for one in started}
-    for one, process in zip(started, wanted, strict=True):
-        parameters = directory / "parameters" / f"{process.name}.yaml"
-        assert parameters.read_text(encoding="utf-8") == process.parameter_file()
-        assert list(one.command) == [
-            *(sys.executable, "-m", process.module, *process.arguments),
-            *("--ros-args", "--params-file", str(parameters)),
-        ]
-    _, within = drive_processes("middle_robot", "dextar_socketcan", str(tmp_path / "within"), namespace="robot1")
-    assert all(one.command[-2:] == ("-r", "__ns:=/robot1") for one in within)
-    assert f"scheduling_priority: {DEFAULT_PRIORITY}" in (directory / "parameters" / f"{CONTROLLERS}.yaml").read_text()
+    bus = run_command("middle", mode, "there", Hardware.SOCKETCAN, {}, drives="bus.yaml", activate=True)
+    assert bus[6:] == ("0", "--hardware", "socketcan", "--drives", "bus.yaml", "--activate", "--out", "there")

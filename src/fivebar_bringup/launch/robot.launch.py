@@ -4,69 +4,48 @@ ros2 launch fivebar_bringup robot.launch.py scenario:=middle_robot hardware:=emu
 ros2 launch fivebar_bringup robot.launch.py scenario:=mine.yaml hardware:=socketcan drives:=/path/to/drives.yaml
 ros2 launch fivebar_bringup robot.launch.py scenario:=motkin_middle hardware:=usb port:=/dev/ttyACM0
 
-With emulated drives, or a motor board on a port, this is the run of `fivebar run SCENARIO --hardware emulated`, or
-`usb`: it powers the motors as soon as all nodes are ready, shuts down when it ends, and fails if it is not completed.
-With real drives on a bus the nodes run until one of them ends or you stop them, and the bridge waits to be activated;
-`fivebar report DIRECTORY` makes the report.
+This is the run of `fivebar run SCENARIO --hardware ...`: it shuts down when the run ends, and fails if the run is not
+completed. Emulated drives and a motor board are powered as soon as all nodes are ready; real drives on a bus once the
+operator has configured and activated the bridge, or by themselves with activate:=true.
 """
 
 from launch import LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    EmitEvent,
-    ExecuteProcess,
-    LogInfo,
-    OpaqueFunction,
-    RegisterEventHandler,
-)
+from launch.actions import DeclareLaunchArgument, EmitEvent, ExecuteProcess, OpaqueFunction, RegisterEventHandler
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
 
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
-from fivebar_bringup.runs.launching import drive_processes, run_command
+from fivebar_bringup.runs.launching import run_command
 
-DEFAULT_DRIVES = "dextar_socketcan"
-
-STOP_TIMEOUT = "30"
-"""Time (s) for a node to stop in order after Ctrl-C."""
-
-RUN_STOP_TIMEOUT = "120"
-"""The same for a run, which stops its nodes one group after the other; longer than it waits itself."""
+STOP_TIMEOUT = "120"
+"""Time (s) for the run to stop its nodes in order after Ctrl-C, the recorder last; longer than the run itself waits."""
 
 
 def start_experiment(context):
-    """Return the processes of the experiment, with the handlers that shut the launch down."""
-    names = ("scenario", "hardware", "drives", "port", "out")
-    scenario, hardware, drives, port, out = (LaunchConfiguration(name).perform(context) for name in names)
-    namespace = LaunchConfiguration("namespace").perform(context)
-    scene = LaunchConfiguration("scene").perform(context) == "true"
-    if hardware != "socketcan":
-        command = run_command(
-            *(scenario, Mode.REALTIME, out, Hardware(hardware)),
-            scene=scene,
-            namespace=namespace,
-            drives=drives,
-            port=port,
-        )
-        return [*process("fivebar_run", command, RUN_STOP_TIMEOUT)]
-    directory, started = drive_processes(scenario, drives or DEFAULT_DRIVES, out, scene, namespace)
-    message = LogInfo(msg=f"results in {directory}; afterwards: fivebar report {directory}")
-    return [message, *(action for one in started for action in process(one.name, one.command, STOP_TIMEOUT))]
-
-
-def process(name, command, stop_timeout):
-    """Return a process whose end shuts the launch down, and whose failure fails it."""
-    action = ExecuteProcess(
-        cmd=list(command), name=name, output="screen", sigterm_timeout=stop_timeout, emulate_tty=True
+    """Return the process of the run, and the handler that shuts the launch down with it."""
+    names = ("scenario", "hardware", "drives", "port", "out", "namespace")
+    scenario, hardware, drives, port, out, namespace = (LaunchConfiguration(name).perform(context) for name in names)
+    activate, scene = (LaunchConfiguration(name).perform(context) == "true" for name in ("activate", "scene"))
+    command = run_command(
+        *(scenario, Mode.REALTIME, out, Hardware(hardware)),
+        scene=scene,
+        namespace=namespace,
+        drives=drives,
+        port=port,
+        activate=activate,
     )
+    run = ExecuteProcess(
+        cmd=list(command), name="fivebar_run", output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
+    )
+    return [run, RegisterEventHandler(OnProcessExit(target_action=run, on_exit=end_with_run))]
 
-    def end(event, context):
-        if event.returncode != 0:
-            raise RuntimeError(f"{name} failed: exit status {event.returncode}")
-        return [EmitEvent(event=Shutdown(reason=f"{name} has ended"))]
 
-    return action, RegisterEventHandler(OnProcessExit(target_action=action, on_exit=end))
+def end_with_run(event, context):
+    """Shut the launch down; fail if the run failed."""
+    if event.returncode != 0:
+        raise RuntimeError(f"the run did not complete: exit status {event.returncode}")
+    return [EmitEvent(event=Shutdown(reason="the run has ended"))]
 
 
 def generate_launch_description():
@@ -80,7 +59,13 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 "drives",
                 default_value="",
-                description=f"With socketcan: drive configuration ({DEFAULT_DRIVES}); with usb: that of the board.",
+                description="With socketcan: configuration of the drives; with usb: that of the board.",
+            ),
+            DeclareLaunchArgument(
+                "activate",
+                default_value="false",
+                choices=["true", "false"],
+                description="With socketcan: enable the drives as soon as all nodes are ready, without the operator.",
             ),
             DeclareLaunchArgument("port", default_value="", description="With usb: such as /dev/ttyACM0."),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),

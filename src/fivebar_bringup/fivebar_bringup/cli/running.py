@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -30,13 +31,14 @@ from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.report.report import write_animation, write_overlay, write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.admission import load_admitted
-from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
+from fivebar_bringup.runs.bridges import BOARD_BRIDGE, BRIDGE, bridge_of
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.injection import read_injection, refuse_late
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
+from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES, RealDrives, drive_file
 from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.runs.run_directory import RunDirectory
@@ -73,9 +75,17 @@ def run(
         Hardware,
         typer.Option(
             help="The simulated robot; the rehearsal of an experiment, with a bridge and emulated drives or an emulated"
-            " motor board; or a real motor board, which powers its motors."
+            " motor board; two real drives on a CAN bus; or a real motor board, which powers its motors."
         ),
     ] = Hardware.SIMULATED,
+    activate: Annotated[
+        bool,
+        typer.Option(
+            "--activate",
+            help="With --hardware socketcan: enable the drives as soon as all nodes are ready. Without, the bridge"
+            " waits for the operator's `configure` and `activate`, and the run is in the domain of the shell.",
+        ),
+    ] = False,
     port: Annotated[
         str | None, typer.Option(metavar="DEVICE", help="With --hardware usb: its port, such as /dev/ttyACM0.")
     ] = None,
@@ -88,8 +98,13 @@ def run(
         ),
     ] = None,
     drives: Annotated[
-        str, typer.Option(metavar="FILE", help="Configuration of the bridge to a motor board, by name or path.")
-    ] = DEFAULT_BOARD,
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Configuration of the bridge to a motor board or to real drives, by name or path."
+            f" [default: {DEFAULT_BOARD}; {DEFAULT_DRIVES}]",
+        ),
+    ] = None,
     scene: Annotated[
         bool, typer.Option("--scene", help="Publish and record pictures of the run for RViz and Foxglove.")
     ] = False,
@@ -106,6 +121,8 @@ def run(
     Example: `fivebar run middle_robot --hardware emulated --inject "1.2 fault 1"`
 
     Example: `fivebar run motkin_middle --hardware usb --port /dev/ttyACM0`
+
+    Example: `fivebar run experiment.yaml --hardware socketcan --drives drives.yaml`
     """
     with input_errors(), keyboard_interrupts():
         within = read_namespace(namespace)
@@ -115,14 +132,24 @@ def run(
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
         if (port is not None) is not (hardware is Hardware.USB):
             raise InputError("--port: expected together with --hardware usb, and only there")
-        if drives != DEFAULT_BOARD and (hardware is Hardware.SIMULATED or not board):
+        if activate and hardware is not Hardware.SOCKETCAN:
+            raise InputError("--activate: expected --hardware socketcan, whose drives else wait for the operator")
+        if drives is not None and hardware is not Hardware.SOCKETCAN and (hardware is Hardware.SIMULATED or not board):
             raise InputError(
-                "--drives: expected --hardware emulated or usb, and a robot whose drives are a motor board"
+                "--drives: expected --hardware socketcan, or emulated or usb and a robot whose drives are a motor board"
             )
+        real = None
+        if hardware is Hardware.USB:
+            real = RealDrives(drives or DEFAULT_BOARD, port, activate=True)
+        elif hardware is Hardware.SOCKETCAN:
+            real = RealDrives(drives or DEFAULT_DRIVES, None, activate)
+            drive_file(loaded, real.configuration)
         mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
         _refuse_scheduling(mode, separate, processors)
         injections = [read_injection(text, board) for text in inject or ()] if emulated else None
         refuse_late(injections or (), loaded.plan().path.duration)
+        if real is not None and not real.activate:
+            domain = _for_the_operator(domain, within)
         with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,
@@ -136,10 +163,22 @@ def run(
                 page,
                 scene,
                 within,
-                port,
-                drives,
+                drives or DEFAULT_BOARD,
+                real,
             )
     _finish(directory, summary, as_json)
+
+
+def _for_the_operator(domain: int | None, namespace: str) -> int:
+    """Say who begins the run, and return the domain in which that can be: the given one, or that of the shell."""
+    chosen = domain if domain is not None else int(os.environ.get("ROS_DOMAIN_ID") or 0)
+    name = f"{namespace}/{BRIDGE}"
+    print(
+        f"fivebar: the drives are enabled by you, with ROS_DOMAIN_ID={chosen}: ros2 lifecycle set {name} configure,"
+        f" then ros2 lifecycle set {name} activate",
+        file=sys.stderr,
+    )
+    return chosen
 
 
 def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:

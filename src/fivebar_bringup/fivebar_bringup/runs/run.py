@@ -16,7 +16,8 @@ from fivebar_bringup.runs.injection import Injection, kills
 from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD, Rehearsal, write_board_file, write_drive_files
+from fivebar_bringup.runs.real_drives import RealDrives, write_real_drives
+from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive_files
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.ros.scheduling import Scheduling
@@ -38,14 +39,13 @@ def run_with_ros(
     with_page: bool = True,
     scene: bool = False,
     namespace: str = "",
-    port: str | None = None,
     board: str = DEFAULT_BOARD,
+    real: RealDrives | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
-    With `port`, that of a real motor board, it replaces the plant, and its motors are enabled once all nodes are ready.
-    The configuration of a motor board, real or emulated, begins as the one named `board`.
+    The configuration of an emulated motor board begins as the one named `board`. With `real`, real drives do.
     With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
 
     Raises:
@@ -55,14 +55,20 @@ def run_with_ros(
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
     rehearsal = drives = None
-    if port is not None:
+    if real is not None:
         drives = run.path / "drives.yaml"
-        write_board_file(scenario, port, drives, board)
+        write_real_drives(scenario, real, drives)
     elif rehearse is not None:
         drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
         rehearsal = Rehearsal(write_drive_files(scenario, run.path, board), drive_faults)
     nodes = crossing_graph(
-        scenario, mode, run.bag, rehearsal, str(drives.absolute()) if drives else None, scene, autostart=True
+        scenario,
+        mode,
+        run.bag,
+        rehearsal,
+        str(drives.absolute()) if drives else None,
+        scene,
+        activate=real is not None and real.activate,
     )
     specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)

@@ -127,7 +127,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._published_state = ""
         self._publish_state()
         self._last_sample = settings.samples
-        self._ended = False
+        self._outcome = "running"
         self._progress = self.advertise(RUN_STATUS) if self._last_sample else None
         if self._progress is not None:
             self.every(REPEAT_PERIOD, self._publish_progress)
@@ -138,10 +138,10 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._targets = None if known.inner_loop is None else InnerLoopTargets(self, known.inner_loop)
         # volatile on this side: faults from before this node started must not be latched again
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
+        self._awaited = set(settings.wait_for_nodes)
+        # not required for this node's own readiness, for which others may wait
+        self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
         if settings.autostart:
-            self._awaited = set(settings.wait_for_nodes)
-            # not required for this node's own readiness, for which others may wait
-            self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
             self._start_timer = self.every(REPEAT_PERIOD, self._autostart)
 
     def _on_ready(self, message: String) -> None:
@@ -179,6 +179,9 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         """Enable both drives at zero torque and start at sample 0."""
         if self._session.fault is not None:
             self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
+            return FAILURE
+        if self._awaited:
+            self.get_logger().error(f"not activated: not ready yet: {', '.join(sorted(self._awaited))}")
             return FAILURE
         if not self._run.agrees:
             self.get_logger().error(f"not activated: {self._run.problem or 'run/plan has not come'}")
@@ -322,11 +325,16 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
             self._session.latch(fault, own=False)
 
     def _publish_progress(self) -> None:
-        """Publish how far the run is; it ends with its last sample, or with the first fault."""
-        sample, failed = self._session.sample, self._session.fault is not None
-        self._ended = self._ended or failed or sample >= self._last_sample
-        state = "running" if not self._ended else "failed" if failed else "completed"
-        status = {"state": state, "sample": sample, "samples": self._last_sample}
+        """Publish how far the run is; it ends with its last sample, the first fault, or where it is deactivated."""
+        sample = self._session.sample
+        if self._outcome == "running":
+            if self._session.fault is not None:
+                self._outcome = "failed"
+            elif sample >= self._last_sample:
+                self._outcome = "completed"
+            elif sample > 0 and not self._session.active:
+                self._outcome = "failed"
+        status = {"state": self._outcome, "sample": sample, "samples": self._last_sample}
         if self._progress is not None:
             self._progress.publish(String(data=json.dumps(status)))
 

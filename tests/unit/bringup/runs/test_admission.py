@@ -16,7 +16,6 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.runs.admission import load_admitted, refuse_unfit, screened
-from fivebar_bringup.runs.launching import drive_processes
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.case import case_of, sampled
@@ -85,8 +84,11 @@ def test_a_refusal_is_one_line_with_place_figure_and_limit(tmp_path: Path, comma
 
 
 def test_real_drives_are_not_started_for_it_either(tmp_path: Path) -> None:
-    with pytest.raises(PlanRefused, match=r"1/cond\(A\)"):
-        drive_processes(scenario_file(tmp_path, "multi_cartesian"), "dextar_socketcan", str(tmp_path / "out"))
+    arguments = ["--hardware", "socketcan", "--activate", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, ["run", scenario_file(tmp_path, "multi_cartesian"), *arguments])
+    assert done.exit_code == 2
+    assert "1/cond(A)" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_who_forces_it_sees_the_torque_request_stop_the_robot(tmp_path: Path) -> None:

@@ -43,7 +43,6 @@ from fivebar_description.interface import (
     REFERENCE,
     RUN_EPOCH,
     RUN_PLAN,
-    RUN_STATUS,
     SAFETY_STATE,
     TOPICS,
     TORQUE_COMMAND,
@@ -68,15 +67,15 @@ def crossing_graph(
     rehearsal: Rehearsal | None = None,
     drives: str | None = None,
     scene: bool = False,
-    autostart: bool = False,
+    activate: bool = False,
     work: Work | None = None,
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
 
     With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
-    configuration, which waits to be configured and activated, or with `autostart` begins as soon as all nodes are ready
-    and reports when the motion has ended. With `scene`, a node publishes pictures of the run, which
-    are recorded too. With `work`, a node carries out programs.
+    configuration, which is configured and activated by the operator, or with `activate` by itself, once all nodes are
+    ready, and reports when the motion has ended. With `scene`, a node publishes pictures of the run, which are recorded
+    too. With `work`, a node carries out programs.
 
     Raises:
         InputError: the scenario's motion is refused.
@@ -103,10 +102,10 @@ def crossing_graph(
         # the emulated robot has a gyroscope, but no accelerometer
         absent = (*absent, IMU_ERROR)
     if drives is not None:
-        absent = (*absent, GROUND_TRUTH, *(() if autostart else (RUN_STATUS,)), *(() if scenario.gyro else (IMU_DATA,)))
+        absent = (*absent, GROUND_TRUTH, *(() if scenario.gyro else (IMU_DATA,)))
     awaited = [*(node.executable for node in nodes), RECORDER]
     if drives is not None:
-        nodes.append(bridge(scenario, drives, awaited if autostart else (), last_sample=autostart))
+        nodes.append(bridge(scenario, drives, awaited, activate, last_sample=True))
     elif rehearsal is None:
         nodes.append(plant(scenario, mode, awaited))
     else:

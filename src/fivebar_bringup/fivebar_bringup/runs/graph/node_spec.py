@@ -18,10 +18,11 @@ class Mode(StrEnum):
 
 
 class Hardware(StrEnum):
-    """What is controlled: the simulated robot, emulated drives, or a real motor board on USB."""
+    """What is controlled: the simulated robot, emulated drives, or real ones: on a CAN bus or a board on USB."""
 
     SIMULATED = "simulated"
     EMULATED = "emulated"
+    SOCKETCAN = "socketcan"
     USB = "usb"
 
 

@@ -83,10 +83,13 @@ def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
     )
 
 
-def bridge(scenario: Scenario, drives: str, awaited: Sequence[str], last_sample: bool = False) -> NodeSpec:
-    """Return the bridge to drives, with a configuration by name or path; it starts once the awaited nodes are ready.
+def bridge(
+    scenario: Scenario, drives: str, awaited: Sequence[str], autostart: bool = True, last_sample: bool = False
+) -> NodeSpec:
+    """Return the bridge to drives, with a configuration by name or path.
 
-    With `last_sample` it publishes the progress of the run, and when the motion has ended.
+    Once the awaited nodes are ready it enables the drives, or without `autostart` may be asked to. With `last_sample`
+    it publishes the progress of the run, and when it has ended.
     """
     safety, cycles, executable = scenario.safety, scenario.stop_cycles(), bridge_of(scenario)
     return NodeSpec(
@@ -99,7 +102,7 @@ def bridge(scenario: Scenario, drives: str, awaited: Sequence[str], last_sample:
                 command_timeout_ms=cycles * 1e3 / scenario.rate_hz,
                 # the last cycle of the brake, and its answer
                 brake_limit_s=safety.brake_duration + cycles / scenario.rate_hz if safety.brake else 0.0,
-                autostart=bool(awaited),
+                autostart=autostart,
                 wait_for_nodes=tuple(awaited),
                 samples=scenario.plan().path.samples(scenario.rate_hz) if last_sample else 0,
             )
