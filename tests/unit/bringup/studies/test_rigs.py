@@ -18,7 +18,10 @@ from fivebar_bringup.studies.sweep.rigs import DEGREE, DEXTAR, RIGS, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import made, screened, timed_for_loads
 from fivebar_bringup.studies.sweep.statistics import silence_table, within_table
+from fivebar_control.laws.lqr import LqrSettings, linearised, lqr_gains
 from fivebar_control.model.geometry import workspace_margin
+from fivebar_control.model.state import Platform
+from fivebar_control.planning.passage import feedback_of
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -251,6 +254,32 @@ def test_only_the_blended_controllers_let_the_estimator_find_disturbances_quickl
         case = draw(41, 128, rig)
         rates = {name: case.scenario(name).ekf.disturbance_rate for name in ("unified", "multi_joint")}
         assert rates["unified"] < rates["multi_joint"] == 1.0
+
+
+@pytest.mark.parametrize("rig", ["calibrated", "good", "middling", "poor", "printed"])
+@pytest.mark.parametrize("controller", ["mpc", "lqr"])
+def test_what_stands_in_for_mpc_and_lqr_has_the_gains_that_the_rig_bears(rig: str, controller: str) -> None:
+    case = draw(75, 4, rig)
+    given = RIGS[rig].sections["unified"]
+    used = feedback_of(case.with_effects(controller, {}).tuned())
+    assert (used.kp, used.kd, used.weight) == (given["kp"], given["kd"], given["weight"])
+
+
+def test_the_regulator_is_as_soft_on_poor_transmissions_as_the_gains_of_unified() -> None:
+    scenario = draw(75, 4, "poor").with_effects("lqr", {})
+    robot, modes = scenario.five_bar(), scenario.working_mode
+    # at rest, far from the locus, where the regulator is that of a constant system
+    rest = Platform(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
+    stiffness = []
+    for settings in (LqrSettings(), scenario.tuned().nominal.settings):
+        assert isinstance(settings, LqrSettings)
+        gain = lqr_gains(robot, *modes, [rest], 0.002, settings)[rest]
+        here = linearised(robot, *modes, rest, 0.002)
+        assert here is not None
+        fed_back = here.inputs[2:] / 0.002 @ np.array([gain.row1, gain.row2])
+        stiffness.append(np.linalg.eigvals(fed_back[:, :2]).real)
+    usual, soft = stiffness
+    assert np.all((soft > 200.0) & (soft < 800.0)) and np.all(usual > 8.0 * soft)
 
 
 def row(**fields: float | None) -> SweepRow:

@@ -11,7 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_control.laws.law import MOST_AHEAD
+from fivebar_control.laws.lqr import LqrSettings
+from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_sim.effects.loads import LOCUS
 from fivebar_sim.effects.timing import Timing
 
@@ -122,6 +126,13 @@ class RobotDistribution(NamedTuple):
         return "; ".join([*parts, drives])
 
 
+LOOKING_AHEAD = "mpc", "lqr"
+"""Controllers whose own weights belong to a cost over time: the screen counts on the gains of `unified`, which stands
+in for them."""
+
+SHARED_GAINS = "kp", "kd", "weight"
+"""Of `unified`: what the rig's robots bear, whichever law they are for."""
+
 REQUIRED = 0.999
 """Share of the feasible crossings that the counted controller has to complete, unless a rig says otherwise."""
 
@@ -142,6 +153,7 @@ class SweepRig(NamedTuple):
         robot: whose robots they are, by the name of its parameter file.
         plant: keys of the section `plant` that all of its robots have, in place of drawn ones.
         required: share of the feasible crossings that the counted controller has to complete.
+        laws: settings of `mpc` and `lqr`, beside the gains that these share with `unified`.
     """
 
     name: str
@@ -155,6 +167,7 @@ class SweepRig(NamedTuple):
     robot: str = DEXTAR
     plant: Mapping[str, Any] = {}
     required: float = REQUIRED
+    laws: Mapping[str, Mapping[str, Any]] = {}
 
 
 def required_share(rig: str) -> float:
@@ -168,12 +181,36 @@ def sections_for(rig: SweepRig, controller: str) -> dict[str, dict[str, Any]]:
     if CONTROLLERS[controller].blended:
         for name, keys in rig.blended.items():
             found[name] = found.get(name, {}) | dict(keys)
+    if controller in LOOKING_AHEAD:
+        given = found.get("unified", {})
+        stand_in = {f"fallback_{name}": given[name] for name in SHARED_GAINS if name in given}
+        found["law"] = {**stand_in, **rig.laws.get(controller, {})}
     return found
 
 
 def gains(kp: float, kd: float) -> dict[str, float]:
     """Return the section `unified` of a rig of DexTAR (1/s^2, 1/s)."""
     return {"kp": kp, "kd": kd, "weight": 0.3}
+
+
+def softened(law: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    """Return settings of `lqr` and `mpc`, by name, that answer an error about as softly as a section `unified` does.
+
+    With a cost |e|^2 + T_v^2 |e'|^2 + r |u|^2 and an acceleration g u, the gain on the error is g / sqrt(r), so that r
+    goes with 1 / kp^2, and T_v with 1 / sqrt(kp). `mpc`, which then answers over a longer time, looks as far ahead as
+    it can.
+    """
+    slower = math.sqrt(UnifiedSettings().kp / law["kp"])
+    lqr, mpc = LqrSettings(), MpcSettings()
+    return {
+        "lqr": {"weight": slower**4 * lqr.weight, "speed_time": slower * lqr.speed_time},
+        "mpc": {
+            "weight": slower**4 * mpc.weight,
+            "step_weight": slower**4 * mpc.step_weight,
+            "speed_time": slower * mpc.speed_time,
+            "horizon": MOST_AHEAD,
+        },
+    }
 
 
 def with_gyro(
@@ -243,6 +280,9 @@ MIDDLING = CALIBRATED._replace(
 POOR = MIDDLING._replace(
     length=3e-4, zero=0.3 * DEGREE, frequency=40.0, backlash=0.1 * DEGREE, stiffness=1e5, clearance=2e-5
 )
+FOR_POOR = gains(400.0, 40.0)
+"""Of `unified`, for transmissions of 40 Hz."""
+
 FORCE = {"force_deviation": 1.0, "force_time": 0.4}
 """Of the estimator: tilt, pushes and passive friction, which act along t_s, where the motors do not."""
 
@@ -382,9 +422,10 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {POOR.words()}",
             NOT_HERE,
             POOR,
-            sections=with_gyro(POOR, FOR_ELASTIC, gains(400.0, 40.0)),
+            sections=with_gyro(POOR, FOR_ELASTIC, FOR_POOR),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
+            laws=softened(FOR_POOR),
         ),
         SweepRig(
             "printed",
