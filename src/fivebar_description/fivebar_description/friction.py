@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from fivebar_description.parameters import LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters
 
 
 def friction_torque(leg: LegParameters, dq1: float) -> float:
@@ -29,3 +29,8 @@ def friction_slope(leg: LegParameters, dq1: float) -> float:
     """Return df / d(dq1) in Nm s/rad, for the motor speed dq1 in rad/s."""
     smooth = math.tanh(dq1 / leg.width)
     return leg.coulomb * (1.0 - smooth * smooth) / leg.width
+
+
+def largest_friction(robot: FiveBar) -> float:
+    """Return the most friction (Nm) that either motor of a robot has, at whatever speed."""
+    return max(leg.coulomb + abs(leg.offset) for leg in (robot.leg1, robot.leg2))

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from fivebar_control.estimation.ekf import considered_errors
 from fivebar_control.model.geometry import direct_geometry, elbow_position
+from fivebar_description.friction import largest_friction
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances
 
@@ -96,8 +97,7 @@ def standstill_at(robot: FiveBar, tolerances: Tolerances, q11: float, q21: float
     u_x, u_y = (x1 + centre * e_x - x2) / two.distal, (y1 + centre * e_y - y2) / two.distal
     sin_q22 = c2 * u_y - s2 * u_x
     turn = -(c2 * normal_x + s2 * normal_y) / (two.distal * sin_q22) if sin_q22 != 0.0 else math.nan
-    friction = max(one.coulomb + abs(one.offset), two.coulomb + abs(two.offset))
-    press = (-1.0 if stretched else 1.0) * PRESS * friction / max(abs(by_q1), abs(by_q2))
+    press = (-1.0 if stretched else 1.0) * PRESS * largest_friction(robot) / max(abs(by_q1), abs(by_q2))
     return Standstill(
         stretched=stretched,
         gap=gap,

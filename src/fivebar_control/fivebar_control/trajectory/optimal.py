@@ -30,6 +30,9 @@ FloatArray = NDArray[np.float64]
 GRID = 400
 """Intervals along the way on which the quickest passage is found."""
 
+POINTS = np.linspace(0.0, 1.0, GRID + 1)
+"""The shares of the way between them."""
+
 WINDOW = 0.04
 """Width of the average, as a share of the duration of what is averaged; on a rounded path divided by its legs, so that
 it is as long as along the same legs with rests between them."""
@@ -126,26 +129,54 @@ def _hump(u: float) -> tuple[float, float, float]:
     return v * v * v, 3.0 * v * v * (1.0 - 2.0 * u), 6.0 * v * ((1.0 - 2.0 * u) * (1.0 - 2.0 * u) - v)
 
 
+class QuickPassage(NamedTuple):
+    """The quickest passage under a torque limit.
+
+    Attributes:
+        law: before it is bent at crossings.
+        duration: that of the law with 1 Nm (s Nm^(1/2)).
+    """
+
+    law: OptimalLaw
+    duration: float
+
+
+class CrossedWay(NamedTuple):
+    """A path that crosses the Type 2 locus.
+
+    Attributes:
+        way: the path.
+        crossed: shares of it at which it crosses.
+        ratios: the s'' / s'^2 that meets the dynamic criterion at each of them.
+    """
+
+    way: Way
+    crossed: tuple[float, ...]
+    ratios: tuple[float, ...]
+
+
 @lru_cache(maxsize=64)
-def optimal_law(
-    robot: FiveBar,
-    mode1: int,
-    mode2: int,
-    way: Way,
-    crossed: tuple[float, ...],
-    ratios: tuple[float, ...],
-) -> OptimalLaw | None:
-    """Return the quickest time law of a segment; None where there is none that keeps going forwards.
+def optimal_law(robot: FiveBar, mode1: int, mode2: int, path: CrossedWay) -> OptimalLaw | None:
+    """Return the quickest time law of a path for torque limits beyond friction, in a working mode.
+
+    None where there is none that keeps going forwards and meets the criterion.
+    """
+    # loaded by plans with this time law only
+    from fivebar_control.trajectory.passage_torques import torques_along
+
+    found = quickest_passage(path.way, torques_along(robot, mode1, mode2, path.way, POINTS))
+    return None if found is None else bent_at_crossings(found.law, path)
+
+
+def quickest_passage(way: Way, rows: FloatArray) -> QuickPassage | None:
+    """Return the quickest passage of a way, None for none.
 
     Args:
-        robot: of the controllers.
-        mode1, mode2: working mode.
         way: the path.
-        crossed: shares of the way at which it crosses the Type 2 locus.
-        ratios: the s'' / s'^2 that meets the dynamic criterion at each of them, for which the law is bent.
+        rows: what is limited to 1 Nm on the grid, as `TorqueLimits` takes it.
     """
-    grid = np.linspace(0.0, 1.0, GRID + 1)
-    speeds = _speeds(robot, mode1, mode2, way, grid)
+    grid = POINTS
+    speeds = _speeds(rows)
     if speeds is None:
         return None
     durations = 2.0 * np.diff(grid) / (speeds[1:] + speeds[:-1])
@@ -156,13 +187,22 @@ def optimal_law(
     bends = np.diff(speeds) / durations
     parts = durations * (grid[:-1] + durations * (0.5 * speeds[:-1] + durations * bends / 6.0))
     sums = np.concatenate(([0.0], np.cumsum(parts)))
-    law = OptimalLaw(_numbers(times), _numbers(sums), _numbers(grid), _numbers(speeds), window=WINDOW / way.legs)
-    if len(crossed) == way.legs == 1:
+    window = WINDOW / way.legs
+    law = OptimalLaw(_numbers(times), _numbers(sums), _numbers(grid), _numbers(speeds), window=window)
+    return QuickPassage(law, (1.0 + window) * whole)
+
+
+def bent_at_crossings(law: OptimalLaw, path: CrossedWay) -> OptimalLaw | None:
+    """Return a law bent so that it meets the criterion at every crossing of a path.
+
+    None where that fails, or would go backwards.
+    """
+    if len(path.crossed) == path.way.legs == 1:
         # on a straight way one bump over all of it is milder than a hump about the crossing
-        bent = _bent_at(law, crossed[0], ratios[0])
+        bent = _bent_at(law, path.crossed[0], path.ratios[0])
         if bent is not None and _goes_forwards(bent):
             return bent
-    met = _bent_about(law, crossed, ratios)
+    met = _bent_about(law, path.crossed, path.ratios)
     return met if met is not None and _goes_forwards(met) else None
 
 
@@ -229,20 +269,18 @@ def _hump_about(law: OptimalLaw, crossed: float, way: float, rho: float, reach: 
     return Hump(per_acceleration * (dds - rho * ds * ds), centre, reach) if ds >= LEAST_SPEED else None
 
 
-def _speeds(robot: FiveBar, mode1: int, mode2: int, path: Way, grid: FloatArray) -> FloatArray | None:
-    """Return the speeds ds/dt of the quickest passage under 1 Nm beyond friction on the grid, None for no passage."""
+def _speeds(rows: FloatArray) -> FloatArray | None:
+    """Return the speeds ds/dt of the quickest passage on the grid, None for no passage."""
     # loaded by plans with this time law only
     from toppra import SplineInterpolator
     from toppra.algorithm import TOPPRA
 
-    from fivebar_control.trajectory.passage_torques import TorqueLimits, torques_along
-
-    torques = torques_along(robot, mode1, mode2, path, grid)
+    from fivebar_control.trajectory.passage_torques import TorqueLimits
 
     def found(scale: float) -> FloatArray | None:
         """Return the passage under the limits as rows that are multiplied by a number."""
-        share = SplineInterpolator(grid[:: GRID // 4], grid[:: GRID // 4, None])
-        search = TOPPRA([TorqueLimits(torques, scale)], share, gridpoints=grid, solver_wrapper="seidel")
+        share = SplineInterpolator(POINTS[:: GRID // 4], POINTS[:: GRID // 4, None])
+        search = TOPPRA([TorqueLimits(rows, scale)], share, gridpoints=POINTS, solver_wrapper="seidel")
         _, speeds, _ = search.compute_parameterization(0.0, 0.0)
         if speeds is None or not np.all(np.isfinite(speeds)) or np.any(speeds[1:-1] <= 0.0):
             return None
@@ -252,5 +290,5 @@ def _speeds(robot: FiveBar, mode1: int, mode2: int, path: Way, grid: FloatArray)
     if speeds is not None:
         return speeds
     # the solver's tolerances are absolute: small torques, of a light robot or a short way, are lost in them
-    size = np.nanmedian(np.abs(torques[1]))
+    size = np.nanmedian(np.abs(rows[1]))
     return found(float(1.0 / size)) if size > 0.0 else None

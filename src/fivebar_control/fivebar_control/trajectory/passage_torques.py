@@ -1,6 +1,6 @@
 """Torques along a path as toppra takes them, linear in sddot and sdot^2, with equal limits for both motors.
 
-This module loads toppra; only what plans with the time law of least torque imports it.
+This module loads toppra; only what plans with a time law of least torque imports it.
 """
 
 from __future__ import annotations
@@ -38,6 +38,17 @@ def torques_along(robot: FiveBar, mode1: int, mode2: int, way: Way, grid: FloatA
     return found
 
 
+def friction_along(robot: FiveBar, mode1: int, mode2: int, way: Way, grid: FloatArray) -> FloatArray:
+    """Return the motors' friction (Nm) on the way forwards, [N, 2], without its smoothing at rest."""
+    friction = np.empty((len(grid), 2))
+    for number, s in enumerate(grid.tolist()):
+        x, y, d_x, d_y, _, _ = way.at(s)
+        state = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
+        for motor, (leg, moving) in enumerate(((robot.leg1, state.leg1), (robot.leg2, state.leg2))):
+            friction[number, motor] = leg.coulomb * np.sign(moving.dq1) + leg.offset
+    return friction
+
+
 def _torques_at(robot: FiveBar, mode1: int, mode2: int, places: FloatArray) -> FloatArray:
     torques = np.empty((3, len(places), 2))
     as_machine_code(write_torques)(with_floats(robot), mode1, mode2, places, torques)
@@ -62,10 +73,13 @@ def write_torques(robot: FiveBar, mode1: int, mode2: int, places: FloatArray, to
 
 
 class TorqueLimits(LinearConstraint):
-    """Torques of at most 1 Nm, given along the grid as `torques_along` returns them."""
+    """Torques of at most 1 Nm, given along the grid as `torques_along` returns them, or more such rows."""
 
     def __init__(self, torques: FloatArray, scale: float) -> None:
-        """Bind the torques; the solver is given the limits multiplied by `scale`, since its tolerances are absolute."""
+        """Bind the torques, [3, N, rows].
+
+        The solver is given the limits multiplied by `scale`, since its tolerances are absolute.
+        """
         super().__init__()
         self.identical = True
         self._torques, self._scale = torques, scale
@@ -73,5 +87,6 @@ class TorqueLimits(LinearConstraint):
     def compute_constraint_params(self, path: Any, gridpoints: FloatArray) -> tuple[Any, ...]:
         """Return a, b, c, F and g of F (a sddot + b sdot^2 + c) <= g at the grid's points, without further bounds."""
         rest, per_acceleration, per_speed = self._torques
-        both = np.vstack((np.eye(2), -np.eye(2)))
-        return per_acceleration, per_speed, rest, self._scale * both, self._scale * np.ones(4), None, None
+        each = np.eye(rest.shape[1])
+        both = np.vstack((each, -each))
+        return per_acceleration, per_speed, rest, self._scale * both, self._scale * np.ones(len(both)), None, None

@@ -20,7 +20,8 @@ from fivebar_control.model.singularity import (
 from fivebar_control.trajectory.criterion import criterion_law, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.locus_search import grid_along, locus_fractions, state_on, way_of
-from fivebar_control.trajectory.optimal import optimal_law
+from fivebar_control.trajectory.optimal import CrossedWay, optimal_law
+from fivebar_control.trajectory.optimal_with_friction import optimal_law_with_friction
 from fivebar_control.trajectory.path import AnySegment, Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
@@ -45,10 +46,12 @@ LONGEST_SEGMENT = 3600.0
 """Longest duration (s) of a segment: what plans and judges a motion looks at every sample of it."""
 
 QUINTIC, CRITERION, SEPTIC, OPTIMAL = "quintic", "criterion", "septic", "optimal"
-TIME_LAWS = (QUINTIC, CRITERION, SEPTIC, OPTIMAL)
+OPTIMAL_WITH_FRICTION = "optimal_with_friction"
+TIME_LAWS = (QUINTIC, CRITERION, SEPTIC, OPTIMAL, OPTIMAL_WITH_FRICTION)
 """How the reference passes along a straight segment: by the fifth-order polynomial, which knows nothing of the locus
 (4.2); so that the dynamic criterion holds at the crossing; by the seventh-order polynomial without a jerk at rest,
-which every segment has that is planned in the motors' angles; or with the least torque for its duration."""
+which every segment has that is planned in the motors' angles; or with the least torque for its duration, beyond
+friction or with it."""
 
 
 TimeLaw = Annotated[str, Setting("How the reference passes along a segment.", choices=TIME_LAWS)]
@@ -339,8 +342,8 @@ def _timed(
     """Return a segment that crosses the locus at fractions of its way, with its time law."""
     if time_law == SEPTIC:
         return segment._replace(time_law=rest_to_rest_without_jerk)
-    if time_law == OPTIMAL:
-        return _quickest(robot, mode1, mode2, segment, number, crossed)
+    if time_law in (OPTIMAL, OPTIMAL_WITH_FRICTION):
+        return _quickest(robot, mode1, mode2, segment, number, crossed, time_law == OPTIMAL_WITH_FRICTION)
     if time_law != CRITERION or not crossed:
         return segment
     if len(crossed) > 1:
@@ -366,10 +369,20 @@ def _timed(
 
 
 def _quickest(
-    robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: tuple[float, ...]
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    segment: Segment | RoundedSegment,
+    number: int,
+    crossed: tuple[float, ...],
+    with_friction: bool,
 ) -> Segment | RoundedSegment:
     ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
-    law = optimal_law(robot, mode1, mode2, way_of(segment), crossed, ratios)
+    path = CrossedWay(way_of(segment), crossed, ratios)
+    if with_friction:
+        law = optimal_law_with_friction(robot, mode1, mode2, path, segment.duration)
+    else:
+        law = optimal_law(robot, mode1, mode2, path)
     if law is None:
         raise PlanRefused(
             f"segment {number}: has no passage of bounded torque that only goes forwards and meets the criterion:"

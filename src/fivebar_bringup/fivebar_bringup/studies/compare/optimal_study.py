@@ -1,7 +1,7 @@
-"""How much faster the quickest time law is than the fifth-order polynomial, on crossings of the benchmark.
+"""How much faster the quickest time laws are than the fifth-order polynomial, on crossings of the benchmark.
 
 `python -m fivebar_bringup.studies.compare.optimal_study 200 OUT.csv` runs the first 200 and prints the summary of
-docs/mpc.md; a run that was interrupted is continued. With both time laws a segment takes as long as lets its torques,
+docs/mpc.md; a run that was interrupted is continued. With each time law a segment takes as long as lets its torques,
 friction included, be `PLANNED` Nm at most; then `mpc` follows it with a torque limit of `LIMIT` Nm.
 """
 
@@ -24,11 +24,20 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.planning.predicted_run import predict_run
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import (
+    OPTIMAL,
+    OPTIMAL_WITH_FRICTION,
+    QUINTIC,
+    Plan,
+    ZoneRule,
+    plan_motion,
+)
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
+
+TIME_LAWS = (QUINTIC, OPTIMAL, OPTIMAL_WITH_FRICTION)
 
 PLANNED, LIMIT = 0.85, 1.0
 """Torque of the reference, and limit of the law (Nm): the rest is for feedback."""
@@ -119,22 +128,24 @@ def quickest(robot: FiveBar, crossing: BenchmarkCrossing, time_law: str) -> Quic
 
 def summary(found: Sequence[Quickest], crossings: Sequence[BenchmarkCrossing]) -> str:
     """Return what the crossings come to, in Markdown."""
-    by_law = {law: {one.crossing: one for one in found if one.time_law == law} for law in (QUINTIC, OPTIMAL)}
-    both = [
+    by_law = {law: {one.crossing: one for one in found if one.time_law == law} for law in TIME_LAWS}
+    feasible = [
         number
         for number in by_law[QUINTIC]
-        if number in by_law[OPTIMAL] and not any(math.isnan(by_law[law][number].duration) for law in by_law)
+        if all(number in rows and not math.isnan(rows[number].duration) for rows in by_law.values())
     ]
-    ratios = [by_law[QUINTIC][number].duration / by_law[OPTIMAL][number].duration for number in both]
-    lines = [
-        f"{len(both)} of {len(by_law[QUINTIC])} crossings with both time laws; times faster, 5, 50, 95 %: "
-        + ", ".join(f"{value:.2f}" for value in np.percentile(ratios, (5, 50, 95)).tolist()),
+    lines = [f"{len(feasible)} of {len(by_law[QUINTIC])} crossings with each time law"]
+    for law in TIME_LAWS[1:]:
+        ratios = np.array([by_law[QUINTIC][number].duration / by_law[law][number].duration for number in feasible])
+        bounds = ", ".join(f"{value:.2f}" for value in np.percentile(ratios, (5, 50, 95)).tolist())
+        lines.append(f"`{law}`, times faster, 5, 50, 95 %: {bounds}; slower on {np.sum(ratios < 1.0)}")
+    lines += [
         "",
         "| | duration, median | followed within 0.2 mm and 1 Nm | error, 50, 95 % and largest | largest torque |",
         "|---|---|---|---|---|",
     ]
     for law, rows in by_law.items():
-        chosen = [rows[number] for number in both]
+        chosen = [rows[number] for number in feasible]
         good = sum(
             one.error < FOLLOWED
             and one.torque <= LIMIT + 1e-9
@@ -161,7 +172,7 @@ def main() -> None:
     done = {one[:2] for one in found}
     with out.open("a", encoding="utf-8", newline="") as file:
         for crossing in crossings:
-            for law in (QUINTIC, OPTIMAL):
+            for law in TIME_LAWS:
                 if (crossing.crossing, law) not in done:
                     found.append(quickest(robot, crossing, law))
                     csv.writer(file).writerow(found[-1])
