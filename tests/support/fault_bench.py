@@ -162,12 +162,13 @@ class FaultBench:
     def _changed(self, spec: ProcessSpec) -> ProcessSpec:
         """No end of the run, and a bridge that waits to be asked."""
         (node,) = spec.nodes
+        awaited = [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN]
         changes = {
             "blender": {"last_sample": 0},
-            self.bridge: {"autostart": False, "wait_for_nodes": []},
+            self.bridge: {"autostart": False, "wait_for_nodes": awaited},
             RECORDER: {
                 "topics": [name for name in node.parameters.get("topics", ()) if name not in OF_EMULATED_ROBOT],
-                "wait_for_nodes": [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN],
+                "wait_for_nodes": awaited,
             },
         }.get(node.executable, {})
         return spec._replace(nodes=(node._replace(parameters={**node.parameters, **changes}),))
