@@ -110,7 +110,8 @@ def verdict_of(summary: Summary) -> str:
     error, tolerance = summary.tracking_error_peak_m, summary.error_tolerance_m
     within = f"at most {(error or 0.0) * 1e3:.2f} mm from the reference"
     if summary.overruns is not None:
-        within += f", {summary.overruns} samples late and {summary.missing_samples} missing"
+        samples = "sample" if summary.overruns == 1 else "samples"
+        within += f", {summary.overruns} {samples} late and {summary.missing_samples} missing"
     if summary.within_tolerance:
         return f"[green]completed[/green], {within}, tolerance {tolerance * 1e3:g} mm"
     return f"[yellow]completed, but not within tolerance[/yellow], {within}, tolerance {tolerance * 1e3:g} mm"

@@ -6,7 +6,7 @@ import pytest
 
 from fivebar_bringup.studies.bench.processes import GraphSpeed
 from fivebar_bringup.studies.bench.real_time import real_time_rows
-from fivebar_bringup.studies.bench.series import COLUMNS, KINDS, RUNS, Series, chosen, series_row
+from fivebar_bringup.studies.bench.series import FIGURES, KINDS, RUNS, Series, chosen, series_row
 from fivebar_bringup.studies.bench.stalls import Stalls, bare_loop
 
 
@@ -35,7 +35,7 @@ def test_a_series_counts_its_runs_and_names_their_faults() -> None:
     latency = {"p50": 0.4, "p99": 0.9, "max": 7.25}
     run = GraphSpeed(2.0, 3.5, 1.0, 2, latency, {"controllers": 0.4}, [], [2.0])
     stopped = run._replace(faults=["command_stale: late", "state_stale: late"], latency_ms=None, cpu_ms={})
-    row = dict(zip(COLUMNS, series_row(Series((run, run, stopped), 1)), strict=True))
+    row = dict(zip(FIGURES, series_row(Series((run, run, stopped), 1)), strict=True))
     assert row["completed"] == "0 of 4"
     assert row["sample to torque, ms"] == "0.40"
     assert row["first faults"] == "command_stale 1, no bag 1"

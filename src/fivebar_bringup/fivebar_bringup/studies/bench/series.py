@@ -63,7 +63,7 @@ def run_series(kind: SeriesKind, runs: int) -> Series:
 
 
 def series_row(series: Series) -> tuple[str, ...]:
-    """Return what a series came to, as cells of `COLUMNS`."""
+    """Return what a series came to, in the order of `FIGURES`."""
     summaries = [run.summary for run in series.runs if run.summary is not None]
     completed = sum(summary.completed for summary in summaries)
     errors = [summary.tracking_error_peak_m for summary in summaries if summary.tracking_error_peak_m is not None]
@@ -86,7 +86,7 @@ def series_row(series: Series) -> tuple[str, ...]:
     )
 
 
-COLUMNS = (
+FIGURES = (
     "completed",
     "largest error",
     "late samples, median and most",
@@ -127,17 +127,21 @@ def main() -> None:
     """Measure and print, each kind as soon as its runs have ended."""
     console = Console()
     runs, kinds = chosen(sys.argv[1:])
-    table = Table("kind", "Hz", *COLUMNS, title=f"Real time, {stamp()}")
+    rows = []
     for kind in kinds:
         with console.status(f"{kind.name}: {runs} runs"):
             series = run_series(kind, runs)
             loop = bare_loop(kind.rate_hz, round(LOOP_SECONDS * kind.rate_hz), DEFAULT_PRIORITY)
         row = series_row(series)
+        rows.append(row)
         # as soon as it is known: a long series may be interrupted
-        console.print(f"{kind.name}: " + "; ".join(f"{name}: {cell}" for name, cell in zip(COLUMNS, row, strict=True)))
-        table.add_row(kind.name, str(kind.rate_hz), *row)
+        console.print(f"{kind.name}: " + "; ".join(f"{name}: {cell}" for name, cell in zip(FIGURES, row, strict=True)))
         periods = {kind.name: [time for run in series.runs for time in run.periods_ms], loop.name: loop.periods_ms}
         console.print(histogram(f"{kind.name}: from one sample to the next", 1e3 / kind.rate_hz, periods))
+    # a column for each kind, which a terminal of 80 characters shows whole
+    table = Table("", *(f"{kind.name}, {kind.rate_hz} Hz" for kind in kinds), title=f"Real time, {stamp()}")
+    for name, *cells in zip(FIGURES, *rows, strict=True):
+        table.add_row(name, *cells)
     console.print(table)
 
 
