@@ -15,6 +15,7 @@ from forked_node import ForkedNode
 from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import JointState
 
+from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.interface import GOAL, GOAL_STATUS, JOINT_STATES, JOINTS, REFERENCE, sample_stamp_ns
@@ -122,6 +123,18 @@ def test_a_goal_is_planned_beside_the_cycle_and_followed(bench: Bench) -> None:
     assert [references[number] for number in range(last, last + 3)] == [pytest.approx(GOAL_REFERENCE)] * 3
     # no step anywhere: from one sample to the next no further than the speed takes it
     assert max(abs(after - here) for here, after in pairwise(places)) < 2.0 / RATE_HZ
+
+
+@pytest.mark.extra
+def test_a_request_that_nobody_hears_is_made_again(bench: Bench) -> None:
+    """As by a writer that the server has not discovered yet, here since it is not there."""
+    with GoalClient(bench.domain) as client:
+        client.request({"x": 0.0, "y": 0.5})
+        assert client.next_status(0.0) is None
+        start(bench).steps(60)
+        status = client.next_status(DEADLINE)
+    assert status is not None
+    assert (status["state"], status["goal"]) == ("planning", [0.0, 0.5])
 
 
 # ten seconds of a process that gives way to others: beside other tests it could wait for minutes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,6 +20,12 @@ DISCOVERY_TIMEOUT = 5.0
 SETTLING_TIME = 0.5
 """Time (s) within which the latched status of an earlier request arrives."""
 
+ANSWER_TIME = 3.0
+"""Time (s) after which a request without any status has not been heard: it is answered as soon as it is.
+
+A server may take seconds to discover a new writer, although the writer has discovered the server, or a recorder.
+"""
+
 
 class GoalClient(DomainMember):
     """Publishes on `goal` and subscribes to `goal/status`."""
@@ -29,6 +36,7 @@ class GoalClient(DomainMember):
         self._statuses: list[dict[str, Any]] = []
         self.listen(GOAL_STATUS, self._on_status)
         self._goal = self.advertise(GOAL)
+        self._unanswered: JointState | None = None
 
     def find(self) -> bool:
         """Wait for a goal server; return whether there is one."""
@@ -46,13 +54,24 @@ class GoalClient(DomainMember):
 
     def request(self, fields: Mapping[str, float]) -> None:
         """Publish a request with these fields by name."""
-        self._goal.publish(JointState(name=list(fields), position=list(fields.values())))
+        self._unanswered = JointState(name=list(fields), position=list(fields.values()))
+        self._goal.publish(self._unanswered)
 
     def next_status(self, seconds: float) -> dict[str, Any] | None:
-        """Return the next status; None if none arrives within some time (s)."""
-        return self._statuses.pop(0) if self.wait_for(lambda: self._statuses, seconds) else None
+        """Return the next status; None if none arrives within some time (s).
+
+        Until the first one arrives the request is published again from time to time.
+        """
+        end = time.monotonic() + seconds
+        while not self.wait_for(lambda: self._statuses, min(ANSWER_TIME, max(0.0, end - time.monotonic()))):
+            if time.monotonic() >= end:
+                return None
+            if self._unanswered is not None:
+                self._goal.publish(self._unanswered)
+        return self._statuses.pop(0)
 
     def _on_status(self, message: String) -> None:
+        self._unanswered = None
         self._statuses.append(json.loads(message.data))
 
 
