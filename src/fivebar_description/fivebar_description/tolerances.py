@@ -13,7 +13,7 @@ TOLERANCE_PREFIX = "tolerance_"
 class Tolerances(NamedTuple):
     """Largest differences that are expected between the robot and its file, each taken as uniform within its bounds.
 
-    The estimator considers them: it trusts its encoders only as far as the geometry is known. Typical: 0.02 mm and
+    The estimator counts on them: it trusts its encoders only as far as the geometry is known. Typical: 0.02 mm and
     0.2 mrad for a calibrated robot, 0.3 mm and 5 mrad for one assembled from parts; 0 stands for exact. A section that
     is left out, or has the defaults only, is that of the robot's file; one with any other value replaces it as a whole.
     """

@@ -1,10 +1,9 @@
-"""The covariance of the filter: its states, and the errors that it considers without estimating them.
+"""The covariance of the filter over its states and the constant errors of the robot and its sensors.
 
-The estimated states are x, y (m), vx, vy (m/s), d1, d2 (Nm), the gyroscope's bias (rad/s), the offset of its clock (s),
-the zero of a passive joint's encoder (rad) and the force on the platform (N). The entries from `CONSIDERED` on are
-constant errors of the robot and its sensors that are not observable in a single run: their variance is kept, their gain
-is zero, and their correlation with the states is propagated (Schmidt-Kalman filter). The filter therefore does not take
-a constant error for noise that averages out.
+The states are x, y (m), vx, vy (m/s), d1, d2 (Nm), the gyroscope's bias (rad/s), the offset of its clock (s), the zero
+of a passive joint's encoder (rad) and the force on the platform (N). The entries from `ERRORS` on are constant: they
+have no process noise, and begin with the variance that the declared tolerances give them. The filter therefore does not
+take a constant error for noise that averages out; one that is known exactly has no variance and stays where it is.
 """
 
 from __future__ import annotations
@@ -19,18 +18,18 @@ Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
 X, Y, VX, VY, D1, D2, BIAS = range(7)
-"""Estimated states."""
+"""States of the motion, the drives and the gyroscope."""
 
-CONSIDERED = 7
+ERRORS = 7
 
-ZERO1, ZERO2, L11, L12, L21, L22, BASE1, BASE2, SCALE = range(CONSIDERED, 16)
-"""Considered errors: zeros of the motor encoders (rad); lengths of the links, proximal and distal, and x of the base
+ZERO1, ZERO2, L11, L12, L21, L22, BASE1, BASE2, SCALE = range(ERRORS, 16)
+"""Constant errors: zeros of the motor encoders (rad); lengths of the links, proximal and distal, and x of the base
 joints (m), actual minus nominal; relative error of the gyroscope's sensitivity."""
 
-CONSIDERED_END = 16
+ERRORS_END = 16
 
-CLOCK, PASSIVE, FX, FY = range(CONSIDERED_END, 20)
-"""Estimated constants of optional sensors: by how much the gyroscope's stamps are late (s), and the zero of a passive
+CLOCK, PASSIVE, FX, FY = range(ERRORS_END, 20)
+"""Constants of optional sensors: by how much the gyroscope's stamps are late (s), and the zero of a passive
 joint's encoder (rad); and the force on the platform (N). They come last, so that without them all sums round as if they
 did not exist."""
 
@@ -145,7 +144,7 @@ class Correction(NamedTuple):
 
     Attributes:
         covariance: after it, [SIZE, SIZE].
-        gain: of its innovation, [SIZE]; 0 for considered errors.
+        gain: of its innovation, [SIZE]; 0 for what is known exactly.
         variance: of its innovation.
     """
 
@@ -155,9 +154,7 @@ class Correction(NamedTuple):
 
 
 def measured(covariance: Matrix, row: Vector, variance: float) -> Correction:
-    """Return the effect of a measurement `row . (states, considered errors) + noise`.
-
-    With a gain that is not the optimal one for all entries, P - K H P - P H^T K^T + K S K^T is the covariance.
+    """Return the effect of a measurement `row . (states, constant errors) + noise`: K = P H^T / S and P - K S K^T.
 
     Args:
         covariance: P, [SIZE, SIZE].
@@ -167,6 +164,5 @@ def measured(covariance: Matrix, row: Vector, variance: float) -> Correction:
     column = covariance @ row
     total = float(np.dot(row, column)) + variance
     gain = column / total
-    gain[CONSIDERED:CONSIDERED_END] = 0.0
     half = gain.reshape(SIZE, 1) * (column - 0.5 * total * gain)
     return Correction(covariance - (half + half.T), gain, total)

@@ -11,8 +11,8 @@ velocity shows that the robot crossed. A gyroscope on the distal link of leg 2 s
 w_2 . xdot is regular on the locus and differs between the two assembly modes that share the motors' angles and speeds.
 With an encoder on a passive joint, that joint and the motor of its leg determine the platform, on the locus as well.
 
-Constant errors of the geometry, the motor encoders' zeros and the gyroscope's sensitivity are considered, not estimated
-(`fivebar_control.estimation.covariance`).
+Constant errors of the geometry, the motor encoders' zeros and the gyroscope's sensitivity are estimated with them, from
+the tolerances within which they are declared (`fivebar_control.estimation.covariance`).
 """
 
 from __future__ import annotations
@@ -23,8 +23,31 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from fivebar_control.estimation.covariance import (
+    BASE1,
+    BASE2,
+    BIAS,
+    CLOCK,
+    D1,
+    D2,
+    ERRORS,
+    FX,
+    FY,
+    L11,
+    L12,
+    L21,
+    L22,
+    PASSIVE,
+    SCALE,
+    SIZE,
+    VX,
+    VY,
+    ZERO1,
+    ZERO2,
     Matrix,
     ProcessNoise,
+    Vector,
+    X,
+    Y,
     process_noise,
     propagated,
     with_torque_noise,
@@ -41,6 +64,30 @@ STIFFNESS_LIMIT = 2.0
 """Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
 
 
+class ConstantErrors(NamedTuple):
+    """Constant errors of the robot and its sensors, in the order of the covariance: estimates or standard deviations.
+
+    Attributes:
+        zero1, zero2: of the motor encoders' zeros (rad).
+        l_11, l_12, l_21, l_22: of the links' lengths, actual minus nominal (m).
+        base1, base2: of the base joints' x, actual minus nominal (m).
+        scale: of the gyroscope's relative sensitivity.
+    """
+
+    zero1: float
+    zero2: float
+    l_11: float
+    l_12: float
+    l_21: float
+    l_22: float
+    base1: float
+    base2: float
+    scale: float
+
+
+NO_ERRORS = ConstantErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 class Estimate(NamedTuple):
     """The estimated states.
 
@@ -51,6 +98,7 @@ class Estimate(NamedTuple):
         clock: by how much the stamps of the gyroscope's clock are late (s), beyond what is known of it.
         passive: reading of the passive joint's encoder where the angle is 0 (rad), beyond what is known of it.
         fx, fy: force on the platform (N).
+        errors: of robot and sensors, as far as this motion has shown them.
     """
 
     x: float
@@ -64,10 +112,30 @@ class Estimate(NamedTuple):
     passive: float = 0.0
     fx: float = 0.0
     fy: float = 0.0
+    errors: ConstantErrors = NO_ERRORS
+
+
+def as_vector(estimate: Estimate) -> Vector:
+    """Return an estimate in the order of the covariance, [SIZE]."""
+    vector = np.empty(SIZE)
+    vector[X], vector[Y], vector[VX], vector[VY] = estimate.x, estimate.y, estimate.vx, estimate.vy
+    vector[D1], vector[D2], vector[BIAS] = estimate.d1, estimate.d2, estimate.bias
+    for index, error in enumerate(estimate.errors):
+        vector[ERRORS + index] = error
+    vector[CLOCK], vector[PASSIVE] = estimate.clock, estimate.passive
+    vector[FX], vector[FY] = estimate.fx, estimate.fy
+    return vector
+
+
+def from_vector(vector: Vector) -> Estimate:
+    """Return the estimate with the entries of a vector, [SIZE]."""
+    v = vector
+    errors = ConstantErrors(v[ZERO1], v[ZERO2], v[L11], v[L12], v[L21], v[L22], v[BASE1], v[BASE2], v[SCALE])
+    return Estimate(v[X], v[Y], v[VX], v[VY], v[D1], v[D2], v[BIAS], v[CLOCK], v[PASSIVE], v[FX], v[FY], errors)
 
 
 class Belief(NamedTuple):
-    """An estimate and its covariance with the considered errors, float64[SIZE, SIZE]."""
+    """An estimate and its covariance, float64[SIZE, SIZE]."""
 
     estimate: Estimate
     covariance: Matrix
@@ -228,32 +296,11 @@ class EkfSettings(NamedTuple):
     ] = True
 
 
-class Considered(NamedTuple):
-    """Standard deviations of the considered errors, in the order of the covariance.
-
-    Attributes:
-        zero1, zero2: of the motor encoders' zeros (rad).
-        l_11, l_12, l_21, l_22: of the links' lengths (m).
-        base1, base2: of the base joints' x (m).
-        scale: of the gyroscope's relative sensitivity.
-    """
-
-    zero1: float
-    zero2: float
-    l_11: float
-    l_12: float
-    l_21: float
-    l_22: float
-    base1: float
-    base2: float
-    scale: float
-
-
-def considered_errors(tolerances: Tolerances) -> Considered:
+def error_deviations(tolerances: Tolerances) -> ConstantErrors:
     """Return the standard deviations of errors that are uniform within their tolerances."""
     length, base, zero = (t / math.sqrt(3.0) for t in (tolerances.length, tolerances.base, tolerances.zero))
     scale = tolerances.gyro_scale / math.sqrt(3.0)
-    return Considered(zero, zero, length, length, length, length, base, base, scale)
+    return ConstantErrors(zero, zero, length, length, length, length, base, base, scale)
 
 
 class FilterModel(NamedTuple):
@@ -269,7 +316,7 @@ class FilterModel(NamedTuple):
         gyro_noise, gyro_bias: standard deviations of a gyroscope reading and of its bias at the start (rad/s).
         gyro_clock: standard deviation of the offset of its clock at the start (s).
         passive_zero: standard deviation of the zero of the passive joint's encoder (rad).
-        considered: standard deviations of the considered errors, in their order.
+        errors: standard deviations of the constant errors at the start.
     """
 
     robot: FiveBar
@@ -285,7 +332,7 @@ class FilterModel(NamedTuple):
     gyro_bias: float
     gyro_clock: float
     passive_zero: float
-    considered: Considered
+    errors: ConstantErrors
 
 
 def filter_model(
@@ -319,7 +366,7 @@ def filter_model(
         gyro_bias=settings.gyro_bias,
         gyro_clock=settings.gyro_clock,
         passive_zero=tolerances.passive_zero / math.sqrt(3.0),
-        considered=considered_errors(tolerances),
+        errors=error_deviations(tolerances),
     )
 
 
@@ -351,7 +398,7 @@ def advanced(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -
 def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
     """Integrate over half a period by classical Runge-Kutta."""
     robot, mode1, mode2 = model.robot, model.mode1, model.mode2
-    x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy = estimate
+    x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy, errors = estimate
     g1, g2 = tau1 + d1, tau2 + d2
     h = model.step
     half, sixth = 0.5 * h, h / 6.0
@@ -366,7 +413,7 @@ def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> E
         x, y = x + sixth * (vx + 2.0 * (vx2 + vx3) + vx4), y + sixth * (vy + 2.0 * (vy2 + vy3) + vy4)
         vx, vy = vx + sixth * (ax1 + 2.0 * (ax2 + ax3) + ax4), vy + sixth * (ay1 + 2.0 * (ay2 + ay3) + ay4)
     kept = math.sqrt(model.noise.force_kept)
-    return Estimate(x, y, vx, vy, d1, d2, bias, clock, passive, kept * fx, kept * fy)
+    return Estimate(x, y, vx, vy, d1, d2, bias, clock, passive, kept * fx, kept * fy, errors)
 
 
 def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -> Matrix:

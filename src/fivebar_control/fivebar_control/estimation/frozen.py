@@ -15,9 +15,9 @@ import math
 
 import numpy as np
 
-from fivebar_control.estimation.covariance import CONSIDERED, CONSIDERED_END
+from fivebar_control.estimation.covariance import ERRORS, ERRORS_END
 from fivebar_control.estimation.ekf import Estimate, FilterModel
-from fivebar_control.estimation.measurements import encoder_row
+from fivebar_control.estimation.measurements import encoder_row, share_of_errors
 from fivebar_control.estimation.platform_motion import leg_at_rest
 from fivebar_control.model.geometry import wrap
 
@@ -32,7 +32,7 @@ ANGLE = 1e-3
 """An encoder is frozen when the differences from the predictions sum to this many counts and this angle (rad)."""
 
 DEVIATIONS = 3.0
-"""Standard deviations of the considered errors by which a prediction may differ: a healthy encoder on a robot whose
+"""Standard deviations of the constant errors by which a prediction may differ: a healthy encoder on a robot whose
 geometry is known so well only."""
 
 
@@ -42,7 +42,7 @@ class FrozenWatch:
     def __init__(self, model: FilterModel, count: float) -> None:
         """Make a watch for encoders with counts of a size (rad), 0 for exact ones."""
         self._legs = (model.robot.leg1, model.mode1), (model.robot.leg2, model.mode2)
-        self._considered = np.array(model.considered)
+        self._errors = np.array(model.errors)
         self._count = count
         self._last: tuple[float, float] | None = None
         self._restart()
@@ -89,6 +89,7 @@ class FrozenWatch:
         """Return by how much a reading (rad) differs from the prediction, beyond what the geometry explains (rad)."""
         leg, mode = self._legs[motor]
         moving = leg_at_rest(leg, mode, expected.x, expected.y)
-        explained = float(np.linalg.norm(encoder_row(motor + 1, moving)[CONSIDERED:CONSIDERED_END] * self._considered))
-        difference = abs(wrap(reading - math.atan2(moving.r_y, moving.r_x)))
+        row = encoder_row(motor + 1, moving)
+        explained = float(np.linalg.norm(row[ERRORS:ERRORS_END] * self._errors))
+        difference = abs(wrap(reading - math.atan2(moving.r_y, moving.r_x) - share_of_errors(expected, row)))
         return max(0.0, difference - DEVIATIONS * explained)

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_control.estimation.covariance import BIAS, CLOCK, D1, D2, FX, FY, PASSIVE, SIZE, VX, VY, Matrix, X, Y
-from fivebar_control.estimation.ekf import Belief, Estimate
+from fivebar_control.estimation.covariance import SIZE, Matrix
+from fivebar_control.estimation.ekf import Belief, as_vector, from_vector
 from fivebar_control.estimation.encoder import Angle
 
 ANGLE1, VARIANCE1, ANGLE2, VARIANCE2, TAU1, TAU2, PERIODS, SAMPLE = range(8)
@@ -111,19 +111,11 @@ def keep_seen(history: History, entry: int, x: float, y: float, lag: float, vari
 def keep_belief(history: History, entry: int, belief: Belief) -> None:
     """Keep the belief after all readings of an entry's sample."""
     row = row_of(history, entry)
-    e = belief.estimate
-    estimates = history.estimates[row]
-    estimates[X], estimates[Y], estimates[VX], estimates[VY] = e.x, e.y, e.vx, e.vy
-    estimates[D1], estimates[D2], estimates[BIAS] = e.d1, e.d2, e.bias
-    estimates[CLOCK], estimates[PASSIVE], estimates[FX], estimates[FY] = e.clock, e.passive, e.fx, e.fy
+    history.estimates[row] = as_vector(belief.estimate)
     history.covariances[row] = belief.covariance.reshape(SIZE * SIZE)
 
 
 def belief_at(history: History, entry: int) -> Belief:
     """Return the belief after an entry."""
     row = row_of(history, entry)
-    e = history.estimates[row]
-    return Belief(
-        Estimate(e[X], e[Y], e[VX], e[VY], e[D1], e[D2], e[BIAS], e[CLOCK], e[PASSIVE], e[FX], e[FY]),
-        history.covariances[row].copy().reshape(SIZE, SIZE),
-    )
+    return Belief(from_vector(history.estimates[row]), history.covariances[row].copy().reshape(SIZE, SIZE))

@@ -1,6 +1,7 @@
 """Measurement updates of the filter: motor encoders, gyroscope, encoder on a passive joint, and camera.
 
-Each measurement has a row, its derivatives with respect to all states, the considered errors included.
+Each measurement has a row, its derivatives with respect to all states and constant errors. It is expected to read what
+the nominal geometry gives at the estimated state, plus the row's share of the estimated errors, which are small.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from fivebar_control.estimation.covariance import (
     BASE2,
     BIAS,
     CLOCK,
-    CONSIDERED,
-    CONSIDERED_END,
     D1,
     D2,
+    ERRORS,
+    ERRORS_END,
     FX,
     FY,
     L11,
@@ -37,19 +38,19 @@ from fivebar_control.estimation.covariance import (
     Y,
     measured,
 )
-from fivebar_control.estimation.ekf import Belief, Estimate, FilterModel
+from fivebar_control.estimation.ekf import NO_ERRORS, Belief, Estimate, FilterModel, as_vector, from_vector
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.platform_motion import (
     LegMotion,
     leg_at_rest,
     leg_motion,
-    turn_gradient,
+    turn_change,
 )
 from fivebar_control.model.geometry import wrap
 from fivebar_description.parameters import LegParameters
 
 LINEARISATION = 0.1
-"""Part of the considered errors' effect on an encoder that is added to its noise.
+"""Part of the constant errors' effect on an encoder that is added to its noise.
 
 The rows are linearised at an estimate that is wrong itself. With encoders much better than the geometry a gain is the
 small difference of large terms, which amplifies the error of the rows; the added noise bounds that.
@@ -60,7 +61,7 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     """Return the belief of a robot at rest whose platform the encoders put at (x, y) m.
 
     The position's error is N^-1 times that of the angles: of their noise, with a variance (rad^2), and of the
-    considered errors, with which it is thus correlated.
+    constant errors, with which it is thus correlated.
     """
     leg1 = leg_at_rest(model.robot.leg1, model.mode1, x, y)
     leg2 = leg_at_rest(model.robot.leg2, model.mode2, x, y)
@@ -68,13 +69,13 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     i_x1, i_x2 = leg2.n_y / determinant, -leg1.n_y / determinant
     i_y1, i_y2 = -leg2.n_x / determinant, leg1.n_x / determinant
     p = np.zeros((SIZE, SIZE))
-    for index, deviation in enumerate(model.considered):
-        p[CONSIDERED + index, CONSIDERED + index] = deviation * deviation
+    for index, deviation in enumerate(model.errors):
+        p[ERRORS + index, ERRORS + index] = deviation * deviation
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
-    # the share of the considered errors in x and y
+    # the share of the constant errors in x and y
     share_x, share_y = -(i_x1 * row1 + i_x2 * row2), -(i_y1 * row1 + i_y2 * row2)
     with_x, with_y = p @ share_x, p @ share_y
-    for index in range(CONSIDERED, CONSIDERED_END):
+    for index in range(ERRORS, ERRORS_END):
         p[X, index] = p[index, X] = with_x[index]
         p[Y, index] = p[index, Y] = with_y[index]
     p[X, X] = np.dot(share_x, with_x) + variance * (i_x1 * i_x1 + i_x2 * i_x2)
@@ -87,7 +88,7 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     p[CLOCK, CLOCK] = model.gyro_clock * model.gyro_clock
     p[PASSIVE, PASSIVE] = model.passive_zero * model.passive_zero
     p[FX, FX] = p[FY, FY] = model.force_deviation * model.force_deviation
-    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), p)
+    return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NO_ERRORS), p)
 
 
 def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
@@ -133,38 +134,35 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
     one = measured(belief.covariance, row1, q11.variance + _linearised(model, row1))
     two = measured(one.covariance, row2, q21.variance + _linearised(model, row2))
-    innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y)
+    innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y) - share_of_errors(belief.estimate, row1)
     change = one.gain * innovation1
-    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - float(np.dot(row2, change))
+    expected2 = share_of_errors(belief.estimate, row2) + float(np.dot(row2, change))
+    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - expected2
     change += two.gain * innovation2
     misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
     return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit)
 
 
-def _linearised(model: FilterModel, row: Vector) -> float:
-    """Return the variance (rad^2) by which an encoder's row errs; 0 without considered errors."""
+def share_of_errors(estimate: Estimate, row: Vector) -> float:
+    """Return what the estimated errors of robot and sensors add to the reading of a sensor with a row, [SIZE]."""
     total = 0.0
-    for index, deviation in enumerate(model.considered):
-        effect = LINEARISATION * deviation * float(row[CONSIDERED + index])
+    for index, error in enumerate(estimate.errors):
+        total += error * float(row[ERRORS + index])
+    return total
+
+
+def _linearised(model: FilterModel, row: Vector) -> float:
+    """Return the variance (rad^2) by which an encoder's row errs; 0 where geometry and zeros are exact."""
+    total = 0.0
+    for index, deviation in enumerate(model.errors):
+        effect = LINEARISATION * deviation * float(row[ERRORS + index])
         total += effect * effect
     return total
 
 
 def changed(estimate: Estimate, change: Vector) -> Estimate:
-    """Return an estimate plus the first entries of a change, [SIZE]."""
-    return Estimate(
-        estimate.x + float(change[X]),
-        estimate.y + float(change[Y]),
-        estimate.vx + float(change[VX]),
-        estimate.vy + float(change[VY]),
-        estimate.d1 + float(change[D1]),
-        estimate.d2 + float(change[D2]),
-        estimate.bias + float(change[BIAS]),
-        estimate.clock + float(change[CLOCK]),
-        estimate.passive + float(change[PASSIVE]),
-        estimate.fx + float(change[FX]),
-        estimate.fy + float(change[FY]),
-    )
+    """Return an estimate plus a change, [SIZE]."""
+    return from_vector(as_vector(estimate) + change)
 
 
 class Taken(NamedTuple):
@@ -185,6 +183,22 @@ def turn_rate(model: FilterModel, estimate: Estimate) -> float:
     return leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dtheta
 
 
+def turn_row(parameters: LegParameters, leg: LegMotion, vx: float, vy: float) -> Vector:
+    """Return the derivatives of the reading of a gyroscope on leg 2's distal link, w_2 . xdot + bias, [SIZE].
+
+    Errors of the geometry turn both links at a given platform, as in `encoder_row` and `elbow_row`.
+    """
+    row = np.zeros(SIZE)
+    arm = 1.0 / (parameters.distal * leg.sin_q2)
+    row[X] = turn_change(parameters, leg, vx, vy, leg.n_x, leg.w_x)
+    row[Y] = turn_change(parameters, leg, vx, vy, leg.n_y, leg.w_y)
+    row[VX], row[VY], row[BIAS], row[SCALE] = leg.w_x, leg.w_y, 1.0, leg.dtheta
+    row[L21] = turn_change(parameters, leg, vx, vy, -leg.cos_q2 / leg.b, arm)
+    row[L22] = turn_change(parameters, leg, vx, vy, -1.0 / leg.b, leg.cos_q2 * arm) - leg.dtheta / parameters.distal
+    row[BASE2] = -row[X]
+    return row
+
+
 def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: float) -> Taken:
     """Return the effect of the measured rate of the distal link of leg 2: w_2 . xdot + bias + noise.
 
@@ -199,11 +213,9 @@ def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: f
     x, y, vx, vy, bias, clock = e.x, e.y, e.vx, e.vy, e.bias, e.clock
     leg = model.robot.leg2
     moving = leg_motion(leg, model.mode2, x, y, vx, vy)
-    row = np.zeros(SIZE)
-    row[X], row[Y] = turn_gradient(leg, moving, vx, vy)
-    row[VX], row[VY], row[BIAS], row[SCALE] = moving.w_x, moving.w_y, 1.0, moving.dtheta
+    row = turn_row(leg, moving, vx, vy)
     row[CLOCK] = -slope
-    innovation = rate - (moving.dtheta + slope * (lag - clock)) - bias
+    innovation = rate - (moving.dtheta + slope * (lag - clock)) - bias - share_of_errors(e, row)
     return _taken(belief, row, innovation, model.gyro_noise * model.gyro_noise)
 
 
@@ -232,7 +244,7 @@ def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle
     parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
     leg = leg_motion(parameters, mode, x, y, vx, vy)
     row = elbow_row(number, parameters, leg)
-    innovation = _ahead(reading.value - passive, leg.cos_q2, leg.sin_q2)
+    innovation = _ahead(reading.value - passive, leg.cos_q2, leg.sin_q2) - share_of_errors(e, row)
     return _taken(belief, row, innovation, reading.variance + _linearised(model, row))
 
 

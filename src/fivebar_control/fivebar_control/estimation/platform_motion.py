@@ -313,15 +313,9 @@ def _moment_along(
     return dw_x, dw_y, leg.residual * (dw_x * ax + dw_y * ay + d_drift)
 
 
-def turn_gradient(leg: LegParameters, moving: LegMotion, vx: float, vy: float) -> tuple[float, float]:
-    """Return the derivatives of the distal link's rate w . xdot by the platform's position (rad/s per m)."""
-    return _turn_along(leg, moving, vx, vy, 1.0, 0.0), _turn_along(leg, moving, vx, vy, 0.0, 1.0)
-
-
-def _turn_along(leg: LegParameters, moving: LegMotion, vx: float, vy: float, e_x: float, e_y: float) -> float:
-    d_q1 = moving.n_x * e_x + moving.n_y * e_y
-    d_q2 = moving.w_x * e_x + moving.w_y * e_y - d_q1
-    stretch = moving.cos_q2 * d_q2 / moving.sin_q2
+def turn_change(leg: LegParameters, moving: LegMotion, vx: float, vy: float, d_q1: float, d_theta: float) -> float:
+    """Return the change of the distal link's rate w . xdot (rad/s) as both links turn by d_q1 and d_theta (rad)."""
+    stretch = moving.cos_q2 * (d_theta - d_q1) / moving.sin_q2
     lever = -1.0 / (leg.distal * moving.sin_q2)
     return (-moving.r_y * d_q1 * lever - moving.w_x * stretch) * vx + (
         moving.r_x * d_q1 * lever - moving.w_y * stretch

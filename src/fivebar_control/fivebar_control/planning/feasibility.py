@@ -193,7 +193,7 @@ def with_sensing(
     estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted)
     mirror, position, risk = estimate.mirror, estimate.position, limits.risk
     wrong_at_most = min(risk.wrong_mode, wrong_mode_probability(sensing.settings.mirror_deviations))
-    error = predicted.error.value + estimate.spread.exceeded_by(risk.position)
+    error = predicted.error.value + estimate.exceeded_by(risk.position)
     return Feasibility(
         (
             *verdict.figures,

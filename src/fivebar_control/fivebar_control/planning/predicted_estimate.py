@@ -8,13 +8,14 @@ honest where the tolerances are.
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 
 from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
-from fivebar_control.estimation.covariance import CONSIDERED, Matrix, Vector, X, Y, propagated
-from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, transition
+from fivebar_control.estimation.covariance import Matrix, X, Y, propagated
+from fivebar_control.estimation.ekf import NO_ERRORS, Belief, EkfSettings, Estimate, transition
 from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
 from fivebar_control.estimation.measurements import corrected, elbow_turned, homed_belief, seen_at, turn_rate, turned
 from fivebar_control.estimation.mirror import mirror_distance
@@ -25,12 +26,6 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
-
-INTEGRATION_POINTS = 4000
-INTEGRATION_END = 40.0
-"""Of the characteristic function, in units of one over the standard deviation."""
-
-BISECTIONS = 30
 
 
 class Sensing(NamedTuple):
@@ -58,55 +53,6 @@ class Sensing(NamedTuple):
         return max(self.tolerances.length, self.tolerances.base, self.tolerances.zero) > 0.0
 
 
-class ErrorDistribution(NamedTuple):
-    """Distribution of the estimated position's error along its most uncertain direction: uniform parts plus noise.
-
-    Attributes:
-        bounds: largest effect of each considered error (m).
-        noise: standard deviation of the rest, which is normal (m).
-    """
-
-    bounds: tuple[float, ...]
-    noise: float
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the whole (m)."""
-        return math.sqrt(sum(bound * bound for bound in self.bounds) / 3.0 + self.noise * self.noise)
-
-    def beyond(self, distance: float) -> float:
-        """Return the probability of an error of more than a distance (m), to either side."""
-        return _beyond(distance, *self._characteristic())
-
-    def exceeded_by(self, probability: float) -> float:
-        """Return the distance (m) that the error exceeds with a probability."""
-        characteristic = self._characteristic()
-        low, high = 0.0, sum(self.bounds) + 6.0 * self.noise
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if _beyond(middle, *characteristic) > probability else (low, middle)
-        return high
-
-    def _characteristic(self) -> tuple[Vector, Vector]:
-        """Return points (1/m) and the characteristic function there, both [INTEGRATION_POINTS - 1]."""
-        t = np.linspace(0.0, INTEGRATION_END / self.deviation, INTEGRATION_POINTS)[1:]
-        values = np.exp(-0.5 * (self.noise * t) ** 2)
-        for bound in self.bounds:
-            values *= np.sinc(bound * t / math.pi)
-        return t, values
-
-
-def _beyond(distance: float, t: Vector, values: Vector) -> float:
-    """Return the probability of an error of more than a distance (m), given its characteristic function at points t.
-
-    The integral of that function: the tail of a sum of bounded errors is lighter than a normal one.
-    """
-    if distance <= 0.0:
-        return 1.0
-    within = 2.0 / math.pi * (float(np.sum(values * np.sin(distance * t) / t)) + 0.5 * distance) * float(t[0])
-    return min(max(1.0 - within, 0.0), 1.0)
-
-
 class PredictedEstimate(NamedTuple):
     """What an estimate is predicted to be worth, where it is least.
 
@@ -114,17 +60,19 @@ class PredictedEstimate(NamedTuple):
         mirror: fewest standard deviations from the estimate to the other assembly mode with the same motor angles and
             speeds, infinite where the motion is nowhere near the locus.
         position: largest standard deviation of the position in any direction (m).
-        spread: distribution of the position's error there.
     """
 
     mirror: Peak
     position: Peak
-    spread: ErrorDistribution
 
     @property
     def wrong_mode(self) -> float:
         """Probability of taking one of two mirror images for the other, where they are closest."""
         return wrong_mode_probability(self.mirror.value)
+
+    def exceeded_by(self, probability: float) -> float:
+        """Return the distance (m) that the position's error exceeds in that direction with a probability."""
+        return self.position.value * NormalDist().inv_cdf(1.0 - 0.5 * probability)
 
 
 def wrong_mode_probability(deviations: float) -> float:
@@ -138,14 +86,6 @@ class Readings(NamedTuple):
     gyro: int
     elbow: int
     camera: int
-
-
-class Worth(NamedTuple):
-    """What an estimate is worth along a run: as in `PredictedEstimate`, with the covariance where it is widest."""
-
-    mirror: Peak
-    position: Peak
-    widest: Matrix
 
 
 def predict_estimate(
@@ -178,11 +118,11 @@ def predict_estimate(
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
     moments = np.array(predicted.moments, dtype=np.float64)
-    mirror, position, widest = as_machine_code(worth_along)(model, readings, moments, belief.covariance)
-    return PredictedEstimate(Peak(*mirror), Peak(*position), _spread(model, widest))
+    mirror, position = as_machine_code(worth_along)(model, readings, moments, belief.covariance)
+    return PredictedEstimate(Peak(*mirror), Peak(*position))
 
 
-def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, covariance: Matrix) -> Worth:
+def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, covariance: Matrix) -> PredictedEstimate:
     """Return what the estimate is worth along a run.
 
     Args:
@@ -194,7 +134,6 @@ def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, cova
     now = _sample(moments, 0)
     belief = Belief(_estimate(now.x, now.y, now.vx, now.vy), covariance)
     mirror, position = Peak(math.inf, 0.0, now.x, now.y), Peak(0.0, 0.0, now.x, now.y)
-    widest = covariance
     for number in range(len(moments)):
         if number > 0:
             before, now = now, _sample(moments, number)
@@ -206,10 +145,10 @@ def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, cova
         distance = mirror_distance(model.filter, belief)
         if distance < mirror.value:
             mirror = Peak(distance, t, now.x, now.y)
-        deviation = _widest(belief.covariance)[0]
+        deviation = _widest(belief.covariance)
         if not deviation <= position.value:
-            position, widest = Peak(deviation, t, now.x, now.y), belief.covariance
-    return Worth(mirror, position, widest)
+            position = Peak(deviation, t, now.x, now.y)
+    return PredictedEstimate(mirror, position)
 
 
 def _sample(moments: Matrix, number: int) -> PredictedSample:
@@ -258,31 +197,10 @@ def _motor_angle(model: EstimatorModel, leg: LegMotion) -> Angle:
 
 
 def _estimate(x: float, y: float, vx: float, vy: float) -> Estimate:
-    return Estimate(x, y, vx, vy, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Estimate(x, y, vx, vy, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NO_ERRORS)
 
 
-def _widest(covariance: Matrix) -> tuple[float, float]:
-    """Return the largest standard deviation of the position in any direction (m), and that direction (rad)."""
+def _widest(covariance: Matrix) -> float:
+    """Return the largest standard deviation of the position in any direction (m)."""
     xx, yy, xy = float(covariance[X, X]), float(covariance[Y, Y]), float(covariance[X, Y])
-    half = 0.5 * (xx - yy)
-    variance = 0.5 * (xx + yy) + math.hypot(half, xy)
-    return math.sqrt(variance), 0.5 * math.atan2(xy, half)
-
-
-def _spread(model: EstimatorModel, covariance: Matrix) -> ErrorDistribution:
-    """Return the distribution along the most uncertain direction.
-
-    Considered errors c get no gain, so the cross-covariance with them is the error's derivative times c's variance.
-    """
-    deviation, angle = _widest(covariance)
-    direction = np.array([math.cos(angle), math.sin(angle)])
-    bounds = []
-    explained = 0.0
-    for index, considered in enumerate(model.filter.considered):
-        if considered > 0.0:
-            share = abs(float(direction @ covariance[[X, Y], CONSIDERED + index])) / considered
-            explained += share * share
-            bounds.append(math.sqrt(3.0) * share)
-    return ErrorDistribution(
-        tuple(bounds), math.sqrt(max(deviation * deviation - explained, 1e-6 * deviation * deviation))
-    )
+    return math.sqrt(0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy))

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.estimation.ekf import considered_errors
+from fivebar_control.estimation.ekf import error_deviations
 from fivebar_control.model.geometry import direct_geometry, elbow_position
 from fivebar_description.friction import largest_friction
 from fivebar_description.parameters import FiveBar
@@ -80,7 +80,7 @@ def standstill_at(robot: FiveBar, tolerances: Tolerances, q11: float, q21: float
     c1, s1, c2, s2 = math.cos(q11), math.sin(q11), math.cos(q21), math.sin(q21)
     by_q1, by_q2 = -one.proximal * (c1 * e_y - s1 * e_x), two.proximal * (c2 * e_y - s2 * e_x)
     along1, along2 = e_x * c1 + e_y * s1, e_x * c2 + e_y * s2
-    known = considered_errors(tolerances)
+    known = error_deviations(tolerances)
     deviation = math.hypot(
         by_q1 * known.zero1,
         by_q2 * known.zero2,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.ekf import EkfSettings, as_vector
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at, seen_assembly
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
@@ -32,7 +32,7 @@ def after(made: int, late: int, x: float, y: float, samples: int = 60) -> tuple[
         seen = [PositionFix(float(made), x, y, 1e-5)] if sample == made + late else []
         one.take(sample, angles.q11, angles.q21, 0.0, 0.0, seen=seen)
     assert one.belief is not None
-    return np.array(one.belief.estimate), one.belief.covariance
+    return as_vector(one.belief.estimate), one.belief.covariance
 
 
 def test_a_late_position_has_the_effect_of_one_that_came_at_once() -> None:

@@ -11,14 +11,16 @@ from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.constants import Drives, estimator_model
-from fivebar_control.estimation.covariance import CLOCK, CONSIDERED, PASSIVE, SCALE, SIZE
+from fivebar_control.estimation.covariance import CLOCK, ERRORS, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
+    NO_ERRORS,
     STIFFNESS_LIMIT,
     Belief,
     EkfSettings,
     Estimate,
     FilterModel,
     advanced,
+    as_vector,
     filter_model,
     guessed,
     predicted,
@@ -52,14 +54,15 @@ def model_of(robot: FiveBar, settings: EkfSettings | None = None) -> FilterModel
 
 def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float, steps: int = 200) -> Estimate:
     """One period in many small steps of the midpoint rule."""
-    x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy = estimate
+    x, y, vx, vy = estimate[:4]
+    d1, d2, fx, fy = estimate.d1, estimate.d2, estimate.fx, estimate.fy
     h = PERIOD / steps
     for _ in range(steps):
         ax, ay = platform_acceleration(robot, *MODES, x, y, vx, vy, tau1 + d1, tau2 + d2, fx, fy)
         middle = (x + 0.5 * h * vx, y + 0.5 * h * vy, vx + 0.5 * h * ax, vy + 0.5 * h * ay)
         ax, ay = platform_acceleration(robot, *MODES, *middle, tau1 + d1, tau2 + d2, fx, fy)
         x, y, vx, vy = x + h * middle[2], y + h * middle[3], vx + h * ax, vy + h * ay
-    return Estimate(x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy)
+    return estimate._replace(x=x, y=y, vx=vx, vy=vy)
 
 
 @pytest.mark.parametrize(
@@ -246,7 +249,7 @@ class Robot:
 
 def normalised_error(belief: Belief, truth: Estimate, states: slice = slice(0, 6)) -> float:
     """NEES: the error squared in units of the covariance."""
-    error = (np.array(belief.estimate) - np.array(truth))[states]
+    error = (as_vector(belief.estimate) - as_vector(truth))[states]
     return float(error @ np.linalg.solve(np.array(belief.covariance)[states, states], error))
 
 
@@ -335,14 +338,14 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
         rows.append([(ahead.q11 - behind.q11) / (2.0 * step), (ahead.q21 - behind.q21) / (2.0 * step)])
     n = np.array(rows).T
     belief = homed_belief(model_of(dextar, settings), *place, 1e-6)
-    assert belief.estimate == (*place, *(0.0,) * 9)
+    assert belief.estimate == (*place, *(0.0,) * 9, NO_ERRORS)
     covariance = belief.covariance
     np.testing.assert_allclose(covariance[:2, :2], 1e-6 * np.linalg.inv(n.T @ n), rtol=1e-5, atol=1e-14)
     still = covariance[2, 2]
     assert 0.0 < still < 1e-3
-    # of the considered errors there is the gyroscope's scale alone: its tolerance is not 0 by default
+    # of the constant errors there is the gyroscope's scale alone: its tolerance is not 0 by default
     expected = np.zeros(SIZE)
-    expected[2:CONSIDERED] = still, still, 0.3**2, 0.3**2, settings.gyro_bias**2
+    expected[2:ERRORS] = still, still, 0.3**2, 0.3**2, settings.gyro_bias**2
     expected[SCALE], expected[CLOCK] = EXACT.gyro_scale**2 / 3.0, settings.gyro_clock**2
     expected[PASSIVE] = EXACT.passive_zero**2 / 3.0
     np.testing.assert_allclose(covariance[2:, 2:], np.diag(expected[2:]), rtol=1e-12, atol=0.0)

@@ -12,7 +12,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
-from fivebar_control.estimation.covariance import CONSIDERED, SIZE
+from fivebar_control.estimation.covariance import ERRORS, SIZE
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, filter_model
 from fivebar_control.estimation.mirror import (
     AmbiguityLimits,
@@ -29,7 +29,7 @@ from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_description.parameters import FiveBar
 
 MODES = (1, -1)
-SURE = np.diag([1e-8, 1e-8, 1e-6, 1e-6, 1e-4, 1e-4, 1e-6, *(0.0,) * (SIZE - CONSIDERED)])
+SURE = np.diag([1e-8, 1e-8, 1e-6, 1e-6, 1e-4, 1e-4, 1e-6, *(0.0,) * (SIZE - ERRORS)])
 DOWN = [[0.0, 0.15], [0.0, 0.02]]
 ASIDE = [[-0.025, 0.025], [-0.025, 0.125]]
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings, Estimate, FilterModel, advanced, filter_model
+from fivebar_control.estimation.ekf import NO_ERRORS, EkfSettings, Estimate, FilterModel, advanced, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import MIN_HOMING_KAPPA, Homing, HomingContradicted, homing_at
 from fivebar_control.estimation.readings import LONGEST_GAP
@@ -110,7 +110,7 @@ def test_a_posture_near_the_declared_one_is_taken_from_the_encoders(dextar: Five
     answer = started.take(0, q.q11 + whole, q.q21 - whole, 0.0, 0.0)
     assert started.belief is not None
     assert started.belief.estimate[:2] == pytest.approx((0.001, 0.1495), abs=1e-12)
-    assert started.belief.estimate[2:] == (0.0,) * 9
+    assert started.belief.estimate[2:] == (*(0.0,) * 9, NO_ERRORS)
     assert answer.position == pytest.approx(tuple(q), abs=1e-9)
     assert answer.velocity == pytest.approx((0.0,) * 4, abs=1e-12)
     assert started.fault is None

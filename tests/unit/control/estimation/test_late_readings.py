@@ -11,7 +11,7 @@ import pytest
 
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.covariance import CLOCK, PASSIVE
-from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, advanced, filter_model
+from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, advanced, as_vector, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.platform_motion import leg_motion
@@ -143,7 +143,7 @@ def test_with_counted_angles_a_late_reading_counts_almost_as_one_in_time() -> No
     for latency in (1, 4, 8):
         found = estimated(counted, late(counted, numbers, latency), counts=COUNTS)
         off, gained = (
-            np.abs(np.array(one.estimate) - np.array(expected.estimate))[:4].max() for one in (found, without)
+            np.abs(as_vector(one.estimate) - as_vector(expected.estimate))[:4].max() for one in (found, without)
         )
         assert off < 0.05 * gained
 
@@ -196,7 +196,7 @@ def test_a_reading_that_is_stamped_ahead_counts_at_the_newest_sample(exact: Read
     ahead = estimated(exact, {20: [(21, exact.rates[20])]}, last=20)
     expect_different(ahead, estimated(exact, {}, last=20))
     in_time_too = estimated(exact, in_time(exact, [20]), last=20)
-    assert 0.0 < np.abs(np.array(ahead.estimate) - in_time_too.estimate).max() < 0.1
+    assert 0.0 < np.abs(as_vector(ahead.estimate) - as_vector(in_time_too.estimate)).max() < 0.1
 
 
 @pytest.mark.parametrize("latency", [1, 5])
@@ -227,7 +227,7 @@ def test_the_offset_of_an_unknown_clock_is_estimated(exact: Readings, offset: fl
     found = estimated(exact, stamped, clock=0.005)
     assert found.estimate.clock == pytest.approx(offset / RATE_HZ, abs=3.0 * math.sqrt(found.covariance[CLOCK, CLOCK]))
     assert math.sqrt(found.covariance[CLOCK, CLOCK]) < 1e-3
-    assert np.hypot(*(np.array(found.estimate) - expected.estimate)[2:4]) < 2e-3
+    assert np.hypot(*(as_vector(found.estimate) - as_vector(expected.estimate))[2:4]) < 2e-3
 
 
 def test_every_late_reading_counts_for_whether_they_agree(exact: Readings) -> None:

@@ -10,7 +10,16 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.estimation import covariance as cov
-from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, considered_errors, filter_model
+from fivebar_control.estimation.ekf import (
+    NO_ERRORS,
+    Belief,
+    ConstantErrors,
+    EkfSettings,
+    Estimate,
+    as_vector,
+    error_deviations,
+    filter_model,
+)
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.measurements import (
     LINEARISATION,
@@ -40,8 +49,7 @@ RATE_HZ = 500
 LAG, SLOPE = -0.0005, 30.0
 """Of a gyroscope's reading: s from its sample to its stamp, and rad/s^2."""
 
-ESTIMATED = [*range(cov.CONSIDERED), cov.CLOCK, cov.PASSIVE, cov.FX, cov.FY]
-CONSTANT = slice(cov.CONSIDERED, cov.CONSIDERED_END)
+CONSTANT = slice(cov.ERRORS, cov.ERRORS_END)
 FIELDS = {
     cov.L11: ("leg1", "proximal"),
     cov.L12: ("leg1", "distal"),
@@ -57,7 +65,7 @@ def modes_of(state: State) -> tuple[int, int]:
 
 
 def erring(robot: FiveBar, error: int, size: float) -> FiveBar:
-    """Return the robot with one of its considered geometric errors."""
+    """Return the robot with one of the constant errors of its geometry."""
     if error not in FIELDS:
         return robot
     leg, field = FIELDS[error]
@@ -132,10 +140,8 @@ def row_of_gyro(robot: FiveBar, modes: tuple[int, int], estimate: Estimate) -> V
     rate = leg_motion(robot.leg2, modes[1], *estimate[:4]).dtheta + estimate.bias + 1.0
     effect = turned(model, Belief(estimate, np.eye(cov.SIZE)), rate + SLOPE * (LAG - estimate.clock), LAG, SLOPE)
     # the innovation is 1, so that the misfit is the inverse of its variance
-    variance, gain = 1.0 / effect.misfit, np.array(effect.belief.estimate) - np.array(estimate)
-    row = np.zeros(cov.SIZE)
-    row[ESTIMATED] = gain * variance
-    row[CONSTANT] = -effect.belief.covariance[cov.BIAS, CONSTANT] / gain[cov.BIAS]
+    variance = 1.0 / effect.misfit
+    row = (as_vector(effect.belief.estimate) - as_vector(estimate)) * variance
     assert variance == pytest.approx(float(row @ row) + 1e-6, rel=1e-9)
     return row
 
@@ -157,6 +163,11 @@ def test_the_row_of_the_gyroscope_is_the_derivative_of_the_links_rate(
             shift = np.zeros(4)
             shift[column] = step
             expected[column] = (rate(point + shift) - rate(point - shift)) / (2.0 * step)
+        for error in FIELDS:
+            ahead, behind = (
+                leg_motion(erring(robot, error, size).leg2, modes[1], *point.tolist()).dtheta for size in (step, -step)
+            )
+            expected[error] = (ahead - behind) / (2.0 * step)
         expected[cov.BIAS], expected[cov.SCALE], expected[cov.CLOCK] = 1.0, rate(point), -SLOPE
         found = row_of_gyro(robot, modes, Estimate(*point.tolist(), 0.1, -0.1, 0.02, 2e-4))
         scale = 1.0 + float(np.abs(expected).max())
@@ -169,7 +180,7 @@ def test_a_gyroscope_that_reads_as_expected_changes_no_estimate_and_makes_it_sur
     before = Belief(Estimate(0.01, 0.12, 0.2, -0.3, 0.1, -0.1, 0.02), homed_belief(model, 0.01, 0.12, 1e-8).covariance)
     rate = leg_motion(dextar.leg2, -1, *before.estimate[:4]).dtheta + 0.02
     after = turned(model, before, rate, 0.0, 20.0)
-    assert after.belief.estimate == pytest.approx(before.estimate, abs=1e-15)
+    np.testing.assert_allclose(as_vector(after.belief.estimate), as_vector(before.estimate), rtol=0.0, atol=1e-15)
     assert after.misfit == pytest.approx(0.0, abs=1e-20)
     for state in (cov.VX, cov.VY, cov.BIAS):
         assert after.belief.covariance[state, state] < before.covariance[state, state]
@@ -181,7 +192,7 @@ def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x:
     modes, step = (1, -1), 1e-6
     tolerances = Tolerances(length=2e-4, base=1e-4, zero=1e-3)
     model = filter_model(robot, *modes, RATE_HZ, EkfSettings(), tolerances)
-    deviations = np.array(considered_errors(tolerances))
+    deviations = np.array(error_deviations(tolerances))
     assembly = next(
         one for one in (1, -1) if math.dist(direct_geometry(robot, one, *home(robot, modes, x, y)), (x, y)) < 1e-9
     )
@@ -191,9 +202,9 @@ def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x:
         q11, q21 = readings(robot, modes, x, y, error, size).tolist()
         return np.array([x, y]) - direct_geometry(robot, assembly, q11, q21)
 
-    share = np.zeros((2, cov.CONSIDERED_END - cov.CONSIDERED))
+    share = np.zeros((2, cov.ERRORS_END - cov.ERRORS))
     for error in (*FIELDS, cov.ZERO1, cov.ZERO2):
-        share[:, error - cov.CONSIDERED] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
+        share[:, error - cov.ERRORS] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
     p = homed_belief(model, x, y, 1e-8).covariance
     exact = homed_belief(filter_model(robot, *modes, RATE_HZ, EkfSettings()), x, y, 1e-8).covariance
     scale = np.sqrt(np.diag(p)[[cov.X, cov.Y]])
@@ -214,19 +225,20 @@ def home(robot: FiveBar, modes: tuple[int, int], x: float, y: float) -> tuple[fl
 
 
 def test_a_tolerance_is_the_half_width_of_a_uniform_distribution() -> None:
-    found = considered_errors(Tolerances(length=3e-4, base=6e-4, zero=9e-3, gyro_scale=0.03))
+    found = error_deviations(Tolerances(length=3e-4, base=6e-4, zero=9e-3, gyro_scale=0.03))
     expected = (9e-3, 9e-3, *[3e-4] * 4, 6e-4, 6e-4, 0.03)
     assert found == pytest.approx([one / math.sqrt(3.0) for one in expected], rel=1e-12)
 
 
-MOVING = Estimate(0.02, 0.13, 0.3, -0.2, 0.1, -0.1, 0.02, 1e-3, 0.05, 0.4, -0.7)
+FOUND = ConstantErrors(1e-3, -2e-3, 1e-4, -2e-4, 3e-4, -1e-4, 2e-4, -3e-4, 0.01)
+MOVING = Estimate(0.02, 0.13, 0.3, -0.2, 0.1, -0.1, 0.02, 1e-3, 0.05, 0.4, -0.7, FOUND)
 MODES = (1, -1)
-SIZES = np.array([1e-3, 1e-3, 1e-2, 1e-2, 0.1, 0.1, 0.02, *[0.0] * 9, 1e-3, 1e-2, 0.5, 0.5])
-"""Standard deviations of all states, without considered errors."""
+SIZES = np.array([1e-3, 1e-3, 1e-2, 1e-2, 0.1, 0.1, 0.02, 1e-3, 1e-3, *[2e-4] * 6, 0.01, 1e-3, 1e-2, 0.5, 0.5])
+"""Standard deviations of all states and constant errors."""
 
 
 def unsure() -> Vector:
-    """Return a covariance in which every state depends on every other."""
+    """Return a covariance in which every state and constant error depends on every other."""
     root = np.random.default_rng(5).normal(size=(cov.SIZE, cov.SIZE)) * SIZES[:, None]
     return np.asarray(root @ root.T)
 
@@ -236,10 +248,10 @@ def expect_update(before: Belief, after: Belief, rows: Vector, innovations: Vect
     p = before.covariance
     spread = rows @ p @ rows.T + np.diag(noise)
     change = p @ rows.T @ np.linalg.solve(spread, innovations)
-    found = np.array(after.estimate) - np.array(before.estimate)
-    np.testing.assert_allclose(found / SIZES[ESTIMATED], (change / np.where(SIZES, SIZES, 1.0))[ESTIMATED], atol=1e-9)
+    found = as_vector(after.estimate) - as_vector(before.estimate)
+    np.testing.assert_allclose(found / SIZES, change / SIZES, atol=1e-9)
     left = p - p @ rows.T @ np.linalg.solve(spread, rows @ p)
-    scale = np.where(np.outer(SIZES, SIZES), np.outer(SIZES, SIZES), 1.0)
+    scale = np.outer(SIZES, SIZES)
     np.testing.assert_allclose(after.covariance / scale, left / scale, atol=1e-8)
     return float(innovations @ np.linalg.solve(spread, innovations)) / len(noise)
 
@@ -253,8 +265,10 @@ def test_both_motors_correct_as_one_measurement(dextar: FiveBar) -> None:
         encoder_row(number, leg_motion(leg, mode, MOVING.x, MOVING.y, 0.0, 0.0))
         for number, (leg, mode) in enumerate(legs, start=1)
     ])  # fmt: skip
+    error1, error2 = (rows[:, CONSTANT] @ FOUND).tolist()
     # a turn further, which a motor's encoder may have begun with
-    one, two = Angle(q.q11 + off[0] + 2.0 * math.pi, noise[0]), Angle(q.q21 + off[1], noise[1])
+    one = Angle(q.q11 + error1 + off[0] + 2.0 * math.pi, noise[0])
+    two = Angle(q.q21 + error2 + off[1], noise[1])
     after = corrected(model, before, one, two)
     mean = expect_update(before, after.belief, rows, off, noise)
     assert after.misfit == pytest.approx(2.0 * mean, rel=1e-6)
@@ -266,7 +280,8 @@ def test_a_passive_joint_corrects_by_its_row(dextar: FiveBar, number: int) -> No
     q = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y)
     angle, leg = ((q.q12, dextar.leg1), (q.q22, dextar.leg2))[number - 1]
     row = elbow_row(number, leg, leg_motion(leg, MODES[number - 1], *MOVING[:4]))
-    after = elbow_turned(model, before, number, Angle(angle + MOVING.passive - 4e-3, 1e-6))
+    known = MOVING.passive + float(row[CONSTANT] @ FOUND)
+    after = elbow_turned(model, before, number, Angle(angle + known - 4e-3, 1e-6))
     mean = expect_update(before, after.belief, row[None, :], np.array([-4e-3]), np.array([1e-6]))
     assert after.misfit == pytest.approx(mean, rel=1e-9)
 
@@ -290,15 +305,15 @@ def test_a_camera_corrects_both_coordinates_at_its_exposure(lag: float) -> None:
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_a_part_of_the_considered_errors_adds_to_the_noise(dextar: FiveBar, number: int) -> None:
+def test_a_part_of_the_constant_errors_adds_to_the_noise(dextar: FiveBar, number: int) -> None:
     """Of the two motors, of which the other is not believed at all, and of the passive joint."""
     tolerances = Tolerances(length=2e-4, base=1e-4, zero=1e-3)
     model = filter_model(dextar, *MODES, RATE_HZ, EkfSettings(), tolerances)
-    deviations, p = np.array(considered_errors(tolerances)), np.zeros((cov.SIZE, cov.SIZE))
+    deviations, p = np.array(error_deviations(tolerances)), np.zeros((cov.SIZE, cov.SIZE))
     # by now, no two of them are equally uncertain
     known = np.arange(1.0, 10.0)
     p[CONSTANT, CONSTANT] = np.diag(known * deviations**2)
-    before = Belief(MOVING, p)
+    before = Belief(MOVING._replace(errors=NO_ERRORS), p)
     q, noise = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y), 1e-6
     parameters, mode = ((dextar.leg1, MODES[0]), (dextar.leg2, MODES[1]))[number - 1]
     leg = leg_motion(parameters, mode, *MOVING[:4])
@@ -335,7 +350,7 @@ def test_what_is_not_known_at_the_start_is_as_the_settings_say(dextar: FiveBar) 
     )
     tolerances = Tolerances(passive_zero=0.02)
     belief = homed_belief(filter_model(dextar, *MODES, RATE_HZ, settings, tolerances), 0.02, 0.13, 1e-8)
-    assert belief.estimate == (0.02, 0.13, *(0.0,) * 9)
+    assert belief.estimate == (0.02, 0.13, *(0.0,) * 9, NO_ERRORS)
     variances = np.diag(belief.covariance)
     expected = {
         cov.VX: 0.3**2 / RATE_HZ,

@@ -301,7 +301,7 @@ by 0.2 rad/s where they swing at 60 Hz."""
 FOR_GOOD = {**FOR_ELASTIC, "acceleration_noise": 0.05}
 """The same for transmissions of 250 Hz, which swing less."""
 
-FOR_MIDDLING = {**FOR_ELASTIC, "play": 4e-3, "force_deviation": 1.4}
+FOR_MIDDLING = {**FOR_ELASTIC, "play": 2.5e-3, "force_deviation": 2.0}
 """The same for 60 Hz, a backlash of 0.03 degrees and pushes of up to 2 N."""
 
 NO_OBSERVER = {"observer_rate": 0.0}
@@ -343,7 +343,7 @@ PRINTED_CALIBRATED = PRINTED._replace(length=5e-5, zero=0.03 * DEGREE)
 
 FOR_PRINTED = {
     "disturbance_rate": 0.03,
-    "play": 4e-3,
+    "play": 2.5e-3,
     "acceleration_noise": 0.1,
     "gyro_noise": 0.07,
     "misfit_limit": 200.0,
@@ -412,7 +412,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
             MIDDLING,
-            sections=with_gyro(MIDDLING, FOR_MIDDLING, gains(3600.0, 120.0)),
+            sections=with_gyro(MIDDLING, FOR_MIDDLING, gains(4900.0, 140.0)),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
             required=0.95,
