@@ -80,8 +80,9 @@ def estimator_model(
 ) -> EstimatorModel:
     """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
     numbers = as_numbers(settings)
+    others = settings.gyro or settings.camera or passive.leg > 0
     return EstimatorModel(
-        filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances)),
+        filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), bool(others)),
         resolution=count_angle(drives.encoder_counts or 0),
         play=numbers.play * numbers.play,
         rate_hz=rate_hz,

@@ -3,7 +3,8 @@
 The states are x, y (m), vx, vy (m/s), d1, d2 (Nm), the gyroscope's bias (rad/s), the offset of its clock (s), the zero
 of a passive joint's encoder (rad) and the force on the platform (N). The entries from `ERRORS` on are constant: they
 have no process noise, and begin with the variance that the declared tolerances give them. The filter therefore does not
-take a constant error for noise that averages out; one that is known exactly has no variance and stays where it is.
+take a constant error for noise that averages out; one that is known exactly has no variance and stays where it is. From
+the motors' encoders alone the errors are considered, not estimated: nothing contradicts what the filter makes of them.
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ class Correction(NamedTuple):
 
     Attributes:
         covariance: after it, [SIZE, SIZE].
-        gain: of its innovation, [SIZE]; 0 for what is known exactly.
+        gain: of its innovation, [SIZE]; 0 for what is known exactly, and for errors that are considered only.
         variance: of its innovation.
     """
 
@@ -153,16 +154,22 @@ class Correction(NamedTuple):
     variance: float
 
 
-def measured(covariance: Matrix, row: Vector, variance: float) -> Correction:
-    """Return the effect of a measurement `row . (states, constant errors) + noise`: K = P H^T / S and P - K S K^T.
+def measured(covariance: Matrix, row: Vector, variance: float, errors_too: bool = True) -> Correction:
+    """Return the effect of a measurement `row . (states, constant errors) + noise`.
+
+    The gain is P H^T / S; with one that is not the optimal one for all entries, P - K H P - P H^T K^T + K S K^T is the
+    covariance.
 
     Args:
         covariance: P, [SIZE, SIZE].
         row: H, [SIZE].
         variance: of the noise.
+        errors_too: whether constant errors get a gain; without, they are considered only (Schmidt-Kalman filter).
     """
     column = covariance @ row
     total = float(np.dot(row, column)) + variance
     gain = column / total
+    if not errors_too:
+        gain[ERRORS:ERRORS_END] = 0.0
     half = gain.reshape(SIZE, 1) * (column - 0.5 * total * gain)
     return Correction(covariance - (half + half.T), gain, total)

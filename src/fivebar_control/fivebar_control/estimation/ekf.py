@@ -12,7 +12,8 @@ w_2 . xdot is regular on the locus and differs between the two assembly modes th
 With an encoder on a passive joint, that joint and the motor of its leg determine the platform, on the locus as well.
 
 Constant errors of the geometry, the motor encoders' zeros and the gyroscope's sensitivity are estimated with them, from
-the tolerances within which they are declared (`fivebar_control.estimation.covariance`).
+the tolerances within which they are declared, where there is a sensor beside the motors' encoders
+(`fivebar_control.estimation.covariance`).
 """
 
 from __future__ import annotations
@@ -317,6 +318,7 @@ class FilterModel(NamedTuple):
         gyro_clock: standard deviation of the offset of its clock at the start (s).
         passive_zero: standard deviation of the zero of the passive joint's encoder (rad).
         errors: standard deviations of the constant errors at the start.
+        estimates_errors: whether the motors' encoders tell of them; else they are considered only.
     """
 
     robot: FiveBar
@@ -333,10 +335,17 @@ class FilterModel(NamedTuple):
     gyro_clock: float
     passive_zero: float
     errors: ConstantErrors
+    estimates_errors: bool
 
 
 def filter_model(
-    robot: FiveBar, mode1: int, mode2: int, rate_hz: int, settings: EkfSettings, tolerances: Tolerances = EXACT
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    rate_hz: int,
+    settings: EkfSettings,
+    tolerances: Tolerances = EXACT,
+    estimates_errors: bool = True,
 ) -> FilterModel:
     """Return it for a robot in a working mode at a sampling rate; the step is one that the friction's slope allows."""
     period = 1.0 / rate_hz
@@ -367,6 +376,7 @@ def filter_model(
         gyro_clock=settings.gyro_clock,
         passive_zero=tolerances.passive_zero / math.sqrt(3.0),
         errors=error_deviations(tolerances),
+        estimates_errors=estimates_errors,
     )
 
 

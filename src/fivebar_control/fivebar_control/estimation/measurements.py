@@ -132,8 +132,8 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
     leg2 = leg_at_rest(model.robot.leg2, model.mode2, x, y)
     # one after the other, which for independent encoders is the same as both at once
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
-    one = measured(belief.covariance, row1, q11.variance + _linearised(model, row1))
-    two = measured(one.covariance, row2, q21.variance + _linearised(model, row2))
+    one = measured(belief.covariance, row1, q11.variance + _linearised(model, row1), model.estimates_errors)
+    two = measured(one.covariance, row2, q21.variance + _linearised(model, row2), model.estimates_errors)
     innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y) - share_of_errors(belief.estimate, row1)
     change = one.gain * innovation1
     expected2 = share_of_errors(belief.estimate, row2) + float(np.dot(row2, change))

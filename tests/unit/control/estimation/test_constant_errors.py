@@ -10,12 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_control.estimation import covariance as cov
-from fivebar_control.estimation.constants import Drives
+from fivebar_control.estimation.constants import Drives, estimator_model
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, EkfSettings, as_vector, error_deviations, from_vector
+from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.history import belief_at, empty_history, keep_belief
 from fivebar_control.estimation.homing import homing_at
-from fivebar_control.estimation.measurements import encoder_row
+from fivebar_control.estimation.measurements import corrected, encoder_row, homed_belief
 from fivebar_control.estimation.platform_motion import leg_at_rest
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
@@ -83,6 +84,17 @@ def test_of_several_errors_only_their_sum_is_shown(dextar: FiveBar) -> None:
     assert math.sqrt(row @ belief.covariance @ row) < 0.1 * math.sqrt(
         np.sum((row[cov.ERRORS : cov.ERRORS_END] * declared) ** 2)
     )
+
+
+def test_the_encoders_alone_are_not_believed_about_themselves(dextar: FiveBar) -> None:
+    model = estimator_model(dextar, *MODES, RATE_HZ, Drives(20_000), EkfSettings(), Tolerances(length=3e-4, zero=5e-3))
+    belief = homed_belief(model.filter, *PLACE, 1e-8)
+    angles = inverse_geometry(dextar, *MODES, *PLACE)
+    after = corrected(model.filter, belief, Angle(angles.q11 + 3e-3, 1e-8), Angle(angles.q21, 1e-8)).belief
+    assert after.estimate.x != belief.estimate.x
+    assert after.estimate.errors == NO_ERRORS
+    errors = slice(cov.ERRORS, cov.ERRORS_END)
+    np.testing.assert_array_equal(after.covariance[errors, errors], belief.covariance[errors, errors])
 
 
 def test_an_error_that_is_said_to_be_none_is_none(dextar: FiveBar) -> None:

@@ -132,6 +132,24 @@ def test_measurement_is_the_kalman_update(errors: bool) -> None:
         expect_covariance(found.covariance)
 
 
+def test_with_errors_that_are_considered_the_covariance_is_that_of_the_gain_that_leaves_them_alone() -> None:
+    """Joseph's form, which holds for any gain."""
+    random = np.random.default_rng(2)
+    for _ in range(50):
+        p, h, variance = random_covariance(random), random_row(random), float(random.uniform(1e-9, 1e-3))
+        gain = p @ h / (h @ p @ h + variance)
+        gain[CONSTANT] = 0.0
+        left = np.eye(SIZE) - np.outer(gain, h)
+        found = measured(p, h, variance, errors_too=False)
+        np.testing.assert_allclose(found.gain, gain, rtol=1e-9)
+        assert np.array_equal(found.gain[CONSTANT], np.zeros(ERRORS_END - ERRORS))
+        expected = left @ p @ left.T + variance * np.outer(gain, gain)
+        difference = (found.covariance - expected) / np.outer(SCALES, SCALES)
+        assert np.abs(difference).max() < 1e-10
+        assert np.array_equal(found.covariance[CONSTANT, CONSTANT], p[CONSTANT, CONSTANT])
+        expect_covariance(found.covariance)
+
+
 def test_a_long_run_of_predictions_and_measurements_keeps_a_covariance() -> None:
     random = np.random.default_rng(3)
     noise = process_noise(0.1, 1.0, 0.02, 1e-4, 0.002, 0.5, 0.05)
