@@ -82,7 +82,7 @@ def estimator_model(
     numbers = as_numbers(settings)
     others = settings.gyro or settings.camera or passive.leg > 0
     return EstimatorModel(
-        filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), bool(others)),
+        filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),
         resolution=count_angle(drives.encoder_counts or 0),
         play=numbers.play * numbers.play,
         rate_hz=rate_hz,

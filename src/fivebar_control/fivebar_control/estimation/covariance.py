@@ -154,7 +154,7 @@ class Correction(NamedTuple):
     variance: float
 
 
-def measured(covariance: Matrix, row: Vector, variance: float, errors_too: bool = True) -> Correction:
+def measured(covariance: Matrix, row: Vector, variance: float, estimates_errors: bool = True) -> Correction:
     """Return the effect of a measurement `row . (states, constant errors) + noise`.
 
     The gain is P H^T / S; with one that is not the optimal one for all entries, P - K H P - P H^T K^T + K S K^T is the
@@ -164,12 +164,12 @@ def measured(covariance: Matrix, row: Vector, variance: float, errors_too: bool 
         covariance: P, [SIZE, SIZE].
         row: H, [SIZE].
         variance: of the noise.
-        errors_too: whether constant errors get a gain; without, they are considered only (Schmidt-Kalman filter).
+        estimates_errors: whether constant errors get a gain; else they are considered only (Schmidt-Kalman filter).
     """
     column = covariance @ row
     total = float(np.dot(row, column)) + variance
     gain = column / total
-    if not errors_too:
+    if not estimates_errors:
         gain[ERRORS:ERRORS_END] = 0.0
     half = gain.reshape(SIZE, 1) * (column - 0.5 * total * gain)
     return Correction(covariance - (half + half.T), gain, total)

@@ -318,7 +318,7 @@ class FilterModel(NamedTuple):
         gyro_clock: standard deviation of the offset of its clock at the start (s).
         passive_zero: standard deviation of the zero of the passive joint's encoder (rad).
         errors: standard deviations of the constant errors at the start.
-        estimates_errors: whether the motors' encoders tell of them; else they are considered only.
+        estimates_errors: whether they are estimated; else they are considered only (Schmidt-Kalman filter).
     """
 
     robot: FiveBar

@@ -98,18 +98,39 @@ def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
     return leg1.dq1, leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dq1
 
 
-def encoder_row(number: int, leg: LegMotion) -> Vector:
-    """Return the derivatives of the reading of leg 1's or leg 2's motor encoder, [SIZE].
+def proximal_row(number: int, leg: LegMotion) -> Vector:
+    """Return the derivatives of the angle q_i1 of leg 1 or leg 2, [SIZE].
 
     From the closure of the leg at a given platform, projected onto u: b dq_1 = -u . dO - cos q_2 dl_1 - dl_2.
     """
     row = np.zeros(SIZE)
     row[X], row[Y] = leg.n_x, leg.n_y
     first = number == 1
-    row[ZERO1 if first else ZERO2] = 1.0
     row[L11 if first else L21] = -leg.cos_q2 / leg.b
     row[L12 if first else L22] = -1.0 / leg.b
     row[BASE1 if first else BASE2] = -leg.u_x / leg.b
+    return row
+
+
+def distal_row(number: int, parameters: LegParameters, leg: LegMotion) -> Vector:
+    """Return the derivatives of the distal link's angle theta_i of leg 1 or leg 2, [SIZE].
+
+    The same closure projected onto r: l_2 sin q_2 dtheta = r . dO + dl_1 + cos q_2 dl_2.
+    """
+    row = np.zeros(SIZE)
+    arm = 1.0 / (parameters.distal * leg.sin_q2)
+    row[X], row[Y] = leg.w_x, leg.w_y
+    first = number == 1
+    row[L11 if first else L21] = arm
+    row[L12 if first else L22] = leg.cos_q2 * arm
+    row[BASE1 if first else BASE2] = leg.r_x * arm
+    return row
+
+
+def encoder_row(number: int, leg: LegMotion) -> Vector:
+    """Return the derivatives of the reading of leg 1's or leg 2's motor encoder, q_i1 + zero, [SIZE]."""
+    row = proximal_row(number, leg)
+    row[ZERO1 if number == 1 else ZERO2] = 1.0
     return row
 
 
@@ -186,16 +207,14 @@ def turn_rate(model: FilterModel, estimate: Estimate) -> float:
 def turn_row(parameters: LegParameters, leg: LegMotion, vx: float, vy: float) -> Vector:
     """Return the derivatives of the reading of a gyroscope on leg 2's distal link, w_2 . xdot + bias, [SIZE].
 
-    Errors of the geometry turn both links at a given platform, as in `encoder_row` and `elbow_row`.
+    Whatever turns both links, the platform or an error of the geometry at a given platform, turns w_2.
     """
+    proximal, distal = proximal_row(2, leg), distal_row(2, parameters, leg)
     row = np.zeros(SIZE)
-    arm = 1.0 / (parameters.distal * leg.sin_q2)
-    row[X] = turn_change(parameters, leg, vx, vy, leg.n_x, leg.w_x)
-    row[Y] = turn_change(parameters, leg, vx, vy, leg.n_y, leg.w_y)
+    for column in (X, Y, L21, L22, BASE2):
+        row[column] = turn_change(parameters, leg, vx, vy, proximal[column], distal[column])
+    row[L22] -= leg.dtheta / parameters.distal
     row[VX], row[VY], row[BIAS], row[SCALE] = leg.w_x, leg.w_y, 1.0, leg.dtheta
-    row[L21] = turn_change(parameters, leg, vx, vy, -leg.cos_q2 / leg.b, arm)
-    row[L22] = turn_change(parameters, leg, vx, vy, -1.0 / leg.b, leg.cos_q2 * arm) - leg.dtheta / parameters.distal
-    row[BASE2] = -row[X]
     return row
 
 
@@ -220,19 +239,9 @@ def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: f
 
 
 def elbow_row(number: int, parameters: LegParameters, leg: LegMotion) -> Vector:
-    """Return the derivatives of the reading of an encoder on leg 1's or leg 2's passive joint, q_i2 + zero, [SIZE].
-
-    The closure of the leg at a given platform, projected onto r, gives the distal link's angle,
-    l_2 sin q_2 dtheta = r . dO + dl_1 + cos q_2 dl_2; `encoder_row` has that of the proximal link.
-    """
-    row = np.zeros(SIZE)
-    arm = 1.0 / (parameters.distal * leg.sin_q2)
-    row[X], row[Y] = leg.w_x - leg.n_x, leg.w_y - leg.n_y
+    """Return the derivatives of the reading of an encoder on leg 1's or leg 2's passive joint, q_i2 + zero, [SIZE]."""
+    row = distal_row(number, parameters, leg) - proximal_row(number, leg)
     row[PASSIVE] = 1.0
-    first = number == 1
-    row[L11 if first else L21] = arm + leg.cos_q2 / leg.b
-    row[L12 if first else L22] = leg.cos_q2 * arm + 1.0 / leg.b
-    row[BASE1 if first else BASE2] = leg.r_x * arm + leg.u_x / leg.b
     return row
 
 

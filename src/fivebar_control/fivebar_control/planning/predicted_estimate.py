@@ -118,8 +118,7 @@ def predict_estimate(
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
     moments = np.array(predicted.moments, dtype=np.float64)
-    mirror, position = as_machine_code(worth_along)(model, readings, moments, belief.covariance)
-    return PredictedEstimate(Peak(*mirror), Peak(*position))
+    return as_machine_code(worth_along)(model, readings, moments, belief.covariance)
 
 
 def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, covariance: Matrix) -> PredictedEstimate:

@@ -140,7 +140,7 @@ def test_with_errors_that_are_considered_the_covariance_is_that_of_the_gain_that
         gain = p @ h / (h @ p @ h + variance)
         gain[CONSTANT] = 0.0
         left = np.eye(SIZE) - np.outer(gain, h)
-        found = measured(p, h, variance, errors_too=False)
+        found = measured(p, h, variance, estimates_errors=False)
         np.testing.assert_allclose(found.gain, gain, rtol=1e-9)
         assert np.array_equal(found.gain[CONSTANT], np.zeros(ERRORS_END - ERRORS))
         expected = left @ p @ left.T + variance * np.outer(gain, gain)
