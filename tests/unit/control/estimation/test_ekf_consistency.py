@@ -33,7 +33,7 @@ from fivebar_sim.plant import Plant
 from fivebar_sim.settings import PlantSettings
 
 RATE_HZ, COUNTS, MODES = 500, 20000, (1, -1)
-ROBOTS = 60
+ROBOTS = 200
 TOLERANCES = Tolerances(length=2e-4, zero=1e-3)
 EXACTLY_KNOWN = Tolerances(gyro_scale=0.0)
 SETTINGS = EkfSettings(gyro=True)
