@@ -14,6 +14,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -46,8 +47,9 @@ torque = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
 
 
 def same(function: Callable[..., Any], *arguments: Any) -> None:
-    """Compare by text, in which NaN equals NaN and every other float only itself."""
-    assert repr(compiled(function)(*arguments)) == repr(function(*arguments))
+    """Compare by text, in which NaN equals NaN and every other float only itself, also as an entry of an array."""
+    with np.printoptions(floatmode="unique", legacy="1.25"):  # a float64 of numpy is written as a float
+        assert repr(compiled(function)(*arguments)) == repr(function(*arguments))
 
 
 @given(at=place, v=velocity, tau=torque)
