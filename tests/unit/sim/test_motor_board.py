@@ -22,20 +22,24 @@ pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExc
 
 MANY = 300
 
+UNHURRIED = {"period_us": 50_000, "gather_deadline_us": 45_000, "watchdog_ms": 3_000}
+"""The driver gives a board up after some fifty answers that do not come in time: here after more than two seconds, in
+which a loaded machine lets the thread of the board go on."""
+
 PUSH = (0.003, -0.003)
 """Less than the friction: the robot creeps, however long the machine stands still."""
 
 
 @pytest.fixture
 def served(tmp_path: Path) -> Iterator[Served]:
-    board = Served(made(tmp_path, button_s=0.0, period_us=10_000))
+    board = Served(made(tmp_path, button_s=0.0, period_us=UNHURRIED["period_us"]))
     yield board
     board.close()
 
 
 @pytest.fixture
 def board(served: Served, tmp_path: Path) -> Iterator[MotorBoard]:
-    opened = open_board(file(tmp_path))
+    opened = open_board(file(tmp_path, **UNHURRIED))
     yield opened
     opened.release()
     opened.close()
