@@ -39,14 +39,14 @@ def served(tmp_path: Path) -> Iterator[Served]:
 
 @pytest.fixture
 def board(served: Served, tmp_path: Path) -> Iterator[MotorBoard]:
-    opened = open_board(file(tmp_path, **UNHURRIED))
+    opened = open_board(file(tmp_path))
     yield opened
     opened.release()
     opened.close()
 
 
 def file(folder: Path, **changes: object) -> BoardFile:
-    return BoardFile.model_validate(board_content(folder, **changes), strict=False)
+    return BoardFile.model_validate(board_content(folder, **{**UNHURRIED, **changes}), strict=False)
 
 
 def exchanges(board: MotorBoard, torques: tuple[float, float] = ZERO) -> list[Exchange]:
