@@ -123,7 +123,7 @@ def test_the_compiled_engine_refuses_it() -> None:
 
 def test_a_comparison_keeps_it_on_every_rig() -> None:
     scenario = changed("middle", {"engine": MUJOCO})
-    assert {on_rig(scenario, name)["plant"]["engine"] for name in RIG_NAMES} == {MUJOCO}
+    assert {on_rig(scenario, name, "unified")["plant"]["engine"] for name in RIG_NAMES} == {MUJOCO}
 
 
 def test_a_scenario_with_what_it_lacks_is_refused_in_one_line(tmp_path: Path) -> None:

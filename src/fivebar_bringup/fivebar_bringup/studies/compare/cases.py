@@ -53,10 +53,10 @@ class ComparisonCase(NamedTuple):
         Raises:
             InputError: the controller cannot follow the motion on the rig, or there is no quickest duration.
         """
-        content = on_rig(self.given, self.rig)
+        content = on_rig(self.given, self.rig, self.controller)
         # the name of a run takes no colon, which a law from elsewhere has
         name = f"{self.motion}-{self.controller.replace(':', '.')}-{self.rig}"
-        content |= {"name": name, "controller": self.controller}
+        content["name"] = name
         if self.torque_limit is not None:
             own = content["plant"]["torque_limit"]
             content["plant"]["torque_limit"] = self.torque_limit if own is None else min(own, self.torque_limit)

@@ -186,9 +186,9 @@ def prepared(name: str, duration: float) -> tuple[PlannedScenario, Sampled]:
         "segment_duration": duration,
         "plant": {"torque_limit": TORQUE_LIMIT},
     }
-    content = on_rig(validate(common, PlannedScenario, "robustness"), "encoders")
+    content = on_rig(validate(common, PlannedScenario, "robustness"), "encoders", equipment.controller)
     content["unified"]["weight"] = UNIFIED_WEIGHT
     for section, keys in equipment.sections.items():
         content[section] |= keys
-    scenario = validate({**content, "controller": equipment.controller}, PlannedScenario, "robustness")
+    scenario = validate(content, PlannedScenario, "robustness")
     return scenario, sampled(scenario.five_bar(), scenario.plan(), RATE_HZ, scenario.lead_samples)

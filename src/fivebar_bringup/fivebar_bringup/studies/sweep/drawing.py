@@ -174,7 +174,8 @@ class Draw(NamedTuple):
     def with_effects(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
         """Return the scenario for a controller and a robot with effects, which are keys of the section `plant`."""
         drives = drives_of(robot_of(self.rig))
-        rig = on_rig(_given(robot_of(self.rig)), "ideal" if self.encoder_counts is None else "encoders")
+        # without the law of that rig's controller: `sections_for` has those of the sweep's own rigs
+        rig = on_rig(_given(robot_of(self.rig)), "ideal" if self.encoder_counts is None else "encoders", PLANNED_FOR)
         rig["plant"] |= {
             "mass_scale": self.mass_scale,
             "inertia_scale": self.inertia_scale,

@@ -1,0 +1,58 @@
+"""What looking ahead costs and gains where only the motors' encoders are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fivebar_bringup.report.thesis import MIDDLE
+from fivebar_bringup.studies.compare.encoders_study import (
+    DURATIONS,
+    MOVED,
+    PATHS,
+    EncoderRun,
+    Motion,
+    drawn,
+    line,
+    run,
+)
+
+
+def test_motions_follow_from_the_seed_and_stay_near_those_of_the_thesis() -> None:
+    motions = drawn(5, 40)
+    assert motions == drawn(5, 40) != drawn(6, 40)
+    for motion in motions:
+        assert DURATIONS[0] <= motion.duration <= DURATIONS[1]
+        nearest = min(
+            float(np.max(np.abs(np.array(motion.waypoints) - path)))
+            for path in PATHS
+            if len(path) == len(motion.waypoints)
+        )
+        assert 0.0 < nearest <= MOVED
+
+
+def test_the_weight_of_the_rig_takes_torque_off_and_leaves_the_robot_as_near_to_its_reference() -> None:
+    motion = Motion((MIDDLE[0], MIDDLE[1]), 2.0)
+    soft, default = run(("`mpc`", motion)), run(("`mpc`, its defaults", motion))
+    assert not soft.stopped
+    assert not default.stopped
+    assert soft.torque < 0.9 * default.torque
+    assert soft.error < soft.estimate + 2e-4
+
+
+def test_a_row_has_quantiles_and_counts_of_what_is_within_the_aims() -> None:
+    runs = [EncoderRun(2e-4, 1e-4, 1.5, False), EncoderRun(1e-4, 1e-4, 0.5, True)]
+    peers = [EncoderRun(1e-4, 1e-4, 1.0, False)] * 2
+    row = line("one", runs, peers)
+    assert "0.150 / 0.180 / 0.200 mm" in row
+    assert "0.050 / 0.080 / 0.100 mm, 1 of 2" in row
+    assert "1.000 / 1.300 / 1.500, 1 of 2" in row
+    assert row.endswith("| 1 |")
+
+
+@pytest.mark.parametrize("words", ["`unified`", "`mpc`"])
+def test_each_law_crosses_by_the_encoders_in_a_second(words: str) -> None:
+    done = run((words, Motion((MIDDLE[0], MIDDLE[1]), 1.0)))
+    assert not done.stopped
+    assert done.error < 5e-4
+    assert done.torque < 1.5
