@@ -12,6 +12,7 @@ from fivebar_bringup.studies.compare.encoders_study import (
     PATHS,
     EncoderRun,
     Motion,
+    Task,
     drawn,
     line,
     run,
@@ -31,9 +32,11 @@ def test_motions_follow_from_the_seed_and_stay_near_those_of_the_thesis() -> Non
         assert 0.0 < nearest <= MOVED
 
 
-def test_the_weight_of_the_rig_takes_torque_off_and_leaves_the_robot_as_near_to_its_reference() -> None:
+def test_a_weight_on_what_departs_from_the_plan_takes_torque_off_and_leaves_the_robot_as_near_to_its_reference() -> (
+    None
+):
     motion = Motion((MIDDLE[0], MIDDLE[1]), 2.0)
-    soft, default = run(("`mpc`", motion)), run(("`mpc`, its defaults", motion))
+    default, soft = (run(Task("encoders", f"`mpc`, `weight` {weight:g}", motion)) for weight in (3e-7, 1e-5))
     assert not soft.stopped
     assert not default.stopped
     assert soft.torque < 0.9 * default.torque
@@ -50,9 +53,10 @@ def test_a_row_has_quantiles_and_counts_of_what_is_within_the_aims() -> None:
     assert row.endswith("| 1 |")
 
 
-@pytest.mark.parametrize("words", ["`unified`", "`mpc`"])
-def test_each_law_crosses_by_the_encoders_in_a_second(words: str) -> None:
-    done = run((words, Motion((MIDDLE[0], MIDDLE[1]), 1.0)))
+@pytest.mark.parametrize("rig", ["encoders", "realistic"])
+@pytest.mark.parametrize("words", ["`unified`", "`mpc`, `weight` 1e-05"])
+def test_each_law_crosses_by_the_encoders_in_a_second(words: str, rig: str) -> None:
+    done = run(Task(rig, words, Motion((MIDDLE[0], MIDDLE[1]), 1.0)))
     assert not done.stopped
     assert done.error < 5e-4
     assert done.torque < 1.5

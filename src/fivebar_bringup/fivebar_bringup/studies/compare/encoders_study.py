@@ -1,9 +1,9 @@
-"""How closely laws follow the estimate from the motors' encoders, and with which torque: a table of docs/mpc.md.
+"""How closely laws follow the estimate from the motors' encoders, and with which torque: the tables of docs/mpc.md.
 
 `python -m fivebar_bringup.studies.compare.encoders_study --seed 1 --runs 60` draws motions through the locus, and runs
-each on the comparison's rig `encoders`, whose robot is as believed, with `unified` and with `mpc` as the rig has it and
-as it is by default. What a law adds to the error is *beyond* the estimate's: the largest error of a run less the
-largest error of its estimate. 60 runs take some five minutes of processor time.
+each on a rig of the comparison, by default `encoders`, whose robot is as believed, with `unified` and with `mpc` by
+several weights. What a law adds to the error is *beyond* the estimate's: the largest error of a run less the largest
+error of its estimate. 60 motions take some seven minutes of processor time.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
-from fivebar_bringup.studies.compare.rigs import on_rig
+from fivebar_bringup.studies.compare.rigs import RIGS, on_rig
 from fivebar_bringup.studies.shared_work import share
 from fivebar_control.laws.mpc import MpcSettings
 
-RIG = "encoders"
+WEIGHTS = MpcSettings().weight, 3e-6, 1e-5
+"""Of `mpc` on what departs from the torques planned before ((m/Nm)^2)."""
 
 LAWS: dict[str, tuple[str, dict[str, Any]]] = {
     "`unified`": ("unified", {}),
-    "`mpc`": ("mpc", {}),
-    "`mpc`, its defaults": ("mpc", {"law": MpcSettings()._asdict()}),
+    **{f"`mpc`, `weight` {weight:g}": ("mpc", {"law": {"weight": weight}}) for weight in WEIGHTS},
 }
 """Words, and the controller with sections that replace those of the rig."""
 
@@ -76,14 +76,22 @@ def drawn(seed: int, runs: int) -> list[Motion]:
     return motions
 
 
-def run(task: tuple[str, Motion]) -> EncoderRun:
-    """Run a motion with one of `LAWS`, without a recording."""
-    words, motion = task
+class Task(NamedTuple):
+    """A motion with one of `LAWS` on a rig of the comparison."""
+
+    rig: str
+    words: str
+    motion: Motion
+
+
+def run(task: Task) -> EncoderRun:
+    """Run a task without a recording."""
+    rig, words, motion = task
     controller, sections = LAWS[words]
     given = Scenario.model_validate(
         {"name": "study", "waypoints": motion.waypoints, "segment_duration": motion.duration}
     )
-    scenario = Scenario.model_validate(on_rig(given, RIG, controller) | sections)
+    scenario = Scenario.model_validate(on_rig(given, rig, controller) | sections)
     outcome = crossing(
         case_of(scenario), sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples)
     )
@@ -112,9 +120,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1, help="of the motions")
     parser.add_argument("--runs", type=int, default=60, help="motions, each with every law")
+    parser.add_argument(
+        "--rig", default="encoders", choices=[name for name, rig in RIGS.items() if rig.estimator == "ekf"]
+    )
     given = parser.parse_args()
     motions = drawn(given.seed, given.runs)
-    tasks = [(words, motion) for words in LAWS for motion in motions]
+    tasks = [Task(given.rig, words, motion) for words in LAWS for motion in motions]
 
     def progress(done: int, total: int) -> None:
         print(f"\r{done} of {total} runs", end="\n" if done == total else "", file=sys.stderr, flush=True)
