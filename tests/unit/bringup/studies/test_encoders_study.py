@@ -11,8 +11,8 @@ from fivebar_bringup.studies.compare.encoders_study import (
     MOVED,
     PATHS,
     EncoderRun,
-    Motion,
-    Task,
+    EncoderTask,
+    ThesisMotion,
     drawn,
     line,
     run,
@@ -35,8 +35,8 @@ def test_motions_follow_from_the_seed_and_stay_near_those_of_the_thesis() -> Non
 def test_a_weight_on_what_departs_from_the_plan_takes_torque_off_and_leaves_the_robot_as_near_to_its_reference() -> (
     None
 ):
-    motion = Motion((MIDDLE[0], MIDDLE[1]), 2.0)
-    default, soft = (run(Task("encoders", f"`mpc`, `weight` {weight:g}", motion)) for weight in (3e-7, 1e-5))
+    motion = ThesisMotion((MIDDLE[0], MIDDLE[1]), 2.0)
+    default, soft = (run(EncoderTask("encoders", f"`mpc`, `weight` {weight:g}", motion)) for weight in (3e-7, 1e-5))
     assert not soft.stopped
     assert not default.stopped
     assert soft.torque < 0.9 * default.torque
@@ -56,7 +56,7 @@ def test_a_row_has_quantiles_and_counts_of_what_is_within_the_aims() -> None:
 @pytest.mark.parametrize("rig", ["encoders", "realistic"])
 @pytest.mark.parametrize("words", ["`unified`", "`mpc`, `weight` 1e-05"])
 def test_each_law_crosses_by_the_encoders_in_a_second(words: str, rig: str) -> None:
-    done = run(Task(rig, words, Motion((MIDDLE[0], MIDDLE[1]), 1.0)))
+    done = run(EncoderTask(rig, words, ThesisMotion((MIDDLE[0], MIDDLE[1]), 1.0)))
     assert not done.stopped
     assert done.error < 5e-4
     assert done.torque < 1.5

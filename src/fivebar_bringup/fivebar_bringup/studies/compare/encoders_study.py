@@ -46,8 +46,8 @@ BEYOND, RATIO = 5e-5, 1.2
 """What a law shall add to the estimate's error (m), and its torque as a multiple of that of `unified`, at most."""
 
 
-class Motion(NamedTuple):
-    """Waypoints (m) and the duration of a segment (s)."""
+class ThesisMotion(NamedTuple):
+    """A motion of the thesis, moved a little: waypoints (m) and the duration of a segment (s)."""
 
     waypoints: tuple[tuple[float, float], ...]
     duration: float
@@ -63,7 +63,7 @@ class EncoderRun(NamedTuple):
     stopped: bool
 
 
-def drawn(seed: int, runs: int) -> list[Motion]:
+def drawn(seed: int, runs: int) -> list[ThesisMotion]:
     """Return the motions of a seed."""
     random = np.random.default_rng(seed)
     low, high = np.log(DURATIONS)
@@ -72,19 +72,19 @@ def drawn(seed: int, runs: int) -> list[Motion]:
         path = PATHS[int(random.integers(len(PATHS)))]
         places = np.array(path) + random.uniform(-MOVED, MOVED, (len(path), 2))
         duration = round(float(np.exp(random.uniform(low, high))), 3)
-        motions.append(Motion(tuple((float(x), float(y)) for x, y in places), duration))
+        motions.append(ThesisMotion(tuple((float(x), float(y)) for x, y in places), duration))
     return motions
 
 
-class Task(NamedTuple):
+class EncoderTask(NamedTuple):
     """A motion with one of `LAWS` on a rig of the comparison."""
 
     rig: str
     words: str
-    motion: Motion
+    motion: ThesisMotion
 
 
-def run(task: Task) -> EncoderRun:
+def run(task: EncoderTask) -> EncoderRun:
     """Run a task without a recording."""
     rig, words, motion = task
     controller, sections = LAWS[words]
@@ -125,7 +125,7 @@ def main() -> None:
     )
     given = parser.parse_args()
     motions = drawn(given.seed, given.runs)
-    tasks = [Task(given.rig, words, motion) for words in LAWS for motion in motions]
+    tasks = [EncoderTask(given.rig, words, motion) for words in LAWS for motion in motions]
 
     def progress(done: int, total: int) -> None:
         print(f"\r{done} of {total} runs", end="\n" if done == total else "", file=sys.stderr, flush=True)
