@@ -47,6 +47,13 @@ from fivebar_description.settings import to_parameters
 LOCKSTEP_DEADLINE_MS = 2000.0
 """Timeout for a candidate torque in lockstep (ms)."""
 
+SHORTEST_DEADLINE_MS = 1.0
+"""The least that the blender takes for a candidate's deadline."""
+
+EARLY = 0.25
+"""Of a period, by which the candidates' deadline comes before a whole number of periods: the blender looks at it when
+samples arrive, and whether the one in question comes a little early must not decide about a whole cycle."""
+
 LOCKSTEP_WAIT_MS = 100.0
 """Time (ms) for which each sample waits for a plan in lockstep, so that few of them pass while the robot rests: less
 than the 500 ms after which the plant publishes a sample again."""
@@ -174,8 +181,9 @@ def blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
                     rate_hz=scenario.rate_hz,
                     working_mode=scenario.working_mode,
                     candidates=BLENDED if scheme.blended else _law_name(scenario),
-                    # one cycle less than the drives allow, so that the blender, which knows what is missing, reports it
-                    candidate_deadline_ms=LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else (cycles - 1) * period_ms,
+                    candidate_deadline_ms=(
+                        LOCKSTEP_DEADLINE_MS if mode is Mode.LOCKSTEP else _candidate_deadline_ms(cycles, period_ms)
+                    ),
                     state_deadline_ms=0.0 if mode is Mode.LOCKSTEP else cycles * period_ms,
                     # the plant ends with the motion, drives do not
                     last_sample=0 if endless else scenario.plan().path.samples(scenario.rate_hz),
@@ -198,6 +206,11 @@ def blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
         (TORQUE_REQUESTED, TORQUE_COMMAND, FAULTS, SAFETY_STATE),
         in_chain=True,
     )
+
+
+def _candidate_deadline_ms(cycles: int, period_ms: float) -> float:
+    """Return a cycle less than the drives allow, so that the blender, which knows what is missing, reports it."""
+    return max(SHORTEST_DEADLINE_MS, (cycles - 1 - EARLY) * period_ms)
 
 
 def _law_name(scenario: Scenario) -> str:
