@@ -18,8 +18,7 @@ import numpy as np
 
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of, sampled
-from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_bringup.studies.compare.mpc_study import run_once
 from fivebar_bringup.studies.compare.rigs import RIGS, on_rig
 from fivebar_bringup.studies.shared_work import share
 from fivebar_control.laws.mpc import MpcSettings
@@ -92,25 +91,25 @@ def run(task: EncoderTask) -> EncoderRun:
         {"name": "study", "waypoints": motion.waypoints, "segment_duration": motion.duration}
     )
     scenario = Scenario.model_validate(on_rig(given, rig, controller) | sections)
-    outcome = crossing(
-        case_of(scenario), sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples)
-    )
+    outcome = run_once(scenario)
     torque = max(outcome.requested1, outcome.requested2)
     return EncoderRun(outcome.error_peak, outcome.estimate_error, torque, bool(outcome.fault))
 
 
 def line(words: str, runs: Sequence[EncoderRun], peers: Sequence[EncoderRun]) -> str:
     """Return a law's row of the table in Markdown; `peers` are the same motions with `unified`."""
-    errors, estimates, torques = (1e3 * np.array([one[n] for one in runs]) for n in range(3))
+    errors = 1e3 * np.array([one.error for one in runs])
+    estimates = 1e3 * np.array([one.estimate for one in runs])
+    torques = np.array([one.torque for one in runs])
     beyond = errors - estimates
-    ratios = torques / np.array([1e3 * peer.torque for peer in peers])
+    ratios = torques / np.array([peer.torque for peer in peers])
 
     def spread(values: Any) -> str:
         return " / ".join(f"{value:.3f}" for value in np.percentile(values, (50.0, 80.0, 100.0)))
 
     return (
         f"| {words} | {spread(errors)} mm | {spread(estimates)} mm | {spread(beyond)} mm,"
-        f" {np.sum(beyond <= 1e3 * BEYOND)} of {len(runs)} | {spread(1e-3 * torques)} Nm | {spread(ratios)},"
+        f" {np.sum(beyond <= 1e3 * BEYOND)} of {len(runs)} | {spread(torques)} Nm | {spread(ratios)},"
         f" {np.sum(ratios <= RATIO)} of {len(runs)} | {sum(one.stopped for one in runs)} |"
     )
 
