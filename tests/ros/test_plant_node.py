@@ -69,14 +69,13 @@ def once_each(probe: Probe, topic: Topic) -> list[Any]:
 
 
 def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> None:
-    last = 6
+    last, repeats = 6, 20
+    began = time.monotonic()
     process, probe = start(bench, samples=last)
-    # sample 0 again and again, every 100 ms, until it is answered
-    probe.wait_for(lambda: len(probe.sent(JOINT_STATES)) > 10, "ten repeats of sample 0")
-    gaps = [later - sooner for sooner, later in pairwise(probe.sent(JOINT_STATES))]
-    # some come late on a busy machine, and the one after that sooner
-    assert min(gaps) < 0.15
-    assert statistics.median(gaps) > 0.09
+    # sample 0 again and again until it is answered, at most once in 100 ms: a busy machine may delay some of them and
+    # send these at once, but there are no more than the time since the start allows
+    probe.wait_for(lambda: len(probe.got(JOINT_STATES)) > repeats, "repeats of sample 0")
+    assert time.monotonic() - began > 0.1 * repeats
     assert set(probe.samples(JOINT_STATES)) == {0}
     assert all(message == probe.got(JOINT_STATES)[0] for message in probe.got(JOINT_STATES))
     assert all(message == probe.got(IMU_DATA)[0] for message in probe.got(IMU_DATA))
