@@ -25,7 +25,15 @@ from fivebar_bringup.studies.estimate.estimate import SETTINGS_FILE, estimate_ba
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
-from fivebar_description.interface import IMU_DATA, NANOSECONDS, PAYLOAD, sample_stamp_ns, topic_named
+from fivebar_description.interface import (
+    IMU_DATA,
+    NANOSECONDS,
+    PAYLOAD,
+    VISION_PLATFORM,
+    Topic,
+    sample_stamp_ns,
+    topic_named,
+)
 from fivebar_description.parameters import laden
 
 
@@ -33,6 +41,17 @@ def recorded(path: Path) -> RunDirectory:
     """A crossing with a late gyroscope and a sample of delay."""
     content = load_scenario("gyro_middle").model_dump(mode="json")
     content |= {"waypoints": [[0.0, 0.15], [0.0, 0.02]], "segment_duration": 0.5, "rate_hz": 250}
+    scenario = Scenario.model_validate(content)
+    run = new_run_directory(path, scenario)
+    write_bag(simulate(scenario), scenario, run.bag)
+    return run
+
+
+def recorded_with_camera(path: Path) -> RunDirectory:
+    """A crossing seen by a camera whose clock is late, and of whose positions some never arrive."""
+    content = load_scenario("camera_slow").model_dump(mode="json")
+    content["camera"] |= {"pictures": False, "clock_offset": 0.0052, "dropped": 0.2}
+    content |= {"segment_duration": 1.0, "rate_hz": 250}
     scenario = Scenario.model_validate(content)
     run = new_run_directory(path, scenario)
     write_bag(simulate(scenario), scenario, run.bag)
@@ -53,6 +72,13 @@ def test_recorded_settings_give_the_recorded_estimate(run: RunDirectory) -> None
     assert figures["fault"] == ""
     assert figures["nees_position"] is not None
     assert figures["innovations_gyro"] is not None
+
+
+def test_positions_by_the_camera_are_replayed(tmp_path: Path) -> None:
+    run = recorded_with_camera(tmp_path / "run")
+    estimation = estimate_bag(run.path, None, ("ekf.camera=false",))
+    assert estimation.before.same
+    assert not estimation.after.same
 
 
 def test_other_settings_are_compared(run: RunDirectory, tmp_path: Path) -> None:
@@ -92,10 +118,11 @@ def estimated_with(samples: list[Sample], scenario: Scenario, payloads: dict[int
 def record_again(
     run: RunDirectory,
     payloads: Sequence[tuple[int, float]] = (),
-    imu_logged: Callable[[int], Sequence[int]] = lambda log_time: (log_time,),
+    late: Topic = IMU_DATA,
+    logged_at: Callable[[int], Sequence[int]] = lambda log_time: (log_time,),
 ) -> None:
     """Record the bag of a run again with payloads (kg), each just after the estimate of a sample, and with messages of
-    the IMU at other log times (ns)."""
+    a late sensor at other log times (ns)."""
     rate_hz = run.read_scenario().rate_hz
     plain = run.bag.with_name("plain")
     run.bag.rename(plain)
@@ -107,7 +134,7 @@ def record_again(
             for connection, log_time, data in reader.messages():
                 topic = named[connection.topic]
                 assert topic is not None
-                for logged in imu_logged(log_time) if topic == IMU_DATA else [log_time]:
+                for logged in logged_at(log_time) if topic == late else [log_time]:
                     bag.write(topic, logged, data)
             for sample, payload in payloads:
                 bag.write(PAYLOAD, sample_stamp_ns(sample, rate_hz) + 1, serialize.float64(payload))
@@ -115,11 +142,16 @@ def record_again(
     shutil.rmtree(plain)
 
 
-def test_in_lockstep_a_sample_has_its_readings_whenever_they_were_recorded(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("record", "sensor"), [(recorded, IMU_DATA), (recorded_with_camera, VISION_PLATFORM)], ids=["gyroscope", "camera"]
+)
+def test_in_lockstep_a_sample_has_its_readings_whenever_they_were_recorded(
+    record: Callable[[Path], RunDirectory], sensor: Topic, tmp_path: Path
+) -> None:
     """The recorder may have them after the estimate, and twice, where a waiting robot repeats its sample."""
-    run = recorded(tmp_path / "run")
+    run = record(tmp_path / "run")
     period = NANOSECONDS // run.read_scenario().rate_hz
-    record_again(run, imu_logged=lambda log_time: (log_time + 2 * period, log_time + 5 * period))
+    record_again(run, late=sensor, logged_at=lambda log_time: (log_time + 2 * period, log_time + 5 * period))
     assert not estimate_bag(run.path, None, ()).after.same
     run.timing.write_text(json.dumps({"runner": "ros", "mode": "lockstep"}), encoding="utf-8")
     assert estimate_bag(run.path, None, ()).after.same

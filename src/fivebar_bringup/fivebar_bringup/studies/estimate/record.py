@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from operator import itemgetter
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -13,6 +15,8 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.identify.reading import Source
+from fivebar_control.estimation.estimator import PositionFix
+from fivebar_control.vision.reading import PlatformReading, used
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     GROUND_TRUTH,
@@ -22,9 +26,17 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     PASSIVE_STATES,
     TORQUE_COMMAND,
+    VISION_NAMES,
+    VISION_PLATFORM,
     Topic,
     moment_of_stamp,
 )
+from fivebar_sim.vision.frames import frame_of
+
+T = TypeVar("T")
+
+Arrival = Callable[[float], int | None]
+"""By when a reading was made (samples), the sample with which it came; None where it cannot have come."""
 
 
 class EstimatorRecord(NamedTuple):
@@ -36,6 +48,7 @@ class EstimatorRecord(NamedTuple):
         commands: commanded torques (Nm) by sample.
         elbows: in the same way the readings (rad) of the encoder on a passive joint.
         rates: for each reading of the motors, the gyroscope's that came with it: its sample, and the rate (rad/s).
+        seen: in the same way the positions by the camera.
         estimated: recorded joint states by sample: four angles (rad) and four speeds (rad/s).
         truth: the exact ones by sample, where they were recorded.
         payloads: of the platform (kg) by the row of the first readings that are estimated with it.
@@ -47,6 +60,7 @@ class EstimatorRecord(NamedTuple):
     commands: dict[int, tuple[float, float]]
     rates: list[list[tuple[float, float]]]
     elbows: list[list[tuple[float, float]]]
+    seen: list[list[PositionFix]]
     estimated: dict[int, tuple[float, ...]]
     truth: dict[int, tuple[float, ...]]
     payloads: dict[int, float]
@@ -74,6 +88,7 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
         },
         rates=_rates(recording, scenario, samples, lockstep),
         elbows=_elbows(recording, scenario, samples, lockstep),
+        seen=_seen(recording, scenario, samples, lockstep),
         estimated=_states(recording, JOINT_STATES, rate_hz),
         truth=_states(recording, GROUND_TRUTH, rate_hz) if recording.count(GROUND_TRUTH) else {},
         payloads=_payloads(recording, rate_hz, samples),
@@ -91,10 +106,11 @@ def _samples(recording: Recording, topic: Topic, rate_hz: int) -> tuple[IntArray
     return samples[samples >= 0], rows[samples >= 0]
 
 
-def _field(recording: Recording, topic: Topic, name: str, columns: int) -> FloatArray:
+def _field(recording: Recording, topic: Topic, name: str, columns: int, finite: bool = True) -> FloatArray:
     values = recording.field(topic, name)
-    if values.shape[1] != columns or not np.all(np.isfinite(values)):
-        raise BagError(recording.path, f"/{topic.name}: {name}: expected {columns} finite numbers in every message")
+    if values.shape[1] != columns or (finite and not np.all(np.isfinite(values))):
+        kind = "finite numbers" if finite else "numbers"
+        raise BagError(recording.path, f"/{topic.name}: {name}: expected {columns} {kind} in every message")
     return values
 
 
@@ -116,8 +132,8 @@ def _rates(
         return [[] for _ in samples]
     vectors = recording.field(IMU_DATA, "angular_velocity").tolist()
     values = [scenario.imu.turn_rate((one[0], one[1], one[2])) for one in vectors]
-    late = scenario.imu.schedule(scenario.rate_hz).latency if lockstep else None
-    return _came(recording, IMU_DATA, values, scenario, samples, late)
+    arrival = _later_by(scenario.imu.schedule(scenario.rate_hz).latency) if lockstep else None
+    return _came(recording, IMU_DATA, _finite(values), scenario, samples, arrival, scenario.imu.clock_offset)
 
 
 def _elbows(
@@ -126,8 +142,35 @@ def _elbows(
     if not recording.count(PASSIVE_STATES):
         return [[] for _ in samples]
     values = recording.field(PASSIVE_STATES, "position")[:, 0].tolist()
-    late = scenario.passive.schedule(scenario.rate_hz).latency if lockstep else None
-    return _came(recording, PASSIVE_STATES, values, scenario, samples, late)
+    arrival = _later_by(scenario.passive.schedule(scenario.rate_hz).latency) if lockstep else None
+    return _came(recording, PASSIVE_STATES, _finite(values), scenario, samples, arrival)
+
+
+def _seen(recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool) -> list[list[PositionFix]]:
+    if not recording.count(VISION_PLATFORM):
+        return [[] for _ in samples]
+    rows = _field(recording, VISION_PLATFORM, "position", len(VISION_NAMES), finite=False).tolist()
+    values = [used(PlatformReading(*row)) for row in rows]
+    seen = [one if all(map(math.isfinite, one)) else None for one in values]
+    camera, rate_hz, seed = scenario.camera, scenario.rate_hz, scenario.plant.seed
+
+    def arrival(made: float) -> int | None:
+        # the stamp tells of the row of a rolling shutter that shows the platform, the exposure is the nearest one
+        every = camera.every(rate_hz)
+        frame = frame_of(camera, rate_hz, seed, every * round(made / every))
+        return frame.arrival if frame is not None and frame.arrival >= 0 else None
+
+    offset = camera.clock_offset
+    came = _came(recording, VISION_PLATFORM, seen, scenario, samples, arrival if lockstep else None, offset)
+    return [[PositionFix(moment, *value) for moment, value in readings] for readings in came]
+
+
+def _finite(values: Sequence[float]) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values]
+
+
+def _later_by(late: int) -> Arrival:
+    return lambda made: round(made) + late
 
 
 def _payloads(recording: Recording, rate_hz: int, samples: IntArray) -> dict[int, float]:
@@ -143,30 +186,37 @@ def _payloads(recording: Recording, rate_hz: int, samples: IntArray) -> dict[int
 
 
 def _came(
-    recording: Recording, topic: Topic, values: list[float], scenario: Scenario, samples: IntArray, late: int | None
-) -> list[list[tuple[float, float]]]:
+    recording: Recording,
+    topic: Topic,
+    values: Sequence[T | None],
+    scenario: Scenario,
+    samples: IntArray,
+    arrival: Arrival | None,
+    ahead: float = 0.0,
+) -> list[list[tuple[float, T]]]:
     """Return the late readings that came with each sample: those logged by the time of its estimate.
 
-    In lockstep each sample waits for its readings, which are `late` by so many samples, whenever they are logged.
-    Each is the moment of its stamp in samples, and its value. A simulated clock may be ahead of the samples. Of a
-    reading that was published repeatedly the first message counts.
+    In lockstep each sample waits for its readings, whenever they are logged: `arrival` tells which these are. Each is
+    the moment of its stamp in samples, and its value. The sensor's clock is `ahead` of the samples (s). Of a reading
+    that was published repeatedly the first message counts.
     """
-    came: list[list[tuple[float, float]]] = [[] for _ in samples]
+    came: list[list[tuple[float, T]]] = [[] for _ in samples]
     epoch = recording.epoch_ns
-    ahead = scenario.imu.clock_offset if topic == IMU_DATA else 0.0
     answered, rows = _samples(recording, JOINT_STATES, scenario.rate_hz)
     logged = np.maximum.accumulate(recording.log_times(JOINT_STATES)[rows])
     known: set[int] = set()
     for log_time, stamp, value in zip(
         recording.log_times(topic), recording.stamps(topic).tolist(), values, strict=True
     ):
-        if stamp in known or not math.isfinite(value):
+        if stamp in known or value is None:
             continue
         known.add(stamp)
         moment = moment_of_stamp(stamp, scenario.rate_hz, epoch)
         made = moment - ahead * scenario.rate_hz
-        if late is not None:
-            first = round(made) + late
+        if arrival is not None:
+            first = arrival(made)
+            if first is None:
+                continue
         else:
             answer = int(np.searchsorted(logged, log_time))
             if answer == len(answered):
@@ -175,4 +225,4 @@ def _came(
         row = int(np.searchsorted(samples, first))
         if row < len(came):
             came[row].append((moment, value))
-    return [sorted(readings) for readings in came]
+    return [sorted(readings, key=itemgetter(0)) for readings in came]

@@ -121,8 +121,9 @@ def _estimate(
             estimator.commanded(before, *record.commands[before])
     (q11, q21), (tau1, tau2) = record.angles[row].tolist(), record.torques[row].tolist()
     rates = record.rates[row] if scenario.gyro else []
+    seen = record.seen[row] if scenario.sees else []
     try:
-        return estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row])
+        return estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row], seen)
     except HomingContradicted as contradiction:
         raise InputError(f"{source}: {contradiction}") from contradiction
 
