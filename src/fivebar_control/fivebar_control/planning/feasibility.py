@@ -77,9 +77,12 @@ def screen(
         figures += [nearest] if nearest is not None else []
     if limits.approach > 0.0 and plan.crossings:
         figures.append(quickest_approach(plan, limits.approach / math.sqrt(feedback_of(follower).kp)))
-    if limits.loads.declared and plan.crossings:
-        figures.append(displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads))
-    return Feasibility(tuple(figures))
+    if not (limits.loads.declared and plan.crossings):
+        return Feasibility(tuple(figures))
+    judged = declared = displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads)
+    if limits.risk.load > 0.0:
+        declared = displaced(robot, plan, rate_hz, follower, limits, limits.loads)
+    return Feasibility((*figures, judged), declared.value)
 
 
 def quickest_approach(plan: Plan, limit: float) -> Figure:
@@ -156,7 +159,8 @@ def with_reserve(verdict: Feasibility, predicted: PredictedRun, limits: MotionLi
     """
     error = predicted.error
     run = Figure(WITH_RESERVE, error.value, limits.predicted_error, True, *error[1:], unit="m")
-    return Feasibility((*(figure for figure in verdict.figures if not (run.kept and figure.name == TORQUE)), run))
+    others = [figure for figure in verdict.figures if not (run.kept and figure.name == TORQUE)]
+    return verdict._replace(figures=(*others, run))
 
 
 def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, limits: MotionLimits) -> Feasibility:
@@ -172,7 +176,7 @@ def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, l
         figure(REQUEST, predicted.torque, limits.torque * (1.0 + REQUEST_TOLERANCE), "Nm"),
         figure(MODE_CHANGES, unplanned, 0.0),
     )
-    return Feasibility(verdict.figures + figures)
+    return verdict._replace(figures=verdict.figures + figures)
 
 
 def with_sensing(
@@ -194,13 +198,11 @@ def with_sensing(
     mirror, position, risk = estimate.mirror, estimate.position, limits.risk
     wrong_at_most = min(risk.wrong_mode, wrong_mode_probability(sensing.settings.mirror_deviations))
     error = predicted.error.value + estimate.exceeded_by(risk.position)
-    return Feasibility(
-        (
-            *verdict.figures,
-            Figure(WRONG_MODE, estimate.wrong_mode, wrong_at_most, True, *mirror[1:]),
-            Figure(UNCERTAINTY, error, limits.error_tolerance, True, *position[1:], unit="m"),
-        )
+    figures = (
+        Figure(WRONG_MODE, estimate.wrong_mode, wrong_at_most, True, *mirror[1:]),
+        Figure(UNCERTAINTY, error, limits.error_tolerance, True, *position[1:], unit="m"),
     )
+    return verdict._replace(figures=verdict.figures + figures)
 
 
 def _with_room(edge: float, room: float) -> float:

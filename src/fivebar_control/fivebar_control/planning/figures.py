@@ -93,9 +93,16 @@ WORTH_A_CHANGE = 0.9
 
 
 class Feasibility(NamedTuple):
-    """The verdict on a motion: one figure per limit, the worst of the motion each."""
+    """The verdict on a motion.
+
+    Attributes:
+        figures: one per limit, the worst of the motion each.
+        displacement: of the platform (m) by the declared loads, 0 without any. Motions are compared by it, since how
+            much of them is risked must not decide which motion is the better one.
+    """
 
     figures: tuple[Figure, ...]
+    displacement: float = 0.0
 
     @property
     def feasible(self) -> bool:
@@ -115,7 +122,7 @@ class Feasibility(NamedTuple):
         """
         distance = self._value(ERROR)
         estimate = max(self._value(UNCERTAINTY) - distance, 0.0)
-        return distance + math.hypot(estimate, self._value(LOADS))
+        return distance + math.hypot(estimate, self.displacement)
 
     def keeps_nearer_than(self, other: Feasibility) -> bool:
         """Return whether the platform is expected nearer to its reference, by a tenth at least, than in another."""

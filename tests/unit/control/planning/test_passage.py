@@ -17,7 +17,7 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import LOADS, Feasibility
-from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.limits import MotionLimits, Risk
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
 from fivebar_control.planning.passage import displacement, exposure, unavoidable
 from fivebar_control.planning.passage_response import LOST
@@ -186,6 +186,19 @@ def test_under_loads_the_planner_takes_the_time_law_that_keeps_nearer(
     ratio = verdicts[OPTIMAL].expected_distance / verdicts[QUINTIC].expected_distance
     assert transfer.course.time_law == chosen == (OPTIMAL if ratio < 0.9 else QUINTIC)
     assert transfer.feasibility.expected_distance == pytest.approx(verdicts[chosen].expected_distance)
+
+
+def test_motions_are_compared_by_all_declared_loads_whatever_part_of_them_is_risked() -> None:
+    course = Course(((0.0, 0.11), (0.0, 0.06)))
+    verdicts = {}
+    for risk in (0.0, 0.25):
+        task = Task(ROBOT, (1, -1), 500, UNIFIED, MotionLimits(loads=Loads(push=0.3), risk=Risk(load=risk)))
+        verdicts[risk] = task.judge_run(task.plan(course, (0.6,)))
+    assert verdicts[0.25].expected_distance == verdicts[0.0].expected_distance > 1e-4
+    judged, all_of_them = verdicts[0.25].figure(LOADS), verdicts[0.0].figure(LOADS)
+    assert judged is not None and all_of_them is not None
+    assert judged.value < 0.9 * all_of_them.value
+    assert all_of_them.value == verdicts[0.0].displacement == verdicts[0.25].displacement
 
 
 @pytest.mark.parametrize(

@@ -58,13 +58,15 @@ SLOW_GYRO = {**GYRO, "rate_hz": 100, "gyro_bandwidth_hz": 80.0}
 GYRO_WORDS = "gyroscope on the distal link of leg 2 (250 readings/s, 4 ms late, 0.01 rad/s noise, ±0.02 rad/s bias)"
 
 
-LOAD_RISK = 0.05
+LOAD_RISK = 0.25
 """Probability with which the declared loads, drawn as a rig's robots have them, may displace the platform by more than
-the tolerance. With 0.3 nearly all failures of `calibrated` are crossings that a strong push displaces."""
+the tolerance, where crossings are accepted. Motions are compared by the whole of these loads, so nearly all are exposed
+to less: of 2600 crossings of `calibrated` two in a hundred are accepted with this that 0.05 refuses, and one of those
+fails (docs/sweeps.md)."""
 
-MIDDLING_LOAD_RISK = 0.1
-"""The same for `middling`, of which fewer crossings have to succeed. With 0.05, 27 % of those that nothing else speaks
-against are refused for the loads, with this 18 %; three in four of either would succeed (docs/sweeps.md)."""
+SOFT_LOAD_RISK = 0.1
+"""The same for robots whose transmissions, loops and lengths leave less room: with 0.15 only 95.0 % of what is accepted
+of `middling` succeeds, with this 95.9 %."""
 
 
 class RobotDistribution(NamedTuple):
@@ -418,7 +420,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {MIDDLING.words()}",
             NOT_HERE,
             MIDDLING,
-            sections=with_gyro(MIDDLING, FOR_MIDDLING, gains(4900.0, 140.0), load_risk=MIDDLING_LOAD_RISK),
+            sections=with_gyro(MIDDLING, FOR_MIDDLING, gains(4900.0, 140.0), load_risk=SOFT_LOAD_RISK),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
             required=0.95,
@@ -428,7 +430,7 @@ RIGS = {
             f"{GYRO_WORDS} and {ENCODERS_WORDS}; {POOR.words()}",
             NOT_HERE,
             POOR,
-            sections=with_gyro(POOR, FOR_ELASTIC, FOR_POOR),
+            sections=with_gyro(POOR, FOR_ELASTIC, FOR_POOR, load_risk=SOFT_LOAD_RISK),
             blended=FOR_BLENDED,
             tracking_limit=TRACKING_LIMIT,
             laws=softened(FOR_POOR),
