@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+import time
+
 import pytest
 
+from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.studies.bench.estimator_speed import estimator_us
 from fivebar_bringup.studies.bench.processes import GraphSpeed
 from fivebar_bringup.studies.bench.real_time import real_time_rows
 from fivebar_bringup.studies.bench.series import FIGURES, KINDS, RUNS, Series, chosen, series_row
@@ -24,6 +29,19 @@ def test_each_figure_of_real_time_stands_beside_that_of_a_bare_loop() -> None:
     assert bare.startswith("0.05 ms median") and bare.endswith("6.50 ms at most")
     assert target == "at most 0.45 ms median, 1.00 ms p99"
     assert [target for name, (_, _, target) in rows.items() if name.startswith("processor")] == ["at most 0.45 ms", ""]
+
+
+def test_only_an_estimator_has_a_speed() -> None:
+    with pytest.raises(ValueError, match=r"^middle: estimator none: expected ekf$"):
+        estimator_us(load_scenario("middle"))
+
+
+def test_the_speed_of_the_estimator_is_in_microseconds_per_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    short = load_scenario("gyro_middle").model_copy(update={"segment_duration": 0.5})
+    calls = itertools.count()
+    monkeypatch.setattr(time, "perf_counter", lambda: 3e-6 * next(calls))
+    assert estimator_us(short) == pytest.approx(3.0)
+    assert next(calls) == 2 * (short.plan().path.samples(short.rate_hz) + 1)
 
 
 def test_a_bare_loop_notes_every_beat() -> None:

@@ -9,11 +9,15 @@ from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
+from fivebar_bringup.studies.bench.estimator_speed import estimator_us
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.laws import plain_speed
 from fivebar_bringup.studies.bench.processes import HOPS, bare_chain_p50_ms, graph_speed, stamp
 from fivebar_bringup.studies.bench.real_time import real_time_rows
 from fivebar_bringup.studies.bench.stalls import bare_loop
+
+ESTIMATED = {"from encoders": "middle_encoders", "with a gyroscope": "gyro_middle"}
+"""Scenarios on which the estimator is measured, by what it has."""
 
 
 def main() -> None:
@@ -23,6 +27,7 @@ def main() -> None:
     with console.status("plain code, then the bare ring, the node graph, and the ring again"):
         plain = plain_speed(scenario)
         engine = engine_speed(scenario)
+        estimators = {words: estimator_us(load_scenario(name)) for words, name in ESTIMATED.items()}
         ring_before = bare_chain_p50_ms()
         longer = scenario.model_copy(update={"segment_duration": 5.0})
         graph = graph_speed(longer, Mode.LOCKSTEP)
@@ -35,6 +40,8 @@ def main() -> None:
     table = Table("what", "measured", "target", title=f"Measured {stamp()}, side by side in one run")
     table.add_row("closed loop without ROS", f"{plain.realtime_factor:.1f} x real time", "at least 8")
     table.add_row("all control laws, uncompiled", f"{plain.laws_us:.1f} us per sample", "at most 60")
+    for words, microseconds in estimators.items():
+        table.add_row(f"compiled estimator, {words}", f"{microseconds:.0f} us per sample", "at most 60")
     table.add_row("node graph in lockstep", f"{graph.realtime_factor:.2f} x real time", "at least 0.5")
     table.add_row("cycle of the graph", f"{graph.cycle_p50_ms:.2f} ms median, {graph.cycle_p99_ms:.2f} ms p99", "")
     table.add_row(f"bare ring of {HOPS} nodes", f"{ring_before:.2f} and {ring_after:.2f} ms median", "")

@@ -1,0 +1,35 @@
+"""The speed of the state estimator as its node runs it: its step as machine code."""
+
+from __future__ import annotations
+
+import statistics
+import time
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.estimator import estimator_of
+from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.estimation.compiled import compiled_step
+
+
+def estimator_us(scenario: Scenario) -> float:
+    """Return the median time (us) that the estimator takes for a sample, given what it is given in a scenario's run.
+
+    Nothing else runs between the samples, so that the processor's caches keep what the filter needs.
+
+    Raises:
+        ValueError: the scenario has no estimator.
+    """
+    if not scenario.estimated:
+        raise ValueError(f"{scenario.name}: estimator none: expected ekf")
+    estimator = estimator_of(scenario, compiled_step())
+    estimator.warm_up()
+    taken = []
+    for sample in simulate(scenario).samples:
+        assert sample.estimated is not None
+        (q11, q21), (tau1, tau2) = sample.estimated.motors
+        rates = [(one.made, scenario.imu.turn_rate(one.reading.angular_velocity)) for one in sample.imu]
+        began = time.perf_counter()
+        estimator.take(sample.number, q11, q21, tau1, tau2, rates if scenario.gyro else ())
+        taken.append(time.perf_counter() - began)
+        estimator.commanded(sample.number, *sample.command)
+    return statistics.median(taken) * 1e6
