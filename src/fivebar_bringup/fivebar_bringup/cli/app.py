@@ -103,12 +103,17 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
         yield update
 
 
+def _in_millimetres(distance: float) -> str:
+    """Return a distance (m) to the hundredth of a millimetre, what is smaller by its first digit."""
+    return f"{1e3 * distance:.2f} mm" if distance >= 1e-5 else f"{1e3 * distance:.1g} mm"
+
+
 def verdict_of(summary: Summary) -> str:
     """Return whether a run was completed and within which error, with the console's colours."""
     if not summary.completed:
         return "[red]not completed[/red]"
     error, tolerance = summary.tracking_error_peak_m, summary.error_tolerance_m
-    within = f"at most {(error or 0.0) * 1e3:.2f} mm from the reference"
+    within = f"at most {_in_millimetres(error or 0.0)} from the reference"
     if summary.overruns is not None:
         samples = "sample" if summary.overruns == 1 else "samples"
         within += f", {summary.overruns} {samples} late and {summary.missing_samples} missing"

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import pytest
 
+from fivebar_bringup.cli.app import verdict_of
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
 from fivebar_bringup.report.timing import RunTiming, read_timing
@@ -131,6 +133,21 @@ def summary_of(directory: Path, scenario: Scenario = DOWN, timing: RunTiming | N
 def strict_json(summary: Summary) -> dict[str, object]:
     content: dict[str, object] = json.loads(json.dumps(summary.as_json(), allow_nan=False))
     return content
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (1.5e-4, "at most 0.15 mm"),
+        (9.96e-3, "at most 9.96 mm"),
+        # 0.00 would say that there is none
+        (2.7e-6, "at most 0.003 mm"),
+        (4e-8, "at most 4e-05 mm"),
+    ],
+)
+def test_the_verdict_tells_even_a_small_error(record: Record, error: float, words: str) -> None:
+    summary = replace(summary_of(record()), tracking_error_peak_m=error)
+    assert words in verdict_of(summary)
 
 
 def test_a_perfect_run_is_completed(record: Record) -> None:
