@@ -229,6 +229,10 @@ class SupervisorSettings(NamedTuple):
     ] = CONDITION
 
 
+SHORTEST_DEADLINE_MS = 1.0
+"""The least that the blender takes for the deadline of the candidates (ms)."""
+
+
 class BlenderSettings(NamedTuple):
     """The blender, in addition to the limits of `SafetySettings`."""
 
@@ -247,7 +251,7 @@ class BlenderSettings(NamedTuple):
         Setting(
             "Timeout for the candidates of a sample, on the steady clock; then zero torque and a fault.",
             "ms",
-            at_least=1.0,
+            at_least=SHORTEST_DEADLINE_MS,
             at_most=60_000.0,
         ),
     ] = 2000.0

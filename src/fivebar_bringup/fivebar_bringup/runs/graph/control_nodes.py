@@ -15,6 +15,7 @@ from fivebar_control.ros.node_settings import (
     CONTINUE,
     HOLD,
     NOT_OF_THE_GUARD,
+    SHORTEST_DEADLINE_MS,
     ZONE_PREFIX,
     BlenderSettings,
     GoalSettings,
@@ -46,9 +47,6 @@ from fivebar_description.settings import to_parameters
 
 LOCKSTEP_DEADLINE_MS = 2000.0
 """Timeout for a candidate torque in lockstep (ms)."""
-
-SHORTEST_DEADLINE_MS = 1.0
-"""The least that the blender takes for a candidate's deadline."""
 
 EARLY = 0.25
 """Of a period, by which the candidates' deadline comes before a whole number of periods: the blender looks at it when
