@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.run import RunFailed
@@ -103,17 +104,12 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
         yield update
 
 
-def _in_millimetres(distance: float) -> str:
-    """Return a distance (m) to the hundredth of a millimetre, what is smaller by its first digit."""
-    return f"{1e3 * distance:.2f} mm" if distance >= 1e-5 else f"{1e3 * distance:.1g} mm"
-
-
 def verdict_of(summary: Summary) -> str:
     """Return whether a run was completed and within which error, with the console's colours."""
     if not summary.completed:
         return "[red]not completed[/red]"
     error, tolerance = summary.tracking_error_peak_m, summary.error_tolerance_m
-    within = f"at most {_in_millimetres(error or 0.0)} from the reference"
+    within = f"at most {in_millimetres(error or 0.0)} from the reference"
     if summary.overruns is not None:
         samples = "sample" if summary.overruns == 1 else "samples"
         within += f", {summary.overruns} {samples} late and {summary.missing_samples} missing"

@@ -32,6 +32,11 @@ def plain(value: float | None, unit: str) -> str:
     return f"{value:#.3g}".rstrip(".") + f" {unit}"
 
 
+def in_millimetres(distance: float) -> str:
+    """Return a distance (m) to the hundredth of a millimetre, a smaller one by its first digit."""
+    return f"{1e3 * distance:.2f} mm" if distance >= 1e-5 else f"{1e3 * distance:.1g} mm"
+
+
 def _three_digits(value: float) -> str:
     decimals = 2 if abs(value) < 9.995 else 1 if abs(value) < 99.95 else 0
     return f"{value:.{decimals}f}"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import Scripts
-from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.pages.units import engineering, in_millimetres, plain
 from fivebar_bringup.report.summary import MotorPair, Summary
 from fivebar_bringup.report.thesis import thesis_figures
 from fivebar_bringup.scenario import Scenario
@@ -32,6 +32,7 @@ def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture],
         setting=_setting(summary),
         scenario=scenario,
         summary=summary,
+        error=in_millimetres(summary.tracking_error_peak_m or 0.0),
         metrics=list(_metrics(scenario, summary)),
         pictures=pictures,
         scripts=replay,

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.cli.app import verdict_of
+from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
 from fivebar_bringup.report.timing import RunTiming, read_timing
@@ -147,7 +148,8 @@ def strict_json(summary: Summary) -> dict[str, object]:
 )
 def test_the_verdict_tells_even_a_small_error(record: Record, error: float, words: str) -> None:
     summary = replace(summary_of(record()), tracking_error_peak_m=error)
-    assert words in verdict_of(summary)
+    assert f"{words} from the reference" in verdict_of(summary)
+    assert f"{words} from the reference" in html_page(DOWN, summary, ())
 
 
 def test_a_perfect_run_is_completed(record: Record) -> None:
