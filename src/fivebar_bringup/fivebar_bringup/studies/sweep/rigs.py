@@ -64,8 +64,8 @@ the tolerance. The planner aims at less, so few of the crossings that it makes c
 accepted with this that 0.05 refuses, of which 60 are a success (docs/sweeps.md)."""
 
 SOFT_LOAD_RISK = 0.1
-"""The same for robots whose transmissions, loops and lengths leave less room: with 0.15 only 95.0 % of what is accepted
-of `middling` succeeds, with this 95.9 %."""
+"""The same for robots whose transmissions, loops and lengths leave less room: with 0.15 only 95.1 % of what is accepted
+of `middling` succeeds, with this 96.0 %."""
 
 
 class RobotDistribution(NamedTuple):
