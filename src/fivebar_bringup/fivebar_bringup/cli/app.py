@@ -109,7 +109,7 @@ def verdict_of(summary: Summary) -> str:
     if not summary.completed:
         return "[red]not completed[/red]"
     error, tolerance = summary.tracking_error_peak_m, summary.error_tolerance_m
-    within = f"at most {in_millimetres(error or 0.0)} from the reference"
+    within = f"at most {in_millimetres(error)} from the reference"
     if summary.overruns is not None:
         samples = "sample" if summary.overruns == 1 else "samples"
         within += f", {summary.overruns} {samples} late and {summary.missing_samples} missing"

@@ -32,8 +32,10 @@ def plain(value: float | None, unit: str) -> str:
     return f"{value:#.3g}".rstrip(".") + f" {unit}"
 
 
-def in_millimetres(distance: float) -> str:
-    """Return a distance (m) to the hundredth of a millimetre, a smaller one by its first digit."""
+def in_millimetres(distance: float | None) -> str:
+    """Return a distance (m) to the hundredth of a millimetre, a smaller one by its first digit, or a dash."""
+    if distance is None:
+        return "–"
     return f"{1e3 * distance:.2f} mm" if distance >= 1e-5 else f"{1e3 * distance:.1g} mm"
 
 

@@ -12,7 +12,7 @@ from fivebar_control.estimation.compiled import compiled_step
 
 
 def estimator_us(scenario: Scenario) -> float:
-    """Return the median time (us) that the estimator takes for a sample, given what it is given in a scenario's run.
+    """Return the median time (us) that the estimator takes for a sample of a scenario's run: motors and gyroscope.
 
     Nothing else runs between the samples, so that the processor's caches keep what the filter needs.
 
