@@ -119,7 +119,7 @@ def commands_page() -> str:
     context = typer.Context(group, info_name="fivebar")
     parts = ["# Commands\n\nExit status 0: completed; 1: the run failed; 2: bad input or a refused motion.\n"]
     for name in group.list_commands(context):
-        command = group.get_command(context, name)
+        command = group.get_command(context, name).help_filled()
         inner = typer.Context(command, info_name=name, parent=context)
         parts.append(f"## fivebar {name}\n\n{command.help}\n\n| | |\n|---|---|")
         rows = [one.get_help_record(inner) for one in command.get_params(inner) if one.name != "help"]

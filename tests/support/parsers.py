@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from fivebar_bringup.cli.migrate import migrated_file
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.live.commands import CommandRefused, read_command
+from fivebar_bringup.migration import migrated_file
 from fivebar_bringup.report.timing import read_timing
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.scenario import Scenario

@@ -11,16 +11,22 @@
 `fivebar_description`, `fivebar_control`, `fivebar_sim` and `fivebar_bringup`, change more freely.
 """
 
-from fivebar.motion import Motion, controllers, load_scenario, plan, scenarios
-from fivebar.picture import Drawing
-from fivebar.robot import Posture, Robot, load_robot
-from fivebar.run import Run, load_run, simulate
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.bag.recording import BagError
-from fivebar_bringup.scenario import Scenario
-from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_description.strict_yaml import InputError
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fivebar.motion import Motion, controllers, load_scenario, plan, scenarios
+    from fivebar.picture import Drawing
+    from fivebar.robot import Posture, Robot, load_robot
+    from fivebar.run import Run, load_run, simulate
+    from fivebar_bringup.errors import BagError
+    from fivebar_bringup.report.series import RunSeries
+    from fivebar_bringup.report.summary import Summary
+    from fivebar_bringup.scenario import Scenario
+    from fivebar_control.trajectory.planner import PlanRefused
+    from fivebar_description.errors import InputError
 
 __all__ = [
     "BagError",
@@ -42,3 +48,31 @@ __all__ = [
     "scenarios",
     "simulate",
 ]
+
+_PLACES = {
+    "fivebar.motion": ("Motion", "controllers", "load_scenario", "plan", "scenarios"),
+    "fivebar.picture": ("Drawing",),
+    "fivebar.robot": ("Posture", "Robot", "load_robot"),
+    "fivebar.run": ("Run", "load_run", "simulate"),
+    "fivebar_bringup.errors": ("BagError",),
+    "fivebar_bringup.report.series": ("RunSeries",),
+    "fivebar_bringup.report.summary": ("Summary",),
+    "fivebar_bringup.scenario": ("Scenario",),
+    "fivebar_control.trajectory.planner": ("PlanRefused",),
+    "fivebar_description.errors": ("InputError",),
+}
+"""The modules of the public names, which are loaded when a name is first asked for."""
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name, and load its module."""
+    for module, names in _PLACES.items():
+        if name in names:
+            globals()[name] = found = getattr(import_module(module), name)
+            return found
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Return all names, also those that are not loaded yet."""
+    return sorted({*globals(), *__all__})

@@ -58,6 +58,9 @@ NANOSECONDS = 1_000_000_000
 HIGHEST_PRIORITY = 98
 """Highest real-time priority that a node takes: 99 is the kernel's own."""
 
+DEFAULT_PRIORITY = 50
+"""Default SCHED_FIFO priority of the control chain in real time, that of threaded interrupt handlers."""
+
 
 class Qos(NamedTuple):
     """Quality of service of a topic; all topics are reliable and keep the last `depth` messages."""

@@ -6,7 +6,7 @@ import importlib.util
 import sys
 from pathlib import Path
 
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.errors import InputError
 
 
 def share_file(package: str, *parts: str) -> Path:

@@ -10,16 +10,14 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from fivebar_description.errors import InputError as InputError
+
 M = TypeVar("M", bound="StrictModel")
 
 DEEPEST_NESTING = 100
 """Levels of a text whose nodes are asked for; the parser's time grows with their square."""
 
 NESTED_TOO_DEEPLY = "is nested too deeply"
-
-
-class InputError(ValueError):
-    """Invalid user input: one line that names the place, the value and what was expected."""
 
 
 class StrictModel(BaseModel):

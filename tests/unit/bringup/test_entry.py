@@ -1,12 +1,49 @@
-"""The entry point of the `fivebar` command: an interrupt while it loads."""
+"""The entry point of the `fivebar` command: what it loads, and an interrupt while it does."""
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
+from typing import Any
 
 import pytest
+
+import fivebar
+
+LIBRARIES = {
+    "numpy", "scipy", "numba", "pinocchio", "matplotlib", "pydantic", "yaml", "ruamel", "rosbags", "mcap", "rclpy",
+    "cv2", "mujoco", "toppra", "multiprocessing", "asyncio",
+}  # fmt: skip
+"""Packages that take long to load."""
+
+LOADED = """
+import contextlib, io, json, sys
+
+import typer
+from fivebar_bringup.cli.main import app
+
+loaded = {}
+
+def invoked(*words):
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        try:
+            app(words)
+        except SystemExit as exit:
+            status = exit.code
+    loaded[" ".join(words)] = status, sorted({name.partition(".")[0] for name in sys.modules})
+
+invoked("--version")
+invoked("--help")
+invoked("--no-such-option")
+invoked("no-such-command")
+names = list(typer.main.get_command(app).commands)
+# negative numbers are arguments of these, and so is an option that they do not have
+for name in sorted(names, key=lambda name: name in ("goto", "posture")):
+    invoked(name, "--no-such-option")
+print(json.dumps(loaded))
+"""
 
 INTERRUPTED = """
 import os, signal, sys
@@ -34,3 +71,27 @@ def test_an_interrupt_while_the_command_loads_ends_it_without_a_traceback_unless
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert (done.returncode, done.stderr) == (status, "")
     assert ("crossing" in done.stdout) == shown
+
+
+def loaded_by(program: str) -> Any:
+    """Return what a program prints as JSON, run by itself."""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=True)
+    return json.loads(done.stdout)
+
+
+def test_help_version_and_a_mistyped_option_load_no_library() -> None:
+    loaded: dict[str, tuple[int, list[str]]] = loaded_by(LOADED)
+    assert len(loaded) > 20
+    for words, (status, names) in loaded.items():
+        assert status == (0 if words in ("--version", "--help") else 2), words
+        # typer converts numbers by pydantic, which a coordinate or an angle needs
+        allowed = {"pydantic"} if words.startswith(("goto", "posture")) else set()
+        assert set(names) & LIBRARIES <= allowed, words
+
+
+def test_the_library_loads_what_is_asked_of_it() -> None:
+    names = loaded_by("import fivebar, json, sys; print(json.dumps([*sys.modules]))")
+    assert not {name.partition(".")[0] for name in names} & {*LIBRARIES, "fivebar_bringup", "fivebar_control"}
+    assert {getattr(fivebar, name).__name__ for name in fivebar.__all__} == set(fivebar.__all__) <= set(dir(fivebar))
+    with pytest.raises(AttributeError, match="no_such_name"):
+        fivebar.no_such_name  # noqa: B018

@@ -1,29 +1,48 @@
-"""Shared by the subcommands: the application, common options, exit statuses, errors and progress."""
+"""Shared by the subcommands: the application, common options, exit statuses, errors and progress.
+
+Modules of this package declare commands and load what these work with in their bodies, so that help, version and a
+mistyped option need nothing of it.
+"""
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from typer.core import TyperCommand, TyperGroup
 
+from fivebar_bringup.cli.words import filled
+from fivebar_bringup.errors import BagError, RunFailed
 from fivebar_bringup.pages.units import in_millimetres
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.bag.recording import BagError
-from fivebar_bringup.runs.run import RunFailed
-from fivebar_bringup.scenario_files import shipped_scenarios
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import ResumableInterrupt
-from fivebar_description.strict_yaml import InputError
+
+if TYPE_CHECKING:
+    from fivebar_bringup.report.summary import Summary
 
 COMPLETED, FAILED, BAD_INPUT = 0, 1, 2
 
+
+class Commands(TyperGroup):
+    """All subcommands."""
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """Return the option `--help`, off where it is not given: to convert None typer would load pydantic."""
+        option = super().get_help_option(ctx)
+        if option is not None:
+            option.default = False
+        return option
+
+
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
@@ -31,9 +50,30 @@ app = typer.Typer(
 )
 console = Console(stderr=True)
 
+
+class Subcommand(TyperCommand):
+    """A subcommand whose options' help has its words filled in where it is shown."""
+
+    def help_filled(self) -> Subcommand:
+        """Fill in the words, and return the command."""
+        for parameter in self.params:
+            text = getattr(parameter, "help", None)
+            if text:
+                vars(parameter)["help"] = filled(text)
+        return self
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help."""
+        super(Subcommand, self.help_filled()).format_help(ctx, formatter)
+
+
+def command(name: str | None = None, **settings: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return the decorator of a subcommand's function, named like it unless another name is given."""
+    return app.command(name, cls=Subcommand, **settings)
+
+
 ScenarioArgument = Annotated[
-    str,
-    typer.Argument(metavar="SCENARIO", help=f"A YAML file, or a shipped scenario: {', '.join(shipped_scenarios())}."),
+    str, typer.Argument(metavar="SCENARIO", help="A YAML file, or a shipped scenario: {scenarios}.")
 ]
 OutOption = Annotated[
     Path | None,
@@ -75,8 +115,11 @@ def _options(
 def input_errors() -> Iterator[None]:
     """Turn bad input, and a run without a result, into one line on standard error and exit status 2 or 1.
 
-    An interrupt of what can be resumed says so in one line, and goes on.
+    An interrupt of what can be resumed says so in one line, and goes on. From here on any is a KeyboardInterrupt;
+    before, while the command was loaded, it ended the process.
     """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         yield
     except (InputError, BagError) as error:
@@ -93,6 +136,8 @@ def input_errors() -> Iterator[None]:
 @contextmanager
 def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
     """Show how many samples are done, on standard error."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     # no bar in a file or a pipe, where it would be a stray line beside the errors
     with Progress(*columns, console=console, disable=quiet or not console.is_terminal) as progress:

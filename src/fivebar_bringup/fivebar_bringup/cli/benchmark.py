@@ -11,25 +11,18 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
+from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
-from fivebar_bringup.runs.results import finite
-from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
-from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.strict_yaml import read_text
-
-ITS_RIGS = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
-"""The rigs of the robot whose crossings the benchmark has."""
 
 
-@app.command()
+@command()
 def benchmark(
     rigs: Annotated[
-        str, typer.Option("--rigs", help=f"Whose robots: some of {','.join(ITS_RIGS)} (docs/sweeps.md).")
+        str, typer.Option("--rigs", help="Whose robots: some of {benchmark_rigs} (docs/sweeps.md).")
     ] = "ideal",
     controllers: Annotated[
-        str | None, typer.Option("--controllers", help=f"Some of {','.join(CONTROLLERS)} [default: all]")
+        str | None, typer.Option("--controllers", help="Some of {controllers} [default: all]")
     ] = None,
     crossings: Annotated[
         int | None, typer.Option("--crossings", min=1, help="Only the first so many crossings. [default: all]")
@@ -53,11 +46,15 @@ def benchmark(
 
     Example: `fivebar benchmark --score mine.csv`
     """
-    # here, because they load matplotlib
+    from fivebar_bringup.runs.results import finite
     from fivebar_bringup.studies.benchmark.crossings import benchmark as crossings_of
     from fivebar_bringup.studies.benchmark.running import run_benchmark
     from fivebar_bringup.studies.benchmark.scoring import RULES, read_results, scores
+    from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
+    from fivebar_control.laws.registry import CONTROLLERS
+    from fivebar_description.strict_yaml import read_text
 
+    its_rigs = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
     with input_errors(), keyboard_interrupts():
         every = crossings_of()
         wanted = every[: len(every) if crossings is None else crossings]
@@ -68,7 +65,7 @@ def benchmark(
             with progress_bar("benchmark", as_json) as progress:
                 results = run_benchmark(
                     out if out is not None else Path("benchmark.csv"),
-                    chosen("--rigs", rigs, ITS_RIGS),
+                    chosen("--rigs", rigs, its_rigs),
                     names,
                     len(wanted),
                     jobs if jobs is not None else os.cpu_count() or 1,

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors
-from fivebar_bringup.studies.calibrate.calibrate import DRIVES_FILE, ROBOT_FILE, calibrate_bag, write_calibration
-from fivebar_bringup.studies.calibrate.page import quality_rows
-from fivebar_bringup.studies.calibrate.result import INTERVALS, CalibrationResult
+from fivebar_bringup.cli.app import JsonOption, command, input_errors
 from fivebar_description.interrupts import keyboard_interrupts
 
+if TYPE_CHECKING:
+    from fivebar_bringup.studies.calibrate.result import CalibrationResult
 
-@app.command()
+
+@command()
 def calibrate(
     bags: Annotated[
         list[Path], typer.Argument(metavar="BAG...", help="Bags, or directories of runs, all of the same robot.")
@@ -59,6 +59,9 @@ def calibrate(
 
     Example: `fivebar calibrate runs/moved`, of a run made by `fivebar simulate calibration --out runs/moved`
     """
+    from fivebar_bringup.studies.calibrate.calibrate import DRIVES_FILE, ROBOT_FILE, calibrate_bag, write_calibration
+    from fivebar_bringup.studies.calibrate.page import quality_rows
+
     with input_errors(), keyboard_interrupts():
         result = calibrate_bag(bags[0], robot, touched, encoders_only, camera)
         for bag in bags[1:]:
@@ -80,6 +83,8 @@ def calibrate(
 
 
 def _table(result: CalibrationResult) -> Table:
+    from fivebar_bringup.studies.calibrate.result import INTERVALS
+
     table = Table("parameter", "before", f"calibrated, {INTERVALS}", "unit", box=None)
     for one in result.parameters():
         table.add_row(one.name, f"{one.before:g}", one.text(), one.unit)

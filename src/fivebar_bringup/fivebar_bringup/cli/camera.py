@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors
+from fivebar_bringup.cli.app import JsonOption, command, input_errors
 
 
-@app.command(name="camera-calibrate")
+@command("camera-calibrate")
 def camera_calibrate(
     pictures: Annotated[
         list[Path] | None,
@@ -37,7 +37,6 @@ def camera_calibrate(
 
     Example: `fivebar camera-calibrate --board board.png`, print it, then `fivebar camera-calibrate pictures/`
     """
-    # OpenCV takes a fifth of a second to load, and no other subcommand needs it to begin
     from fivebar_bringup.studies.camera import Board, calibrate_files, calibrate_simulated, write_board
 
     with input_errors():

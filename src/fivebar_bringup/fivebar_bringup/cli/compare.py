@@ -13,11 +13,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
-from fivebar_bringup.scenario_files import load_scenario
-from fivebar_control.laws.registry import CONTROLLERS, find_controller
+from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.strict_yaml import InputError
 
 LONGEST = 60.0
 """Duration of a segment (s) above which a typing error is more likely."""
@@ -26,7 +24,7 @@ COLOURS = {True: "green", False: "red", None: "yellow"}
 WORDS = {True: "met", False: "not met", None: "not known"}
 
 
-@app.command()
+@command()
 def compare(
     scenarios: Annotated[
         list[str] | None,
@@ -37,7 +35,7 @@ def compare(
     ] = None,
     controllers: Annotated[
         str | None,
-        typer.Option("--controllers", help=f"Some of {','.join(CONTROLLERS)}, or my_package.my_law:LAW [default: all]"),
+        typer.Option("--controllers", help="Some of {controllers}, or my_package.my_law:LAW [default: all]"),
     ] = None,
     durations: Annotated[
         str | None, typer.Option("--durations", help="Of every segment, in seconds [default: 0.5,1,2,3]")
@@ -64,10 +62,11 @@ def compare(
 
     Example: `fivebar compare middle --durations 0.5,1 --rigs ideal,realistic --out runs/compared`
     """
-    # here, because they load matplotlib
+    from fivebar_bringup.scenario_files import load_scenario
     from fivebar_bringup.studies.compare.cases import ComparisonExtent
     from fivebar_bringup.studies.compare.compare import compare as make
     from fivebar_bringup.studies.compare.rigs import RIG_NAMES
+    from fivebar_control.laws.registry import CONTROLLERS
 
     with input_errors(), keyboard_interrupts():
         names = scenarios or (["middle"] if quick else ["middle", "multiple"])
@@ -102,6 +101,8 @@ def _controllers(text: str) -> tuple[str, ...]:
     Raises:
         InputError: one of them is not known.
     """
+    from fivebar_control.laws.registry import find_controller
+
     try:
         return tuple(dict.fromkeys(find_controller(name.strip()).name for name in text.split(",")))
     except InputError as error:

@@ -1,4 +1,4 @@
-"""The entry point of the `fivebar` command, which loads nothing large before an interrupt has a defined outcome."""
+"""The entry point of the `fivebar` command: nothing large is loaded before an interrupt has a defined outcome."""
 
 from __future__ import annotations
 
@@ -6,13 +6,10 @@ import signal
 
 
 def main() -> None:
-    """Load and run the command; Ctrl-C while it loads, which takes a second, ends it without a traceback."""
+    """Load and run the command; Ctrl-C while it loads, up to `input_errors`, ends it without a traceback."""
     # an ignored interrupt, as of a job in the background, stays ignored
-    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if heard:
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     from fivebar_bringup.cli.main import main as run
 
-    if heard:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
     run()

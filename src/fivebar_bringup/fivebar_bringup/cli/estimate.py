@@ -10,12 +10,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors
-from fivebar_bringup.studies.estimate.estimate import estimate_bag, write_estimation
+from fivebar_bringup.cli.app import JsonOption, command, input_errors
 from fivebar_description.interrupts import keyboard_interrupts
 
 
-@app.command()
+@command()
 def estimate(
     bag: Annotated[Path, typer.Argument(metavar="BAG", help="A bag, or the directory of a run, with estimator ekf.")],
     settings: Annotated[
@@ -43,6 +42,8 @@ def estimate(
 
     Example: `fivebar estimate runs/first --set ekf.gyro_noise=0.02 --set tolerances.length=1e-4`
     """
+    from fivebar_bringup.studies.estimate.estimate import estimate_bag, write_estimation
+
     with input_errors(), keyboard_interrupts():
         estimation = estimate_bag(bag, file, settings or [], scenario)
         directory = write_estimation(estimation, out)

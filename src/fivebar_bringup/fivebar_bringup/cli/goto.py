@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -21,40 +21,21 @@ from fivebar_bringup.cli.app import (
     OwnDomainOption,
     RealtimeOption,
     ScenarioArgument,
-    app,
+    command,
     input_errors,
     progress_bar,
     verdict_of,
 )
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
-from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.namespace import read_namespace
-from fivebar_bringup.runs.offline import run_offline
-from fivebar_bringup.runs.run import run_with_ros
-from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.studies.goto.live import goal_fields, request_live
-from fivebar_bringup.studies.goto.request import (
-    CONTROLLERS,
-    Request,
-    check_positive,
-    plan_request,
-    scenario_of,
-    within_drives,
-)
-from fivebar_bringup.studies.goto.stand import stand as rest
-from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after, start_seen
-from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
-from fivebar_bringup.studies.goto.transfer_report import show
-from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.timing import Speed
-from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_control.trajectory.rounded import RESTS, radii_at
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.robot_file import read_robot
-from fivebar_description.strict_yaml import InputError
+
+if TYPE_CHECKING:
+    from fivebar_bringup.report.summary import Summary
+    from fivebar_bringup.runs.run_directory import RunDirectory
+    from fivebar_bringup.studies.goto.start import Start
 
 DEFAULT_CONTROLLER = "unified"
 """Of a motion that `goto` runs itself."""
@@ -70,7 +51,7 @@ OF_ITS_OWN = (
 
 
 # a negative coordinate must not be taken for an option
-@app.command(context_settings={"ignore_unknown_options": True})
+@command(context_settings={"ignore_unknown_options": True})
 def goto(
     x: Annotated[float, typer.Argument(help="Goal, m.")],
     y: Annotated[float, typer.Argument(help="Goal, m.")],
@@ -92,7 +73,7 @@ def goto(
     ] = None,
     start_mode: Annotated[
         tuple[int, int] | None,
-        typer.Option("--from-mode", metavar="S1 S2", help=f"Its elbow sides [default: {HOME_MODE[0]} {HOME_MODE[1]}]"),
+        typer.Option("--from-mode", metavar="S1 S2", help="Its elbow sides [default: {home_mode}]"),
     ] = None,
     after: Annotated[
         Path | None, typer.Option("--after", metavar="DIR", help="Begin where the run in DIR has ended.")
@@ -102,20 +83,18 @@ def goto(
         typer.Option("--seen", metavar="SCENARIO", help="Begin where the camera of this scenario sees the robot."),
     ] = None,
     controller: Annotated[
-        str | None, typer.Option(help=f"One of {', '.join(CONTROLLERS)} [default: {DEFAULT_CONTROLLER}]")
+        str | None, typer.Option(help=f"One of {{crossing_controllers}} [default: {DEFAULT_CONTROLLER}]")
     ] = None,
     robot: Annotated[
         str | None, typer.Option(help="A shipped robot, or a parameter file [default: dextar, or that of --after]")
     ] = None,
     torque_limit: Annotated[
         float | None,
-        typer.Option(help=f"Of both motors, Nm [default: that of the robot's file, else {MotionLimits().torque:g}]"),
+        typer.Option(help="Of both motors, Nm [default: that of the robot's file, else {torque_limit}]"),
     ] = None,
     speed_limit: Annotated[
         float | None,
-        typer.Option(
-            help=f"Of both motors, rad/s [default: that of the robot's file, else {MotionLimits().motor_speed:g}]"
-        ),
+        typer.Option(help="Of both motors, rad/s [default: that of the robot's file, else {speed_limit}]"),
     ] = None,
     duration: Annotated[
         float | None, typer.Option(help="Of the whole motion, s [default: comfortably within the limits]")
@@ -166,6 +145,16 @@ def goto(
 
     Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
     """
+    from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
+    from fivebar_bringup.runs.offline import run_offline
+    from fivebar_bringup.runs.run import run_with_ros
+    from fivebar_bringup.studies.goto.live import goal_fields
+    from fivebar_bringup.studies.goto.request import Request, check_positive, plan_request, scenario_of, within_drives
+    from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
+    from fivebar_bringup.studies.goto.transfer_report import show
+    from fivebar_control.planning.timing import Speed
+    from fivebar_control.trajectory.rounded import RESTS
+
     with input_errors(), keyboard_interrupts():
         if fastest and duration is not None:
             raise InputError("--fastest and --duration: expected one of them")
@@ -241,7 +230,7 @@ def goto(
     raise typer.Exit(COMPLETED if summary.completed else FAILED)
 
 
-@app.command()
+@command()
 def stand(
     scenario: ScenarioArgument = "unified_middle",
     seconds: Annotated[
@@ -258,6 +247,9 @@ def stand(
 
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """
+    from fivebar_bringup.runs.admission import load_admitted
+    from fivebar_bringup.studies.goto.stand import stand as rest
+
     with input_errors(), keyboard_interrupts():
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
@@ -272,6 +264,7 @@ def stand(
 
 def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float, as_json: bool) -> NoReturn:
     """Follow a goal on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
+    from fivebar_bringup.studies.goto.live import request_live
 
     def report(status: dict[str, Any]) -> None:
         if not as_json:
@@ -301,6 +294,9 @@ def _point(text: str) -> tuple[float, float]:
 
 def _radii(given: list[float], count: int) -> tuple[float, ...]:
     """Return the blend radius (m) of each of so many via points."""
+    from fivebar_control.trajectory.refusal import PlanRefused
+    from fivebar_control.trajectory.rounded import radii_at
+
     if any(given) and not count:
         raise InputError("--blend-radius: expected with --via, whose corners are rounded")
     try:
@@ -316,6 +312,10 @@ def _start(
     robot: str | None,
     seen: str | None,
 ) -> Start:
+    from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
+    from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after, start_seen
+    from fivebar_description.robot_file import read_robot
+
     if after is None and seen is None:
         return Start(*(start or read_robot(robot or DEFAULT_ROBOT).home_m), start_mode or HOME_MODE)
     if start is not None or start_mode is not None or (after is not None and seen is not None):

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from rich.console import Console
 
-from fivebar_bringup.cli.app import OutOption, ScenarioArgument, app, input_errors
-from fivebar_bringup.runs.run_directory import new_run_directory
-from fivebar_bringup.scenario_files import load_scenario
-from fivebar_bringup.simulation.guided import guide as lead
-from fivebar_bringup.simulation.guided import write_guided_bag
+from fivebar_bringup.cli.app import OutOption, ScenarioArgument, command, input_errors
 from fivebar_description.interrupts import keyboard_interrupts
 
 
-@app.command()
+@command()
 def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
     """Simulate leading the robot of SCENARIO by hand along its waypoints, without power, and leave a bag.
 
@@ -20,6 +16,11 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
 
     Example: `fivebar guide calibration --out runs/led`, then `fivebar calibrate runs/led --encoders-only`
     """
+    from fivebar_bringup.runs.run_directory import new_run_directory
+    from fivebar_bringup.scenario_files import load_scenario
+    from fivebar_bringup.simulation.guided import guide as lead
+    from fivebar_bringup.simulation.guided import write_guided_bag
+
     with input_errors(), keyboard_interrupts():
         loaded = load_scenario(scenario)
         samples = lead(loaded)

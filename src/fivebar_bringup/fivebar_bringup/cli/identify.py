@@ -5,25 +5,25 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors
-from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, map_bag, write_identification
-from fivebar_bringup.studies.identify.resonance import resonance_of_bag, write_resonance
-from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
-from fivebar_control.identification.motor_map import MotorMap, MotorValue
+from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.strict_yaml import InputError
+
+if TYPE_CHECKING:
+    from fivebar_bringup.studies.identify.result import IdentificationResult
+    from fivebar_control.identification.motor_map import MotorMap, MotorValue
 
 MOST_PERIODS = 1000
 """Of cogging in a turn."""
 
 
-@app.command()
+@command()
 def identify(
     bag: Annotated[Path, typer.Argument(metavar="BAG", help="A bag, or the directory of a run.")],
     robot: Annotated[
@@ -63,6 +63,8 @@ def identify(
 
     Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
     """
+    from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
+
     with input_errors(), keyboard_interrupts():
         if cogging is not None and resonance:
             raise InputError("--resonance: expected without --cogging")
@@ -94,6 +96,9 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     Raises:
         InputError: the bag, the robot or the motion is unsuitable, no resonance is visible, or the directory is taken.
     """
+    from fivebar_bringup.studies.identify.resonance import resonance_of_bag, write_resonance
+    from fivebar_bringup.studies.identify.result import INTERVALS
+
     result = resonance_of_bag(bag, robot)
     file = write_resonance(result, out)
     if as_json:
@@ -122,6 +127,8 @@ def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: 
     Raises:
         InputError: there is something to write, or the bag, the robot, the periods or the motion are unsuitable.
     """
+    from fivebar_bringup.studies.identify.identify import map_bag
+
     if out is not None:
         raise InputError("--out: expected without --cogging, whose map is printed")
     motors = map_bag(bag, robot, _periods(cogging))
@@ -146,6 +153,8 @@ def _periods(text: str) -> tuple[int, ...]:
 
 
 def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
+    from fivebar_bringup.studies.identify.result import INTERVALS
+
     table = Table(f"motor, {INTERVALS}", "1 (left)", "2 (right)", "unit", box=None)
 
     def row(name: str, unit: str, values: Sequence[MotorValue]) -> None:
@@ -160,6 +169,8 @@ def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
 
 
 def _table(findings: IdentificationResult) -> Table:
+    from fivebar_bringup.studies.identify.result import INTERVALS
+
     table = Table("parameter", "before", f"identified, {INTERVALS}", "unit", "change", box=None)
     for one in findings.parameters():
         table.add_row(one.name, f"{one.before:g}", one.text(), one.unit, one.change())

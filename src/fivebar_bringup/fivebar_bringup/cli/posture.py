@@ -5,22 +5,19 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import COMPLETED, JsonOption, app, input_errors
-from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
-from fivebar_bringup.studies.goto.start import standing_after
-from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.planning.standstill import DEVIATIONS, Standstill, mode_by_turn, standstill_at, way_out
-from fivebar_control.trajectory.refusal import place
-from fivebar_description.robot_file import load_robot, tolerances_of
-from fivebar_description.strict_yaml import InputError
+from fivebar_bringup.cli.app import COMPLETED, JsonOption, command, input_errors
+from fivebar_description.errors import InputError
+
+if TYPE_CHECKING:
+    from fivebar_control.planning.standstill import Standstill
 
 
 # a negative angle must not be taken for an option
-@app.command(context_settings={"ignore_unknown_options": True})
+@command(context_settings={"ignore_unknown_options": True})
 def posture(
     q11: Annotated[float | None, typer.Argument(help="Angle of motor 1, rad.")] = None,
     q21: Annotated[float | None, typer.Argument(help="Angle of motor 2, rad.")] = None,
@@ -42,6 +39,12 @@ def posture(
 
     Example: `fivebar posture 1.2 1.9 --robot my_robot.yaml`
     """
+    from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
+    from fivebar_bringup.studies.goto.start import standing_after
+    from fivebar_control.estimation.ekf import EkfSettings
+    from fivebar_control.planning.standstill import DEVIATIONS, mode_by_turn, standstill_at, way_out
+    from fivebar_description.robot_file import load_robot, tolerances_of
+
     with input_errors():
         for name, value in (("Q11", q11), ("Q21", q21), ("--rate", rate)):
             if value is not None and not math.isfinite(value):
@@ -71,6 +74,9 @@ def posture(
 
 
 def _lines(stand: Standstill, fallen: int | None) -> list[str]:
+    from fivebar_control.planning.standstill import DEVIATIONS, way_out
+    from fivebar_control.trajectory.refusal import place
+
     shape = "stretched" if stand.stretched else "folded"
     short = f"{1e3 * stand.gap:+.3f} mm (±{1e3 * DEVIATIONS * stand.gap_deviation:.3f} mm)"
     lines = [f"elbows {short} from where the distal links lie on one line, {shape}: the Type 2 locus"]

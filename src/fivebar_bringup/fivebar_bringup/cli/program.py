@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -18,7 +18,7 @@ from fivebar_bringup.cli.app import (
     OwnDomainOption,
     PageOption,
     RealtimeOption,
-    app,
+    command,
     input_errors,
     progress_bar,
     verdict_of,
@@ -26,21 +26,14 @@ from fivebar_bringup.cli.app import (
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.namespace import read_namespace
-from fivebar_bringup.studies.goto.program import (
-    PlannedStep,
-    plan_program,
-    program_path,
-    run_program,
-    scenario_of_program,
-    steps_as_json,
-    words_of,
-)
-from fivebar_control.planning.program import load_program
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.strict_yaml import InputError
+
+if TYPE_CHECKING:
+    from fivebar_bringup.studies.goto.program import PlannedStep
 
 
-@app.command()
+@command()
 def program(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A program: a YAML file, or a shipped one by its name.")],
     dry_run: Annotated[
@@ -69,6 +62,15 @@ def program(
 
     Example: `fivebar program my_work.yaml --realtime --out runs/work`
     """
+    from fivebar_bringup.studies.goto.program import (
+        plan_program,
+        program_path,
+        run_program,
+        scenario_of_program,
+        steps_as_json,
+    )
+    from fivebar_control.planning.program import load_program
+
     with input_errors(), keyboard_interrupts():
         within = read_namespace(namespace)
         if hardware is Hardware.USB:
@@ -101,6 +103,8 @@ def program(
 
 def _show(steps: tuple[PlannedStep, ...]) -> None:
     """Print planned steps as a table."""
+    from fivebar_bringup.studies.goto.program import words_of
+
     table = Table("step", "line", "round", "does", "s", box=None)
     for step in steps:
         rounds = " ".join(f"{at}/{count}" for at, count in step.instruction.rounds)

@@ -12,13 +12,12 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
-from fivebar_bringup.runs.results import FIGURES
+from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.strict_yaml import InputError
 
 
-@app.command()
+@command()
 def robustness(
     effects: Annotated[
         str | None,
@@ -46,7 +45,6 @@ def robustness(
     if losses:
         _losses(out, processes, as_json)
         return
-    # here, because they load matplotlib
     from fivebar_bringup.studies.robustness.robustness import QUICK, Extent
     from fivebar_bringup.studies.robustness.robustness import robustness as make
 
@@ -73,6 +71,7 @@ def robustness(
 
 
 def _losses(out: Path | None, processes: int, as_json: bool) -> None:
+    from fivebar_bringup.runs.results import FIGURES
     from fivebar_bringup.studies.robustness.bursts import BURSTS, Lost, write_losses
 
     with input_errors(), keyboard_interrupts(), progress_bar("losses", as_json) as progress:

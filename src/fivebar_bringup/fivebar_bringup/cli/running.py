@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from rich.console import Console
@@ -22,36 +22,24 @@ from fivebar_bringup.cli.app import (
     PageOption,
     RealtimeOption,
     ScenarioArgument,
-    app,
+    command,
     input_errors,
     progress_bar,
     verdict_of,
 )
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.report.report import write_animation, write_overlay, write_report
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.admission import load_admitted
-from fivebar_bringup.runs.bridges import BOARD_BRIDGE, BRIDGE, bridge_of
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
-from fivebar_bringup.runs.injection import read_injection, refuse_late
 from fivebar_bringup.runs.namespace import read_namespace
-from fivebar_bringup.runs.offline import run_offline
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
-from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES, RealDrives, drive_file
-from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
-from fivebar_bringup.runs.run import run_with_ros
-from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.scenario_files import load_scenario
-from fivebar_description.interface import HIGHEST_PRIORITY
+from fivebar_description.errors import InputError
+from fivebar_description.interface import DEFAULT_PRIORITY, HIGHEST_PRIORITY
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.ros.scheduling import Scheduling, processor_set, processors_problem
-from fivebar_description.strict_yaml import InputError
-from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
-from fivebar_sim.drives.commands import USAGE
+
+if TYPE_CHECKING:
+    from fivebar_bringup.report.summary import Summary
+    from fivebar_bringup.runs.run_directory import RunDirectory
 
 
-@app.command()
+@command()
 def run(
     scenario: ScenarioArgument,
     realtime: RealtimeOption = False,
@@ -93,8 +81,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="'SECONDS FAULT'",
-            help=f"With --hardware emulated, again and again: a fault after so many seconds: {USAGE}, kill NODE;"
-            f" of a motor board: {BOARD_USAGE}.",
+            help="With --hardware emulated, again and again: a fault after so many seconds: {drive_faults}, kill NODE;"
+            " of a motor board: {board_faults}.",
         ),
     ] = None,
     drives: Annotated[
@@ -102,7 +90,7 @@ def run(
         typer.Option(
             metavar="FILE",
             help="Configuration of the bridge to a motor board or to real drives, by name or path."
-            f" [default: {DEFAULT_BOARD}; {DEFAULT_DRIVES}]",
+            " [default: {drive_files}]",
         ),
     ] = None,
     scene: Annotated[
@@ -124,6 +112,14 @@ def run(
 
     Example: `fivebar run experiment.yaml --hardware socketcan --drives drives.yaml`
     """
+    from fivebar_bringup.runs.admission import load_admitted
+    from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
+    from fivebar_bringup.runs.injection import read_injection, refuse_late
+    from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES, RealDrives, drive_file
+    from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
+    from fivebar_bringup.runs.run import run_with_ros
+    from fivebar_description.ros.scheduling import Scheduling
+
     with input_errors(), keyboard_interrupts():
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
@@ -171,6 +167,8 @@ def run(
 
 def _for_the_operator(domain: int | None, namespace: str) -> int:
     """Say who begins the run, and return the domain in which that can be: the given one, or that of the shell."""
+    from fivebar_bringup.runs.bridges import BRIDGE
+
     chosen = domain if domain is not None else int(os.environ.get("ROS_DOMAIN_ID") or 0)
     name = f"{namespace}/{BRIDGE}"
     print(
@@ -183,6 +181,8 @@ def _for_the_operator(domain: int | None, namespace: str) -> int:
 
 def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:
     """Refuse processors that this machine does not have, and what is for runs in real time elsewhere."""
+    from fivebar_description.ros.scheduling import processor_set, processors_problem
+
     if mode is not Mode.REALTIME and (separate or processors):
         raise InputError(f"{'--separate' if separate else '--processors'}: expected with --realtime or --hardware")
     there = os.sched_getaffinity(0)
@@ -193,7 +193,7 @@ def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:
         raise InputError(f"--processors: {processors!r}: {problem}")
 
 
-@app.command()
+@command()
 def simulate(
     scenario: ScenarioArgument, out: OutOption = None, page: PageOption = True, as_json: JsonOption = False
 ) -> None:
@@ -201,6 +201,9 @@ def simulate(
 
     Example: `fivebar simulate middle --json`
     """
+    from fivebar_bringup.runs.admission import load_admitted
+    from fivebar_bringup.runs.offline import run_offline
+
     with input_errors(), keyboard_interrupts():
         loaded = load_admitted(scenario)
         with progress_bar(loaded.name, as_json) as progress:
@@ -208,7 +211,7 @@ def simulate(
     _finish(directory, summary, as_json)
 
 
-@app.command()
+@command()
 def report(
     directories: Annotated[
         list[Path], typer.Argument(metavar="DIR [OTHER]", help="Directory of a run, or of two to play together.")
@@ -223,6 +226,9 @@ def report(
 
     Example: `fivebar report runs/first runs/second`
     """
+    from fivebar_bringup.report.report import write_animation, write_report
+    from fivebar_bringup.runs.run_directory import RunDirectory
+
     run_directory, *others = (RunDirectory(directory) for directory in directories)
     with input_errors():
         if others:
@@ -237,6 +243,8 @@ def report(
 
 def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as_json: bool) -> NoReturn:
     """Write the page of two runs, print where it is or both summaries, and exit."""
+    from fivebar_bringup.report.report import write_overlay
+
     if len(others) > 1 or animated:
         raise InputError("report: expected one run, or two without --gif and --mp4")
     page, summaries = write_overlay(first, others[0])
@@ -247,7 +255,7 @@ def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as
     raise typer.Exit(COMPLETED if all(summary.completed for summary in summaries) else FAILED)
 
 
-@app.command()
+@command()
 def nodes(
     scenario: ScenarioArgument = "middle",
     as_json: JsonOption = False,
@@ -256,6 +264,9 @@ def nodes(
 
     Example: `fivebar nodes middle`
     """
+    from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
+    from fivebar_bringup.scenario_files import load_scenario
+
     with input_errors():
         graph = crossing_graph(load_scenario(scenario), Mode.LOCKSTEP, Path("bag"))
     if as_json:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.cli.app import app
-from fivebar_bringup.settings_page import settings_page
+from fivebar_bringup.cli.app import command
 
 
-@app.command()
+@command()
 def settings() -> None:
     """Print every setting of a scenario with its type, unit, range and default, as Markdown.
 
     Example: `fivebar settings > docs/settings.md`
     """
+    from fivebar_bringup.settings_page import settings_page
+
     print(settings_page(), end="")

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console, Group
-from rich.live import Live
 from rich.markup import escape
 from rich.table import Table
 
-from fivebar_bringup.cli.app import COMPLETED, FAILED, JsonOption, app, input_errors
-from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener, NodeReport
+from fivebar_bringup.cli.app import COMPLETED, FAILED, JsonOption, command, input_errors
 from fivebar_bringup.runs.domain import held_domains
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.strict_yaml import InputError
+
+if TYPE_CHECKING:
+    from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener, NodeReport
 
 COLOURS = {"ok": "green", "warning": "yellow", "error": "red", "stale": "magenta"}
 
@@ -45,7 +46,7 @@ DomainOption = Annotated[
 """Which running graph is meant; `graph_domain` says what it is by default."""
 
 
-@app.command()
+@command()
 def status(
     domain: DomainOption = None,
     watch: Annotated[bool, typer.Option("--watch", help="Keep updating until Ctrl-C.")] = False,
@@ -57,6 +58,8 @@ def status(
 
     Example: `fivebar status --watch`
     """
+    from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener
+
     with input_errors():
         number = graph_domain(domain)
     with keyboard_interrupts(), DiagnosticsListener(number) as listener:
@@ -94,6 +97,8 @@ def graph_domain(asked: int | None) -> int:
 
 
 def _watch(listener: DiagnosticsListener) -> None:
+    from rich.live import Live
+
     try:
         with Live(console=Console(), auto_refresh=False) as live:
             while True:

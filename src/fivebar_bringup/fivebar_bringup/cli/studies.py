@@ -10,14 +10,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
-from fivebar_bringup.runs.results import new_directory
-from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
-from fivebar_bringup.studies.study_directory import StudyDirectory
+from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
 from fivebar_description.interrupts import keyboard_interrupts
 
 
-@app.command(name="map")
+@command("map")
 def map_robot(
     robot: Annotated[
         str, typer.Argument(metavar="ROBOT", help="A shipped robot (dextar, unequal), or a parameter file (.yaml).")
@@ -32,6 +29,10 @@ def map_robot(
 
     Example: `fivebar map dextar --out runs/map`
     """
+    from fivebar_bringup.runs.results import new_directory
+    from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
+    from fivebar_bringup.studies.study_directory import StudyDirectory
+
     with input_errors(), keyboard_interrupts():
         file = read_mappable_robot(robot)
         directory = StudyDirectory(new_directory(out, f"map-{file.name}"), "map")
@@ -43,7 +44,7 @@ def map_robot(
         Console().print(f"look at {directory.page}", soft_wrap=True)
 
 
-@app.command()
+@command()
 def reproduce(
     out: Annotated[
         Path | None,
@@ -56,7 +57,6 @@ def reproduce(
 
     Example: `fivebar reproduce --out runs/thesis`
     """
-    # here, because it loads matplotlib
     from fivebar_bringup.studies.reproduce.reproduce import reproduce as make
 
     with input_errors(), keyboard_interrupts(), progress_bar("reproduction", as_json) as progress:

@@ -11,13 +11,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, app, input_errors, progress_bar
+from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
-from fivebar_bringup.runs.results import finite
-from fivebar_bringup.studies.sweep.rigs import RIGS
-from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.strict_yaml import InputError
 
 QUICK_CASES = 60
 
@@ -31,7 +28,7 @@ SHOWN = {
 """Columns of a single case on the terminal; the reasons come below."""
 
 
-@app.command()
+@command()
 def sweep(
     cases: Annotated[
         int | None,
@@ -62,7 +59,7 @@ def sweep(
         str | None,
         typer.Option(
             "--rig",
-            help=f"Whose robots to draw: {', '.join(RIGS)}; docs/sweeps.md says what each has and what it leaves out."
+            help="Whose robots to draw: {rigs}; docs/sweeps.md says what each has and what it leaves out."
             " Without a rig the robots differ in mass, inertia and friction by 15 %, and all else is exact but the"
             " encoders' rounding. [default: none, or that of the sweep in --out]",
         ),
@@ -81,7 +78,7 @@ def sweep(
         str | None,
         typer.Option(
             "--controller",
-            help=f"Which controllers, separated by commas: some of {', '.join(CONTROLLERS)}; the last two are not"
+            help="Which controllers, separated by commas: some of {controllers}; the last two are not"
             " compiled, hence slow. [default: those that the engine takes, or those of the sweep in --out]",
         ),
     ] = None,
@@ -99,6 +96,9 @@ def sweep(
 
     Example: `fivebar sweep --case 137 --controller unified --out runs/case-137`
     """
+    from fivebar_bringup.studies.sweep.rigs import RIGS
+    from fivebar_control.laws.registry import CONTROLLERS
+
     with input_errors(), keyboard_interrupts():
         if quick and cases is not None:
             raise InputError("--quick: has its own number of cases: expected either --quick or --cases")
@@ -138,7 +138,7 @@ def _one_case(
     Raises:
         InputError: the directory cannot be used, or there is nothing to save.
     """
-    # here, because they load matplotlib
+    from fivebar_bringup.runs.results import finite
     from fivebar_bringup.studies.sweep.directory import DEFAULT_SEED
     from fivebar_bringup.studies.sweep.running import SWEPT
     from fivebar_bringup.studies.sweep.single import rows_of, save_case

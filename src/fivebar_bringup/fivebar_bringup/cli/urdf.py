@@ -6,11 +6,10 @@ from typing import Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import app, input_errors
-from fivebar_bringup.runs.description import described_robot
+from fivebar_bringup.cli.app import command, input_errors
 
 
-@app.command()
+@command()
 def urdf(
     robot: Annotated[
         str, typer.Argument(metavar="[ROBOT]", help="A shipped parameter file's name, or a path to one.")
@@ -25,5 +24,7 @@ def urdf(
 
     Example: `fivebar urdf --scenario gyro_middle`
     """
+    from fivebar_bringup.runs.description import described_robot
+
     with input_errors():
         print(described_robot(robot, scenario), end="")

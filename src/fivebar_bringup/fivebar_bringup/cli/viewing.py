@@ -14,12 +14,12 @@ from typing import Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import NamespaceOption, app, input_errors
+from fivebar_bringup.cli.app import NamespaceOption, command, input_errors
 from fivebar_bringup.cli.status import DomainOption, graph_domain
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.errors import InputError
 
 VIEWER = "fivebar_bringup.nodes.viewer"
 
@@ -43,7 +43,7 @@ ViewOption = Annotated[
 ]
 
 
-@app.command()
+@command()
 def view(
     domain: DomainOption = None,
     namespace: NamespaceOption = "",

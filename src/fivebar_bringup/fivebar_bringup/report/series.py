@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.report.vision import NOTHING_SEEN, NOWHERE, PlatformTrack, VisionSeries, vision_series
-from fivebar_bringup.runs.bag.recording import BagError, FloatArray, IntArray, Recording
+from fivebar_bringup.runs.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.vhc_cartesian import line_constraint

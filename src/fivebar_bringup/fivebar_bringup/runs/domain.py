@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.errors import InputError
 
 PRIVATE_DOMAINS = range(20, 100)
 """Candidate domains: above those usually chosen by hand, below those whose ports are in Linux's ephemeral range."""

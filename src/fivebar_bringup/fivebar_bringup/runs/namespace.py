@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.errors import InputError
 
 _NAMESPACE = re.compile(r"(/?[A-Za-z_][A-Za-z0-9_]*)(/[A-Za-z_][A-Za-z0-9_]*)*/?")
 

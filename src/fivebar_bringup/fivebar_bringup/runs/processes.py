@@ -31,10 +31,6 @@ SLOW = 0.98
 """In real time, a node is slow below this fraction of the sampling rate."""
 
 
-DEFAULT_PRIORITY = 50
-"""Default SCHED_FIFO priority of the control chain in real time, that of threaded interrupt handlers."""
-
-
 class ProcessSpec(NamedTuple):
     """One process of a run, and the nodes in it."""
 

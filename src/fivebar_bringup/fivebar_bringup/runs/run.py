@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
+from fivebar_bringup.errors import BagError, RunFailed
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Mode
@@ -21,10 +21,6 @@ from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.ros.scheduling import Scheduling
-
-
-class RunFailed(Exception):
-    """A run that failed before there was anything to report on; the text says why."""
 
 
 def run_with_ros(

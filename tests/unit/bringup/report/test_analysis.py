@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.cli.app import verdict_of
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.series import RunSeries, read_series
 from fivebar_bringup.report.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
 from fivebar_bringup.report.timing import RunTiming, read_timing
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style
 from fivebar_bringup.pages.units import engineering, plain, suitable_unit
@@ -29,7 +30,6 @@ from fivebar_bringup.report.thesis import counterpart, thesis_figures
 from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario

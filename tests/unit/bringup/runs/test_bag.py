@@ -21,9 +21,10 @@ import yaml
 from mcap.reader import NonSeekingReader, make_reader
 from rosbags.rosbag2 import Reader
 
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name, type_hash
-from fivebar_bringup.runs.bag.reader import BagError, read_bag
+from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.tail import PAGE
 from fivebar_bringup.runs.bag.writer import RECORDING_RECORD, BagWriter
 from fivebar_description.interface import (

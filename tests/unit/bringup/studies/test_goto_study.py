@@ -190,7 +190,7 @@ def test_a_running_graph_is_asked_for_nothing_that_it_would_not_do(
     monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], expected: str
 ) -> None:
     asked: list[dict[str, float]] = []
-    monkeypatch.setattr("fivebar_bringup.cli.goto.request_live", lambda fields, *others: asked.append(fields))
+    monkeypatch.setattr("fivebar_bringup.studies.goto.live.request_live", lambda fields, *others: asked.append(fields))
     code, out, err = goto("0", "0.02", "--live", *arguments)
     assert (code, out, asked) == (2, "", [])
     assert err.startswith(f"fivebar: {expected}")
@@ -211,7 +211,7 @@ def test_what_goes_with_a_running_graph_reaches_it(monkeypatch: pytest.MonkeyPat
         asked.append(given)
         return {"state": "arrived"}
 
-    monkeypatch.setattr("fivebar_bringup.cli.goto.request_live", arrive)
+    monkeypatch.setattr("fivebar_bringup.studies.goto.live.request_live", arrive)
     code, _, err = goto(
         *("0", "0.02", "--live", "--mode", "-", "--working-mode", "1", "-1", "--duration", "2", "--via", "0,0.1"),
         *("--blend-radius", "0.01", "--domain", "7", "--namespace", "left", "--timeout", "9"),

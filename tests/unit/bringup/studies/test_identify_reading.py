@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.bag import serialize
-from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.studies.identify.reading import Source, read_record
 from fivebar_control.model.geometry import inverse_geometry

@@ -14,7 +14,6 @@ import pytest
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from fivebar_bringup.cli import studies
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.pages import style
 from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
@@ -261,7 +260,7 @@ def test_type_2_is_the_rim_of_the_area_where_the_loop_closes(robot: FiveBar, loc
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> tuple[int, str, str]:
-    monkeypatch.setattr(studies, "make_map", partial(make_map, cells=24))
+    monkeypatch.setattr("fivebar_bringup.studies.map.map.make_map", partial(make_map, cells=24))
     monkeypatch.setattr(style, "DPI", 30)
     result = CliRunner().invoke(app, ["map", *arguments])
     return result.exit_code, result.stdout, result.stderr

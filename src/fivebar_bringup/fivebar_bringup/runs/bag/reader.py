@@ -7,10 +7,11 @@ from pathlib import Path
 
 from rosbags.rosbag2 import Reader
 
-from fivebar_bringup.runs.bag.recording import BagError, RawTopic, Recording
+from fivebar_bringup.errors import BagError
+from fivebar_bringup.runs.bag.recording import RawTopic, Recording
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, RUN_READY
 
-__all__ = ["BagError", "RawTopic", "Recording", "read_bag"]
+__all__ = ["RawTopic", "Recording", "read_bag"]
 
 
 ALWAYS_RECORDED = (JOINT_STATES, MOTOR_STATES, RUN_READY)

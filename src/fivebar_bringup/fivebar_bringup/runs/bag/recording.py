@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name
 from fivebar_description.interface import NANOSECONDS, RUN_EPOCH, START_STAMP_NS, Topic, sample_of_stamp
 from fivebar_description.run_plan import read_epoch
@@ -21,14 +22,6 @@ _FLOAT64 = "std_msgs/msg/Float64"
 _STRING = "std_msgs/msg/String"
 _SEQUENCES = ("position", "velocity", "effort")
 _VECTORS = {"orientation": "xyzw", "angular_velocity": "xyz", "linear_acceleration": "xyz"}
-
-
-class BagError(Exception):
-    """A bag cannot be read, or lacks the requested content: one line, `<path>: <what>`."""
-
-    def __init__(self, path: Path, what: str) -> None:
-        super().__init__(f"{path}: {what}")
-        self.path = path
 
 
 class RawTopic(NamedTuple):

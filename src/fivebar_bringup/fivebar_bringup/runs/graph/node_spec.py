@@ -5,8 +5,6 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-import yaml
-
 from fivebar_description.interface import Topic
 
 
@@ -56,4 +54,7 @@ class NodeSpec(NamedTuple):
 
     def parameter_file(self) -> str:
         """Return the node's parameters in the format of `--params-file`, for any namespace."""
+        # here, because commands need the enumerations only
+        import yaml
+
         return yaml.safe_dump({"/**": {"ros__parameters": self.parameters}}, sort_keys=False)

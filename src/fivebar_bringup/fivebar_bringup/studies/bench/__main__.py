@@ -6,7 +6,6 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.runs.graph.node_spec import Mode
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
 from fivebar_bringup.studies.bench.estimator_speed import estimator_us
@@ -15,6 +14,7 @@ from fivebar_bringup.studies.bench.laws import plain_speed
 from fivebar_bringup.studies.bench.processes import HOPS, bare_chain_p50_ms, graph_speed, stamp
 from fivebar_bringup.studies.bench.real_time import real_time_rows
 from fivebar_bringup.studies.bench.stalls import bare_loop
+from fivebar_description.interface import DEFAULT_PRIORITY
 
 ESTIMATED = {"from encoders": "middle_encoders", "with a gyroscope": "gyro_middle"}
 """Scenarios on which the estimator is measured, by what it has."""

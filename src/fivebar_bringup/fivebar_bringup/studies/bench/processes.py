@@ -22,12 +22,12 @@ from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.launcher import run_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY, ProcessSpec, processes
+from fivebar_bringup.runs.processes import CONTROLLERS, ProcessSpec, processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
-from fivebar_description.interface import FAULTS, JOINT_STATES
+from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES
 from fivebar_description.ros.scheduling import Scheduling
 
 HOPS = 3

@@ -11,13 +11,14 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.runs.bag.recording import BagError
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.graph.node_spec import Mode
-from fivebar_bringup.runs.processes import CONTROLLERS, DEFAULT_PRIORITY
+from fivebar_bringup.runs.processes import CONTROLLERS
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.processes import GraphSpeed, graph_speed, stamp
 from fivebar_bringup.studies.bench.stalls import bare_loop
+from fivebar_description.interface import DEFAULT_PRIORITY
 
 RUNS = 20
 """Runs of each kind, by default."""

@@ -6,7 +6,7 @@ import os
 import time
 from typing import NamedTuple
 
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY
+from fivebar_description.interface import DEFAULT_PRIORITY
 
 
 class Stalls(NamedTuple):

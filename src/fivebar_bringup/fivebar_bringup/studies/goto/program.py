@@ -7,20 +7,20 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.errors import BagError, RunFailed
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
-from fivebar_bringup.runs.bag.recording import BagError
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.graph.control_nodes import goal_parameters
 from fivebar_bringup.runs.graph.crossing_graph import Work
 from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.launcher import Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.results import write_results
-from fivebar_bringup.runs.run import RunFailed, write_outcome
+from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.goto.request import within_drives
@@ -31,7 +31,7 @@ from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, 
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
 from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
-from fivebar_description.interface import PAYLOAD
+from fivebar_description.interface import DEFAULT_PRIORITY, PAYLOAD
 from fivebar_description.robot_file import read_robot
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.share import share_file, yaml_path

@@ -10,12 +10,13 @@ from fivebar_bringup.runs.graph.crossing_graph import Work, crossing_graph
 from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import DEFAULT_PRIORITY, processes
+from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.ros.node_settings import HOLD
+from fivebar_description.interface import DEFAULT_PRIORITY
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 

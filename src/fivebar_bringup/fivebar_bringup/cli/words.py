@@ -1,0 +1,109 @@
+"""Words in the help of options that take libraries to know: `{controllers}` stands for the names of the controllers.
+
+They are loaded where help is shown, and not for a run or a mistyped option.
+"""
+
+from __future__ import annotations
+
+import re
+
+PLACE = re.compile(r"\{(\w+)\}")
+
+
+def filled(text: str) -> str:
+    """Return a text with the words that its places stand for.
+
+    Raises:
+        KeyError: a place has no word.
+    """
+    return PLACE.sub(lambda found: WORDS[found[1]](), text)
+
+
+def _scenarios() -> str:
+    from fivebar_bringup.scenario_files import shipped_scenarios
+
+    return ", ".join(shipped_scenarios())
+
+
+def _controllers() -> str:
+    from fivebar_control.laws.registry import CONTROLLERS
+
+    return ", ".join(CONTROLLERS)
+
+
+def _crossing_controllers() -> str:
+    from fivebar_bringup.studies.goto.request import CONTROLLERS
+
+    return ", ".join(CONTROLLERS)
+
+
+def _rigs() -> str:
+    from fivebar_bringup.studies.sweep.rigs import RIGS
+
+    return ", ".join(RIGS)
+
+
+def _benchmark_rigs() -> str:
+    from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
+
+    return ", ".join(rig.name for rig in RIGS.values() if rig.robot == DEXTAR)
+
+
+def _home_mode() -> str:
+    from fivebar_bringup.studies.goto.start import HOME_MODE
+
+    return " ".join(map(str, HOME_MODE))
+
+
+def _torque_limit() -> str:
+    from fivebar_control.planning.limits import MotionLimits
+
+    return f"{MotionLimits().torque:g}"
+
+
+def _speed_limit() -> str:
+    from fivebar_control.planning.limits import MotionLimits
+
+    return f"{MotionLimits().motor_speed:g}"
+
+
+def _drive_faults() -> str:
+    from fivebar_sim.drives.commands import USAGE
+
+    return USAGE
+
+
+def _board_faults() -> str:
+    from fivebar_sim.boards.commands import USAGE
+
+    return USAGE
+
+
+def _drive_files() -> str:
+    from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES
+    from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
+
+    return f"{DEFAULT_BOARD}; {DEFAULT_DRIVES}"
+
+
+def _unnamed_format() -> str:
+    from fivebar_description.file_format import UNNAMED
+
+    return str(UNNAMED)
+
+
+WORDS = {
+    "scenarios": _scenarios,
+    "controllers": _controllers,
+    "crossing_controllers": _crossing_controllers,
+    "rigs": _rigs,
+    "benchmark_rigs": _benchmark_rigs,
+    "home_mode": _home_mode,
+    "torque_limit": _torque_limit,
+    "speed_limit": _speed_limit,
+    "drive_faults": _drive_faults,
+    "board_faults": _board_faults,
+    "drive_files": _drive_files,
+    "unnamed_format": _unnamed_format,
+}
+"""What each place stands for."""

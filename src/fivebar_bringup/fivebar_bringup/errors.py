@@ -1,0 +1,16 @@
+"""Errors of runs and bags that a user reads, in a module that loads nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class BagError(Exception):
+    """A bag cannot be read, or lacks the requested content: one line, `<path>: <what>`."""
+
+    def __init__(self, path: Path, what: str) -> None:
+        super().__init__(f"{path}: {what}")
+
+
+class RunFailed(Exception):
+    """A run that failed before there was anything to report on; the text says why."""
