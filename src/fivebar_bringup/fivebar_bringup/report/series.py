@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from fivebar_bringup.errors import BagError
 from fivebar_bringup.report.vision import NOTHING_SEEN, NOWHERE, PlatformTrack, VisionSeries, vision_series
 from fivebar_bringup.runs.bag.recording import FloatArray, IntArray, Recording
+from fivebar_bringup.runs.table import RunTable
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.vhc_cartesian import line_constraint
@@ -21,20 +20,28 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     GROUND_TRUTH,
-    IMU_DATA,
     JOINT_STATES,
     JOINTS,
-    REFERENCE,
-    REFERENCE_NAMES,
-    SUPERVISOR_NAMES,
-    SUPERVISOR_STATE,
-    TORQUE_COMMAND,
     TORQUE_REQUESTED,
-    VHC_TORQUE,
     VISION_PLATFORM,
-    Topic,
 )
 from fivebar_description.parameters import FiveBar
+from fivebar_description.run_quantities import (
+    ACCELERATION,
+    COMMANDED_TORQUE,
+    FEEDBACK_EFFORT,
+    FEEDBACK_POSITION,
+    FEEDBACK_VELOCITY,
+    REFERENCE_RATE,
+    REFERENCE_STATE,
+    REQUESTED_TORQUE,
+    SUPERVISION,
+    TORQUE_OF_CONSTRAINT,
+    TORQUE_OF_NOMINAL,
+    TRUE_EFFORT,
+    TRUE_POSITION,
+    TRUE_VELOCITY,
+)
 
 
 @dataclass(frozen=True)
@@ -46,11 +53,10 @@ class RunSeries:
     kappa) stand in the row of the measurement that they answer, although they take effect `lead_samples` later; the
     reference stands in the row of its own time.
 
-    A row is NaN where its topic has no message with the sample's stamp. Of several messages with one stamp the first
-    counts: a plant repeats sample 0 until it is answered, and the zero torque that a stopping blender publishes last
-    carries the stamp of its last answer.
+    A row is NaN where its topic has no message with the sample's stamp.
 
     Attributes:
+        table: all recorded quantities, from which these follow.
         robot: to whose geometry the joints belong: the actual one with ground truth, else the nominal one.
         sample: int64[n], number of the sample; gaps are samples that were not recorded.
         time: [n], nominal time since sample 0 (s).
@@ -77,6 +83,7 @@ class RunSeries:
         vision: what the camera saw; its rows are exposures, not samples.
     """
 
+    table: RunTable
     robot: FiveBar
     sample: IntArray
     time: FloatArray
@@ -118,22 +125,19 @@ def read_series(recording: Recording, scenario: Scenario, planned: Plan | None =
     """
     robot, plan = scenario.five_bar(), scenario.plan() if planned is None else planned
     truth = scenario.has_ground_truth and recording.count(GROUND_TRUTH) > 0
-    exact = GROUND_TRUTH if truth else JOINT_STATES
-    join = _Join(recording, scenario.rate_hz, exact)
-    # a bag of a graph whose last node has no limits of its own has the command alone
-    requested = TORQUE_REQUESTED if recording.count(TORQUE_REQUESTED) > 0 else TORQUE_COMMAND
-    time = join.sample / scenario.rate_hz
-    position = join.values(exact, JOINTS, "position")
-    velocity = join.values(exact, JOINTS, "velocity")
-    reference = np.hstack(
-        [
-            join.values(REFERENCE, REFERENCE_NAMES, "position"),
-            join.values(REFERENCE, REFERENCE_NAMES, "velocity")[:, 2:],
-        ]
+    table = RunTable(
+        recording, scenario.rate_hz, scenario.scheme().nominal.topic, GROUND_TRUTH if truth else JOINT_STATES
     )
+    # a bag of a graph whose last node has no limits of its own has the command alone
+    requested = REQUESTED_TORQUE if recording.count(TORQUE_REQUESTED) > 0 else COMMANDED_TORQUE
+    time = table.sample / scenario.rate_hz
+    position = table.values(TRUE_POSITION if truth else FEEDBACK_POSITION)
+    velocity = table.values(TRUE_VELOCITY if truth else FEEDBACK_VELOCITY)
+    effort = table.values(TRUE_EFFORT if truth else FEEDBACK_EFFORT)
+    reference = np.hstack([table.values(REFERENCE_STATE), table.values(REFERENCE_RATE)[:, 2:]])
     if truth:
-        reference = _at_their_own_time(reference, join.sample, scenario, plan)
-    supervisor = join.values(SUPERVISOR_STATE, SUPERVISOR_NAMES, "position")
+        reference = _at_their_own_time(reference, table.sample, scenario, plan)
+    supervisor = table.values(SUPERVISION)
     there = scenario.actual_robot() if truth else robot
     states = [state_from_joints(there, *row) for row in np.hstack([position, velocity]).tolist()]
     platform = _rows([(state.x, state.y, state.vx, state.vy) for state in states], 4)
@@ -142,17 +146,18 @@ def read_series(recording: Recording, scenario: Scenario, planned: Plan | None =
         3,
     )
     return RunSeries(
+        table=table,
         robot=there,
-        sample=join.sample,
+        sample=table.sample,
         time=time,
-        stamp_ns=join.stamp_ns,
-        log_time_ns=join.log_time_ns,
+        stamp_ns=table.stamp_ns,
+        log_time_ns=table.log_time_ns,
         joint_position=position,
         joint_velocity=velocity,
-        torque_applied=join.values(exact, JOINTS, "effort")[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
-        torque_requested=join.values(requested, ACTIVE_JOINTS, "effort"),
-        torque_nominal=join.values(scenario.scheme().nominal.topic, ACTIVE_JOINTS, "effort"),
-        torque_vhc=join.values(VHC_TORQUE, ACTIVE_JOINTS, "effort"),
+        torque_applied=effort[:, [JOINTS.index(name) for name in ACTIVE_JOINTS]],
+        torque_requested=table.values(requested),
+        torque_nominal=table.values(TORQUE_OF_NOMINAL),
+        torque_vhc=table.values(TORQUE_OF_CONSTRAINT),
         reference=reference,
         platform=platform,
         sigma=supervisor[:, 0],
@@ -163,57 +168,12 @@ def read_series(recording: Recording, scenario: Scenario, planned: Plan | None =
         tracking_error=platform[:, :2] - reference[:, :2],
         acceleration_error=_acceleration_errors(
             ImuCheck(robot, plan.mode1, plan.mode2, scenario.rate_hz, scenario.imu),
-            join.accelerations(),
+            table.values(ACCELERATION),
             reference,
         ),
-        estimate_error=_estimate_errors(robot, join, scenario, platform if truth else None),
-        vision=_vision(robot, recording, join, scenario, platform if truth else None),
+        estimate_error=_estimate_errors(robot, table, scenario, platform if truth else None),
+        vision=_vision(robot, recording, table, scenario, platform if truth else None),
     )
-
-
-class _Join:
-    """The samples of the topic that holds the joints, and other topics on them."""
-
-    def __init__(self, recording: Recording, rate_hz: int, joints: Topic) -> None:
-        self._recording = recording
-        self._rate_hz = rate_hz
-        numbers = recording.samples(joints, rate_hz)
-        if numbers.size and np.all(numbers < 0):
-            raise BagError(recording.path, f"/{joints.name}: no stamp is on the grid of {rate_hz} Hz from the epoch on")
-        last_first = numbers[::-1]
-        self.sample, last = np.unique(last_first[last_first >= 0], return_index=True)
-        self.log_time_ns = recording.log_times(joints)[::-1][last_first >= 0][last]
-        self.stamp_ns = recording.stamps(joints)[::-1][last_first >= 0][last]
-
-    def values(self, topic: Topic, names: Sequence[str], field: str) -> FloatArray:
-        """Return [n, len(names)], one field of a topic of JointState in the order of the names."""
-        recording = self._recording
-        if recording.count(topic) == 0:
-            return np.full((self.sample.size, len(names)), math.nan)
-        recorded = recording.joint_names(topic)
-        if missing := [name for name in names if name not in recorded]:
-            raise BagError(recording.path, f"/{topic.name}: has no {', '.join(missing)}, only {', '.join(recorded)}")
-        values = recording.field(topic, field)
-        if values.shape[1] == 0:
-            return np.full((self.sample.size, len(names)), math.nan)
-        if values.shape[1] != len(recorded):
-            raise BagError(
-                recording.path, f"/{topic.name}: {field} holds {values.shape[1]} values for {len(recorded)} names"
-            )
-        return self._on_samples(topic, values[:, [recorded.index(name) for name in names]])
-
-    def accelerations(self) -> FloatArray:
-        """Return [n, 3], the acceleration in the IMU's own frame (m/s^2)."""
-        if self._recording.count(IMU_DATA) == 0:
-            return np.full((self.sample.size, 3), math.nan)
-        return self._on_samples(IMU_DATA, self._recording.field(IMU_DATA, "linear_acceleration"))
-
-    def _on_samples(self, topic: Topic, values: FloatArray) -> FloatArray:
-        numbers, first = np.unique(self._recording.samples(topic, self._rate_hz), return_index=True)
-        joined = np.full((self.sample.size, values.shape[1]), math.nan)
-        _, here, there = np.intersect1d(self.sample, numbers, assume_unique=True, return_indices=True)
-        joined[here] = values[first[there]]
-        return joined
 
 
 def _rows(rows: list[tuple[float, ...]], width: int) -> FloatArray:
@@ -236,39 +196,38 @@ def _at_their_own_time(recorded: FloatArray, sample: IntArray, scenario: Scenari
     return moved
 
 
-def _estimate_errors(robot: FiveBar, join: _Join, scenario: Scenario, platform: FloatArray | None) -> FloatArray:
+def _estimate_errors(robot: FiveBar, table: RunTable, scenario: Scenario, platform: FloatArray | None) -> FloatArray:
     """Return [n], distance (m) of the platform by the published joints from the exact one [n, 4] at the same time."""
-    errors = np.full(join.sample.size, math.nan)
+    errors = np.full(table.sample.size, math.nan)
     if not scenario.estimated or platform is None:
         return errors
-    estimated = _platform_by_joints(robot, join)
+    estimated = _platform_by_joints(robot, table)
     _, then, row = np.intersect1d(
-        join.sample, join.sample + scenario.lead_samples, assume_unique=True, return_indices=True
+        table.sample, table.sample + scenario.lead_samples, assume_unique=True, return_indices=True
     )
     errors[row] = np.hypot(*(estimated[row] - platform[then, :2]).T)
     return errors
 
 
 def _vision(
-    robot: FiveBar, recording: Recording, join: _Join, scenario: Scenario, platform: FloatArray | None
+    robot: FiveBar, recording: Recording, table: RunTable, scenario: Scenario, platform: FloatArray | None
 ) -> VisionSeries:
     """Return what the camera saw, against the published joints and, where it is known, the exact platform [n, 4]."""
     if recording.count(VISION_PLATFORM) == 0:
         return NOTHING_SEEN
-    by_joints = _platform_by_joints(robot, join)
+    by_joints = _platform_by_joints(robot, table)
     known = np.isfinite(by_joints[:, 0])
     return vision_series(
         recording,
         scenario.rate_hz,
-        PlatformTrack(join.sample[known] + scenario.lead_samples, by_joints[known]),
-        NOWHERE if platform is None else PlatformTrack(join.sample, platform[:, :2]),
+        PlatformTrack(table.sample[known] + scenario.lead_samples, by_joints[known]),
+        NOWHERE if platform is None else PlatformTrack(table.sample, platform[:, :2]),
     )
 
 
-def _platform_by_joints(robot: FiveBar, join: _Join) -> FloatArray:
+def _platform_by_joints(robot: FiveBar, table: RunTable) -> FloatArray:
     """Return [n, 2], the platform (m) by the published joints of the samples."""
-    position = join.values(JOINT_STATES, JOINTS, "position")
-    velocity = join.values(JOINT_STATES, JOINTS, "velocity")
+    position, velocity = table.values(FEEDBACK_POSITION), table.values(FEEDBACK_VELOCITY)
     states = [state_from_joints(robot, *row) for row in np.hstack([position, velocity]).tolist()]
     return _rows([(state.x, state.y) for state in states], 2)
 

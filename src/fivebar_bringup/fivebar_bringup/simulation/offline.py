@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,9 +28,6 @@ from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
     DRIVES_STATE,
-    ESTIMATE_COVARIANCE,
-    ESTIMATE_DISTURBANCE,
-    ESTIMATE_NAMES,
     ESTIMATION_TOPICS,
     FAULTS,
     GROUND_TRUTH,
@@ -38,15 +35,12 @@ from fivebar_description.interface import (
     IMU_ERROR,
     IMU_FRAME,
     JOINT_STATES,
-    JOINTS,
-    MOTOR_STATES,
     NANOSECONDS,
     PASSIVE_STATES,
     PLATFORM_NAMES,
     REFERENCE,
     REFERENCE_NAMES,
     SAFETY_STATE,
-    SUPERVISOR_NAMES,
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
@@ -61,6 +55,26 @@ from fivebar_description.interface import (
     moment_of_stamp,
     sample_of_stamp,
     sample_stamp_ns,
+)
+from fivebar_description.run_quantities import (
+    COMMANDED_TORQUE,
+    DISTURBANCE,
+    ESTIMATE_DEVIATION,
+    FEEDBACK_EFFORT,
+    FEEDBACK_POSITION,
+    FEEDBACK_VELOCITY,
+    MOTOR_ANGLE,
+    MOTOR_EFFORT,
+    REFERENCE_RATE,
+    REFERENCE_STATE,
+    REQUESTED_TORQUE,
+    SUPERVISION,
+    TORQUE_OF_CONSTRAINT,
+    TORQUE_OF_NOMINAL,
+    TRUE_EFFORT,
+    TRUE_POSITION,
+    TRUE_VELOCITY,
+    sampled_topics,
 )
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
@@ -142,6 +156,37 @@ class Sample(NamedTuple):
     def exact(self) -> Measurement:
         """The exact joint states, as far as they are recorded."""
         return self.measured if self.truth is None else self.truth
+
+    def values(self) -> dict[str, Sequence[float]]:
+        """Return what the sample adds to the table of the run: values by the name of their quantity."""
+        x, y, vx, vy, ax, ay = self.reference
+        found: dict[str, Sequence[float] | None] = {
+            FEEDBACK_POSITION.name: self.measured.position,
+            FEEDBACK_VELOCITY.name: self.measured.velocity,
+            FEEDBACK_EFFORT.name: self.measured.effort,
+            REFERENCE_STATE.name: (x, y, vx, vy),
+            REFERENCE_RATE.name: (vx, vy, ax, ay),
+            SUPERVISION.name: self.supervisor,
+            TORQUE_OF_NOMINAL.name: self.nominal,
+            TORQUE_OF_CONSTRAINT.name: self.constraint,
+            REQUESTED_TORQUE.name: self.requested,
+            COMMANDED_TORQUE.name: self.command,
+        }
+        if self.estimated is not None:
+            (angles, torques), deviations, disturbance = self.estimated
+            found |= {
+                MOTOR_ANGLE.name: angles,
+                MOTOR_EFFORT.name: torques,
+                ESTIMATE_DEVIATION.name: deviations,
+                DISTURBANCE.name: disturbance,
+            }
+        if self.truth is not None:
+            found |= {
+                TRUE_POSITION.name: self.truth.position,
+                TRUE_VELOCITY.name: self.truth.velocity,
+                TRUE_EFFORT.name: self.truth.effort,
+            }
+        return {name: values for name, values in found.items() if values is not None}
 
 
 class OfflineRun(NamedTuple):
@@ -307,46 +352,24 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
 
 
 def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) -> list[tuple[Topic, bytes]]:
-    measured, supervisor, desired = sample.measured, sample.supervisor, sample.reference
+    """Return the messages of a sample: those of its quantities, and those that have stamps of their own."""
+    values = sample.values()
     messages = [
-        (
-            JOINT_STATES,
-            serialize.joint_state(stamp, JOINTS, measured.position, measured.velocity, measured.effort),
-        ),
-        *(
-            (
-                IMU_DATA,
-                serialize.imu(one.stamp, IMU_FRAME, one.reading.angular_velocity, one.reading.acceleration),
-            )
-            for one in sample.imu
-        ),
-        *(
-            (
-                PASSIVE_STATES,
-                serialize.joint_state(
-                    sample_stamp_ns(one.made, scenario.rate_hz), (scenario.passive.joint,), (one.angle,)
-                ),
-            )
-            for one in sample.passive
-        ),
-        (REFERENCE, _reference(desired, stamp)),
-        (nominal, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.nominal)),
-        (SUPERVISOR_STATE, serialize.joint_state(stamp, SUPERVISOR_NAMES, position=supervisor)),
-        (SUPERVISOR_SIGMA, serialize.float64(supervisor.sigma)),
-        (TORQUE_COMMAND, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.command)),
+        (topic, serialize.joint_state(stamp, carried[0].names, **fields))
+        for topic, carried in sampled_topics(nominal).items()
+        if (fields := {one.field: values[one.name] for one in carried if one.name in values})
     ]
-    if sample.requested is not None:
-        messages.append((TORQUE_REQUESTED, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.requested)))
+    messages.append((SUPERVISOR_SIGMA, serialize.float64(sample.supervisor.sigma)))
+    messages += [
+        (IMU_DATA, serialize.imu(one.stamp, IMU_FRAME, one.reading.angular_velocity, one.reading.acceleration))
+        for one in sample.imu
+    ]
     messages += [(IMU_ERROR, serialize.float64(one.error)) for one in sample.imu if one.error is not None]
-    if sample.constraint is not None:
-        messages.append((VHC_TORQUE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=sample.constraint)))
-    if sample.estimated is not None:
-        (angles, torques), deviations, disturbance = sample.estimated
-        messages += [
-            (MOTOR_STATES, serialize.joint_state(stamp, ACTIVE_JOINTS, angles, effort=torques)),
-            (ESTIMATE_COVARIANCE, serialize.joint_state(stamp, ESTIMATE_NAMES, deviations)),
-            (ESTIMATE_DISTURBANCE, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=disturbance)),
-        ]
+    joint = (scenario.passive.joint,)
+    messages += [
+        (PASSIVE_STATES, serialize.joint_state(sample_stamp_ns(one.made, scenario.rate_hz), joint, (one.angle,)))
+        for one in sample.passive
+    ]
     messages += [
         (VISION_PLATFORM, serialize.joint_state(one.stamp, VISION_NAMES, one.reading)) for one in sample.vision
     ]
@@ -354,8 +377,6 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) ->
         (VISION_ERROR, serialize.joint_state(made, PLATFORM_NAMES, difference))
         for made, difference in sample.vision_errors
     ]
-    if sample.truth is not None:
-        messages.append((GROUND_TRUTH, serialize.joint_state(stamp, JOINTS, *sample.truth)))
     return messages
 
 

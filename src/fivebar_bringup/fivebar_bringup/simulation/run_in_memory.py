@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,35 +10,14 @@ import numpy as np
 from fivebar_bringup.runs.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample
-from fivebar_control.laws.torque import UNDEFINED
 from fivebar_description.interface import (
-    ACTIVE_JOINTS,
     FAULTS,
-    GROUND_TRUTH,
-    IMU_DATA,
-    JOINT_STATES,
-    JOINTS,
-    REFERENCE,
-    REFERENCE_NAMES,
-    SUPERVISOR_NAMES,
-    SUPERVISOR_STATE,
-    TORQUE_REQUESTED,
-    VHC_TORQUE,
     VISION_NAMES,
     VISION_PLATFORM,
     Topic,
     sample_stamp_ns,
 )
-from fivebar_sim.plant import Measurement
-
-NAMES = {
-    JOINT_STATES.name: JOINTS,
-    GROUND_TRUTH.name: JOINTS,
-    REFERENCE.name: REFERENCE_NAMES,
-    SUPERVISOR_STATE.name: SUPERVISOR_NAMES,
-    TORQUE_REQUESTED.name: ACTIVE_JOINTS,
-    VISION_PLATFORM.name: VISION_NAMES,
-}
+from fivebar_description.run_quantities import ACCELERATION, PASSIVE_ANGLE, TURN_RATE, Quantity, quantities
 
 
 class RunInMemory(Recording):
@@ -50,29 +30,18 @@ class RunInMemory(Recording):
         samples = run.samples
         stamps = [sample_stamp_ns(sample.number, scenario.rate_hz) for sample in samples]
         self._stamps = np.array(stamps, dtype=np.int64)
-        references = np.array([sample.reference for sample in samples])
         seen = [one for sample in samples for one in sample.vision]
         self._exposures = np.array([one.stamp for one in seen], dtype=np.int64)
-        self._fields = {
-            (JOINT_STATES.name, "position"): np.array([sample.measured.position for sample in samples]),
-            (JOINT_STATES.name, "velocity"): np.array([sample.measured.velocity for sample in samples]),
-            (JOINT_STATES.name, "effort"): np.array([sample.measured.effort for sample in samples]),
-            (IMU_DATA.name, "linear_acceleration"): _accelerations(samples),
-            (REFERENCE.name, "position"): references[:, :4],
-            (REFERENCE.name, "velocity"): references[:, 2:],
-            (SUPERVISOR_STATE.name, "position"): np.array([sample.supervisor for sample in samples]),
-            (scenario.scheme().nominal.topic.name, "effort"): np.array([sample.nominal for sample in samples]),
-            (TORQUE_REQUESTED.name, "effort"): np.array([sample.requested or UNDEFINED for sample in samples]),
-        }
-        constraint = [sample.constraint for sample in samples if sample.constraint is not None]
-        if constraint:
-            self._fields[VHC_TORQUE.name, "effort"] = np.array(constraint)
+        self._names: dict[str, tuple[str, ...]] = {VISION_PLATFORM.name: VISION_NAMES}
+        self._fields = {(one.topic.name, one.field): values for one, values in _readings(samples).items()}
+        rows = [sample.values() for sample in samples]
+        for one in quantities(scenario.scheme().nominal.topic):
+            if any(one.name in row for row in rows):
+                nothing = (math.nan,) * len(one.names)
+                self._names[one.topic.name] = one.names
+                self._fields[one.topic.name, one.field] = np.array([row.get(one.name, nothing) for row in rows])
         if seen:
             self._fields[VISION_PLATFORM.name, "position"] = np.array([one.reading for one in seen])
-        exact = [sample.truth for sample in samples if sample.truth is not None]
-        if exact:
-            for field in Measurement._fields:
-                self._fields[GROUND_TRUTH.name, field] = np.array([getattr(truth, field) for truth in exact])
 
     def count(self, topic: Topic) -> int:
         """Return the number of messages of a topic."""
@@ -92,7 +61,7 @@ class RunInMemory(Recording):
 
     def joint_names(self, topic: Topic) -> tuple[str, ...]:
         """Return the names in a topic of JointState."""
-        return NAMES.get(topic.name, ACTIVE_JOINTS)
+        return self._names[topic.name]
 
     def field(self, topic: Topic, name: str) -> FloatArray:
         """Return one field of all messages as float64."""
@@ -103,11 +72,16 @@ class RunInMemory(Recording):
         return list(self._run.faults)
 
 
-def _accelerations(samples: list[Sample]) -> FloatArray:
-    """Return [n, 3], the IMU's readings (m/s^2) in the rows of the samples at which they were made, NaN for none."""
-    accelerations = np.full((len(samples), 3), np.nan)
+def _readings(samples: list[Sample]) -> dict[Quantity, FloatArray]:
+    """Return the readings of the late sensors, [n, values], in the rows of the samples at which they were made."""
+    made: dict[Quantity, dict[float, tuple[float, ...]]] = {TURN_RATE: {}, ACCELERATION: {}, PASSIVE_ANGLE: {}}
     for sample in samples:
-        for one in sample.imu:
-            if one.made.is_integer() and 0 <= one.made < len(samples):
-                accelerations[int(one.made)] = one.reading.acceleration
-    return accelerations
+        for reading in sample.imu:
+            made[TURN_RATE].setdefault(reading.made, reading.reading.angular_velocity)
+            made[ACCELERATION].setdefault(reading.made, reading.reading.acceleration)
+        made[PASSIVE_ANGLE] |= {one.made: (one.angle,) for one in sample.passive}
+    return {
+        one: np.array([values.get(sample.number, (math.nan,) * len(one.columns)) for sample in samples])
+        for one, values in made.items()
+        if values
+    }

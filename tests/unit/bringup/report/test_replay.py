@@ -62,7 +62,7 @@ def column(data: dict[str, Any], name: str) -> NDArray[np.float32]:
 def repeated(series: RunSeries, count: int, rate_hz: int = 500) -> RunSeries:
     """The same series again and again, `count` rows in all."""
     rows = np.arange(count) % series.sample.size
-    kept = {"robot": series.robot, "vision": series.vision}
+    kept = {"table": series.table, "robot": series.robot, "vision": series.vision}
     longer = {name: values[rows] for name, values in vars(series).items() if name not in kept}
     return RunSeries(**{**longer, **kept, "sample": np.arange(count), "time": np.arange(count) / rate_hz})
 

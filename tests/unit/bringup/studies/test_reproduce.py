@@ -217,7 +217,11 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, camera: C
     one, other = read_series(from_bag, scenario), read_series(from_memory, scenario)
     assert (one.vision.time.size > 0) is camera.on
     assert one.robot == other.robot
-    for name in vars(one).keys() - {"robot"}:
+    recorded, kept = one.table.columns(), other.table.columns()
+    assert recorded.keys() == kept.keys() >= {"q11_feedback", "xd_sent", "tau1_command", "sigma"}
+    for name, values in recorded.items():
+        np.testing.assert_array_equal(values, kept[name], err_msg=name)
+    for name in vars(one).keys() - {"robot", "table"}:
         if name == "vision":
             for of_bag, of_memory in zip(one.vision, other.vision, strict=True):
                 np.testing.assert_array_equal(of_bag, of_memory, err_msg=name)
