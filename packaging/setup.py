@@ -28,5 +28,6 @@ setup(
     maintainer_email="maintainers@example.com",
     python_requires=">=3.11,<3.14",
     packages=[],
+    extras_require={"data": ["pandas", "pyarrow"]},
     install_requires=[*(f"{package}=={version}" for package in PACKAGES), *needed()],
 )

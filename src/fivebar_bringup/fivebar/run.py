@@ -6,7 +6,7 @@ import json
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fivebar.motion import Motion, load_scenario
 from fivebar.picture import Drawing
@@ -14,24 +14,12 @@ from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.report import read_analysis
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.report.table_files import data_frame, write_csv, write_mat, write_parquet
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
-
-COLUMNS = {
-    "time": ("t",),
-    "joint_position": ("q11", "q12", "q21", "q22"),
-    "joint_velocity": ("dq11", "dq12", "dq21", "dq22"),
-    "torque_applied": ("tau1", "tau2"),
-    "reference": ("xd", "yd", "vxd", "vyd", "axd", "ayd"),
-    "platform": ("x", "y", "vx", "vy"),
-    "sigma": ("sigma",),
-    "kappa": ("inverse_condition",),
-    "tracking_error": ("error_x", "error_y"),
-}
-"""Columns of a run's table by the field of its series."""
 
 
 class Run(NamedTuple):
@@ -59,19 +47,55 @@ class Run(NamedTuple):
         return self.analysis.series
 
     def columns(self) -> dict[str, FloatArray]:
-        """Return the series as columns by name, each [n] in SI units, as `pandas.DataFrame` takes them.
+        """Return the run as columns by name, each [n] in SI units, a value per sample, NaN where nothing is known.
+
+        [The table of a run](run_table.md) says what each column is.
 
         Examples:
             >>> import fivebar
             >>> columns = fivebar.simulate(fivebar.plan("dextar", goal=(0.0, 0.02))).columns()
-            >>> len(columns), columns["t"].size
-            (25, 271)
+            >>> columns["t"].size, "tau1_command" in columns
+            (271, True)
         """
-        columns: dict[str, FloatArray] = {}
-        for field, names in COLUMNS.items():
-            values: FloatArray = getattr(self.series, field)
-            columns |= zip(names, values.reshape(len(values), len(names)).T, strict=True)
-        return columns
+        return self.series.columns()
+
+    def to_dataframe(self) -> Any:
+        """Return the columns as a `pandas.DataFrame`; its `attrs["units"]` has their units.
+
+        Raises:
+            InputError: pandas is not installed (`pip install 'fivebar[data]'`).
+
+        Examples:
+            >>> import fivebar
+            >>> table = fivebar.simulate("middle").to_dataframe()
+            >>> round(float(table.sigma.max()), 3), table.attrs["units"]["tau1"]
+            (1.0, 'Nm')
+        """
+        return data_frame(self.columns())
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the columns as CSV: names in the first row, numbers in full precision, nothing where none is known.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        write_csv(self.columns(), Path(path))
+
+    def to_mat(self, path: str | Path) -> None:
+        """Write the columns for MATLAB and Octave: a structure `run` of column vectors, and their `units`.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        write_mat(self.columns(), Path(path))
+
+    def to_parquet(self, path: str | Path) -> None:
+        """Write the columns as Parquet, with the unit of each in its metadata.
+
+        Raises:
+            InputError: pyarrow is not installed (`pip install 'fivebar[data]'`), or the file cannot be written.
+        """
+        write_parquet(self.columns(), Path(path))
 
     def plot(self, name: str = "hero") -> Drawing:
         """Draw the run: the robot on its way beside torques and weight, or another figure of its report.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,6 +34,7 @@ from fivebar_description.run_quantities import (
     FEEDBACK_EFFORT,
     FEEDBACK_POSITION,
     FEEDBACK_VELOCITY,
+    QUANTITIES,
     REFERENCE_RATE,
     REFERENCE_STATE,
     REQUESTED_TORQUE,
@@ -107,10 +110,88 @@ class RunSeries:
     estimate_error: FloatArray
     vision: VisionSeries
 
+    def columns(self) -> dict[str, FloatArray]:
+        """Return the whole run as columns by name, [n] each: what follows from the run first, then what was recorded.
+
+        Columns of which no value is known are left out; `UNITS` has the units.
+        """
+        found: dict[str, FloatArray] = {}
+        for field, one in DERIVED.items():
+            values: FloatArray = np.asarray(getattr(self, field), dtype=np.float64).reshape(self.time.size, -1)
+            if field in ALWAYS or not np.all(np.isnan(values)):
+                found |= zip(one.columns, values.T, strict=True)
+        return found | {name: values for name, values in self.table.columns().items() if name not in found}
+
     @property
     def in_zone(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         """bool[n]: where sigma > 0, false where it is not known."""
         return self.sigma > 0.0
+
+
+class DerivedQuantity(NamedTuple):
+    """A quantity that follows from the recorded ones: its columns with their units, and its meaning."""
+
+    columns: tuple[str, ...]
+    units: tuple[str, ...]
+    meaning: str
+
+
+DERIVED = {
+    "time": DerivedQuantity(("t",), ("s",), "nominal time since sample 0"),
+    "joint_position": DerivedQuantity(
+        ("q11", "q12", "q21", "q22"), ("rad",) * 4, "joint angles, exact where these are recorded"
+    ),
+    "joint_velocity": DerivedQuantity(("dq11", "dq12", "dq21", "dq22"), ("rad/s",) * 4, "their rates"),
+    "torque_applied": DerivedQuantity(
+        ("tau1", "tau2"), ("Nm", "Nm"), "motor torques that acted over the period before the sample"
+    ),
+    "reference": DerivedQuantity(
+        ("xd", "yd", "vxd", "vyd", "axd", "ayd"),
+        ("m", "m", "m/s", "m/s", "m/s²", "m/s²"),
+        "reference of the platform at the time of the sample",
+    ),
+    "platform": DerivedQuantity(
+        ("x", "y", "vx", "vy"), ("m", "m", "m/s", "m/s"), "the platform by `q11` to `q22` and their rates"
+    ),
+    "sigma": DerivedQuantity(("sigma",), ("",), "blending weight of the constraint law"),
+    "kappa": DerivedQuantity(("inverse_condition",), ("",), "1/cond(A)"),
+    "tracking_error": DerivedQuantity(("error_x", "error_y"), ("m", "m"), "platform minus reference"),
+    "det_a": DerivedQuantity(("det_a",), ("",), "det A; its sign is the assembly mode"),
+    "vhc_error": DerivedQuantity(("h",), ("m",), "signed distance of the platform from the path segment"),
+    "acceleration_error": DerivedQuantity(
+        ("acceleration_error",), ("m/s²",), "magnitude of the acceleration by the IMU minus that of the reference"
+    ),
+    "estimate_error": DerivedQuantity(
+        ("estimate_error",), ("m",), "distance of the estimated platform from the exact one, prediction included"
+    ),
+}
+"""What follows from the recorded quantities, by the field of :class:`RunSeries`, in the order of the columns."""
+
+ALWAYS = frozenset(
+    (
+        "time",
+        "joint_position",
+        "joint_velocity",
+        "torque_applied",
+        "reference",
+        "platform",
+        "sigma",
+        "kappa",
+        "tracking_error",
+    )
+)
+"""The fields whose columns a table always has, also where nothing is known of them."""
+
+
+def _units(columns: tuple[str, ...], units: tuple[str, ...]) -> dict[str, str]:
+    return {name: unit for name, unit in zip(columns, units, strict=True) if name}
+
+
+UNITS = {
+    **dict(chain.from_iterable(_units(one.columns, one.units).items() for one in QUANTITIES)),
+    **dict(chain.from_iterable(_units(one.columns, one.units).items() for one in DERIVED.values())),
+}
+"""The unit of every column by its name; "" for none."""
 
 
 def read_series(recording: Recording, scenario: Scenario, planned: Plan | None = None) -> RunSeries:
