@@ -14,11 +14,11 @@ A run is one table: a row per sample, a column per quantity, in SI units, NaN wh
 import fivebar
 
 run = fivebar.load_run("runs/NAME")
-run.to_dataframe()             # pandas and pyarrow: pip install 'fivebar[data]'
-run.to_csv("run.csv")          # names in the first row, numbers in full precision
-run.to_mat("run.mat")          # MATLAB and Octave: run.t, run.q11, ...; units.t, ...
+run.to_dataframe()  # pandas and pyarrow: pip install 'fivebar[data]'
+run.to_csv("run.csv")  # names in the first row, numbers in full precision
+run.to_mat("run.mat")  # MATLAB and Octave: run.t, run.q11, ...; units.t, ...
 run.to_parquet("run.parquet")
-run.columns()                  # numpy arrays by name
+run.columns()  # numpy arrays by name
 ```
 
 The torques, sigma and 1/cond(A) stand in the row of the measurement that they answer. A column of which nothing is
