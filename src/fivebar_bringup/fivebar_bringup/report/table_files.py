@@ -14,7 +14,7 @@ import numpy as np
 from fivebar_bringup.report.series import UNITS
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.runs.results import write_results
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.errors import InputError
 
 Columns = Mapping[str, FloatArray]
 """Columns by name, [n] each."""
