@@ -117,7 +117,7 @@ def commands_page() -> str:
 
     group = typer.main.get_command(app)
     context = typer.Context(group, info_name="fivebar")
-    parts = ["# Commands\n\nExit status 0: completed; 1: the run failed; 2: bad input or a refused motion.\n"]
+    parts = ["# Commands\n\nExit status 0: the run succeeded; 1: it did not; 2: bad input or a refused motion.\n"]
     for name in group.list_commands(context):
         command = group.get_command(context, name).help_filled()
         inner = typer.Context(command, info_name=name, parent=context)

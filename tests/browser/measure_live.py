@@ -42,7 +42,7 @@ def figures(process: subprocess.Popen[str]) -> dict[str, Any]:
     text, _ = process.communicate()
     summary = json.loads(text)
     return {
-        "completed": summary["completed"],
+        "outcome": summary["outcome"],
         "p99_ms": round(summary["latency_ms"]["p99"], 2),
         "max_ms": round(summary["latency_ms"]["max"], 2),
         "late": summary["overruns"],

@@ -87,7 +87,7 @@ def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Pat
     assert 0 <= missed <= 10
     other = [reason for reason in summary["not_completed_because"] if "sample" not in reason]
     assert other == []
-    assert (status, summary["completed"]) == ((1, False) if summary["not_completed_because"] else (0, True))
+    assert (status, summary["outcome"]) == ((1, "stopped") if summary["not_completed_because"] else (0, "succeeded"))
     assert summary["mode"] == "realtime"
     assert summary["assembly_mode_changes"] == 2
     # counted, on the clock of this machine
@@ -109,7 +109,7 @@ def test_a_fault_that_is_injected_on_the_way(fivebar: Callable[..., FivebarComma
     assert call.finish() == 1, call.stderr
     call.expect_no_process(0.0)
     summary = call.json()
-    assert summary["faults"] == ["drive_fault"]
+    assert (summary["outcome"], summary["faults"]) == ("stopped", ["drive_fault"])
     bag = bag_of(call)
     assert "q21 (node 2)" in bag.texts(FAULTS)[0]
     assert tuple(bag.field(TORQUE_COMMAND, "effort")[-1]) == ZERO
@@ -152,7 +152,7 @@ def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -
             assert call.finish() == 1
             assert call.stdout, call.stderr
             summary = call.json()
-            assert summary["faults"] == ["interrupted"]
+            assert (summary["outcome"], summary["faults"]) == ("interrupted", ["interrupted"])
             assert tuple(bag_of(call).field(TORQUE_COMMAND, "effort")[-1]) == ZERO
             call.expect_no_process(0.0)
         finally:

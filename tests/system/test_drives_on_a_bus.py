@@ -78,11 +78,11 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 @pytest.mark.extra
 @pytest.mark.parametrize("laboratory", [0.4], indirect=True)
-def test_it_ends_with_the_motion_and_says_that_it_is_completed(laboratory: Laboratory) -> None:
+def test_it_ends_with_the_motion_and_says_that_it_succeeded(laboratory: Laboratory) -> None:
     call = laboratory.run("--activate")
     assert call.finish() == 0, call.stdout + call.stderr
     summary = call.json()
-    assert (summary["completed"], summary["faults"]) == (True, [])
+    assert (summary["outcome"], summary["faults"]) == ("succeeded", [])
     assert summary["planned_samples"] == 21
     call.expect_no_process(0.0)
 
@@ -113,7 +113,7 @@ def test_the_operator_begins_it_and_it_ends_with_a_fault_or_the_operator(laborat
         change(Transition.TRANSITION_DEACTIVATE)
     assert call.finish() == 1, call.stdout + call.stderr
     summary = call.json()
-    assert summary["completed"] is False
+    assert summary["outcome"] == "stopped"
     assert summary["samples"] < summary["planned_samples"]
     assert ("drive_fault" in summary["faults"]) == (end == "fault")
     assert tuple(read_bag(laboratory.bench.folder / "run" / "out" / "bag").field(TORQUE_COMMAND, "effort")[-1]) == (

@@ -80,7 +80,7 @@ def bags(
         out = folder / f"{name}_{command}"
         call = fivebar(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
-        assert call.json()["completed"] is True
+        assert call.json()["outcome"] == "succeeded"
         assert 0.0 < call.json()["estimate_error_max_m"] < 5e-4
         found.append(read_bag(out / "bag"))
     return Bags(found[0], found[1], request.param)

@@ -25,7 +25,7 @@ def test_it_runs_the_plan_and_goes_on_from_there(fivebar: Callable[..., FivebarC
     there = fivebar("goto", "0", "0.03", "--offline", "--json", "--out", str(out))
     assert there.finish() == 0, there.stderr
     summary = there.json()["summary"]
-    assert summary["completed"] is True
+    assert summary["outcome"] == "succeeded"
     assert summary["assembly_mode_changes"] == 1
     assert RunDirectory(out).read_scenario().controller == "unified"
     start = start_after(out)

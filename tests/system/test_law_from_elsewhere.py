@@ -46,7 +46,7 @@ def bags(fivebar: Callable[..., FivebarCommand], folder: Path, scenario: Path) -
         out = folder / f"toy_{command}"
         call = fivebar(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
-        assert call.json()["completed"] is True
+        assert call.json()["outcome"] == "succeeded"
         bags[command] = read_bag(out / "bag")
     return bags
 

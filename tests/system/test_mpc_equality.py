@@ -38,7 +38,7 @@ def test_every_stamped_message_is_equal(fivebar: Callable[..., FivebarCommand], 
         call = fivebar(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
         summary = call.json()
-        assert summary["completed"] is True, summary["not_completed_because"]
+        assert summary["outcome"] == "succeeded", summary["not_completed_because"]
         assert summary["assembly_mode_changes"] == 1
         bags.append(read_bag(out / "bag"))
     ros, offline = bags

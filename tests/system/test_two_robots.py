@@ -45,7 +45,7 @@ def test_two_robots_run_in_one_domain(tmp_path: Path) -> None:
         assert bag.count(DIAGNOSTICS) > 0
         assert {absolute_name(GOAL, name), absolute_name(GOAL_STATUS, name)} <= set(bag.topics)
         assert len(set(bag.texts(RUN_READY))) == len(bag.texts(RUN_READY))
-        assert write_report(RunDirectory(tmp_path / name / "out"), with_page=False).completed
+        assert write_report(RunDirectory(tmp_path / name / "out"), with_page=False).outcome == "succeeded"
         heights.append(bag.field(JOINT_STATES, "position")[-1])
     assert not np.allclose(heights[0], heights[1], atol=1e-3)
 

@@ -47,7 +47,7 @@ def bags(fivebar: Callable[..., FivebarCommand], folder: Path) -> tuple[Recordin
         call = fivebar(command, str(scenario), "--json", "--out", str(out))
         assert call.finish() == 0, call.stderr
         summary = call.json()
-        assert summary["completed"] is True, summary["not_completed_because"]
+        assert summary["outcome"] == "succeeded", summary["not_completed_because"]
         assert (summary["assembly_mode_changes"], summary["working_mode_changes"]) == (2, 1)
         bags.append(read_bag(out / "bag"))
     return bags[0], bags[1]

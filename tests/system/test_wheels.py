@@ -54,7 +54,7 @@ def test_all_that_is_needed_is_asked_for(environment: Path) -> None:
 def test_the_installed_command_crosses(environment: Path, tmp_path: Path) -> None:
     simulated = called(environment / "bin/fivebar", "simulate", "middle", "--json", "--no-page", folder=tmp_path)
     summary = json.loads(simulated)
-    assert summary["completed"]
+    assert summary["outcome"] == "succeeded"
     assert summary["assembly_mode_changes"] == 2
     code = "import fivebar, fivebar_control; print(fivebar.__file__, fivebar_control.__file__)"
     where = called(environment / "bin/python", "-c", code, folder=tmp_path)

@@ -58,7 +58,9 @@ def test_the_import_loads_neither_ros_nor_matplotlib() -> None:
 
 def test_a_run_is_described_in_a_notebook() -> None:
     motion = fivebar.plan("dextar", goal=(0.0, 0.02), assembly_mode="-", fastest=True)
-    assert "<th>completed</th><td>true</td>" in fivebar.simulate(motion)._repr_html_()
+    run = fivebar.simulate(motion)
+    assert "<th>outcome</th><td>&quot;succeeded&quot;</td>" in run._repr_html_()
+    assert (run.outcome, str(run).partition(",")[0]) == (fivebar.RunOutcome.SUCCEEDED, "succeeded")
     with pytest.raises(ValueError, match="one of them"):
         fivebar.plan("dextar", goal=(0.0, 0.02), duration=1.0, fastest=True)
 

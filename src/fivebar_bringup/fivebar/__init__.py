@@ -4,8 +4,8 @@
     >>> robot = fivebar.load_robot("dextar")
     >>> motion = fivebar.plan(robot, goal=(0.0, 0.02), assembly_mode="-")
     >>> run = fivebar.simulate(motion)
-    >>> run.summary.completed, run.summary.assembly_mode_changes
-    (True, 1)
+    >>> run.outcome.value, run.summary.assembly_mode_changes
+    ('succeeded', 1)
 
 `run.plot()` then draws the run. No ROS is loaded. What `__all__` names is the public interface; the packages below it,
 `fivebar_description`, `fivebar_control`, `fivebar_sim` and `fivebar_bringup`, change more freely.
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fivebar_bringup.errors import BagError
     from fivebar_bringup.report.series import RunSeries
     from fivebar_bringup.report.summary import Summary
+    from fivebar_bringup.runs.outcome import RunOutcome
     from fivebar_bringup.scenario import Scenario
     from fivebar_control.trajectory.planner import PlanRefused
     from fivebar_description.errors import InputError
@@ -37,6 +38,7 @@ __all__ = [
     "Posture",
     "Robot",
     "Run",
+    "RunOutcome",
     "RunSeries",
     "Scenario",
     "Summary",
@@ -57,6 +59,7 @@ _PLACES = {
     "fivebar_bringup.errors": ("BagError",),
     "fivebar_bringup.report.series": ("RunSeries",),
     "fivebar_bringup.report.summary": ("Summary",),
+    "fivebar_bringup.runs.outcome": ("RunOutcome",),
     "fivebar_bringup.scenario": ("Scenario",),
     "fivebar_control.trajectory.planner": ("PlanRefused",),
     "fivebar_description.errors": ("InputError",),

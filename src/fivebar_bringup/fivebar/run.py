@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from fivebar.motion import Motion, load_scenario
 from fivebar.picture import Drawing
 from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.outcome_words import outcome_details
 from fivebar_bringup.report.report import read_analysis
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import Summary
@@ -18,6 +19,7 @@ from fivebar_bringup.report.table_files import data_frame, write_csv, write_mat,
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.runs.offline import run_offline
+from fivebar_bringup.runs.outcome import RunOutcome
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
 
@@ -42,9 +44,24 @@ class Run(NamedTuple):
         return self.analysis.summary
 
     @property
+    def outcome(self) -> RunOutcome:
+        """What became of the run, as in summary.json: succeeded, off_reference, stopped, refused or interrupted."""
+        return self.summary.outcome
+
+    @property
     def series(self) -> RunSeries:
         """The run as arrays over its samples."""
         return self.analysis.series
+
+    def __str__(self) -> str:
+        """Return the outcome, with the largest distance from the reference, rounded up, and what went wrong.
+
+        Examples:
+            >>> import fivebar
+            >>> print(fivebar.simulate("unified_middle"))
+            succeeded, at most 0.04 mm from the reference, tolerance 2 mm
+        """
+        return f"{self.outcome}{outcome_details(self.summary)}"
 
     def columns(self) -> dict[str, FloatArray]:
         """Return the run as columns by name, each [n] in SI units, a value per sample, NaN where nothing is known.
@@ -142,8 +159,8 @@ def simulate(motion: Motion | Scenario | str | Path, out: str | Path | None = No
     Examples:
         >>> import fivebar
         >>> run = fivebar.simulate("unified_middle")
-        >>> run.summary.within_tolerance, round(1e3 * run.summary.tracking_error_peak_m, 2)
-        (True, 0.03)
+        >>> run.outcome.value, run.summary.tracking_error_peak_m < 3.4e-5
+        ('succeeded', True)
     """
     if isinstance(motion, Motion):
         scenario = motion.scenario

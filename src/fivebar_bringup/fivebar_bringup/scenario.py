@@ -160,7 +160,7 @@ class Scenario(StrictModel):
     error_tolerance: Annotated[
         float,
         Setting(
-            "Distance of the platform from the reference up to which a run is completed without reservation; the"
+            "Distance of the platform from the reference up to which a run succeeds; the"
             " predicted run has to stay within half of it.",
             "m",
             at_least=1e-6,

@@ -2,7 +2,7 @@
 
 ros2 launch fivebar_bringup crossing.launch.py scenario:=middle mode:=lockstep out:=runs/from_launch
 
-The last lines of output name the directory of bag, report and summary. The launch fails if the run did not complete.
+The last lines of output name the directory of bag, report and summary. The launch fails if the run did not succeed.
 """
 
 from launch import LaunchDescription
@@ -33,7 +33,7 @@ def start_run(context):
 def end_with_run(event, context):
     """Shut the launch down; fail if the run failed."""
     if event.returncode != 0:
-        raise RuntimeError(f"the run did not complete: exit status {event.returncode}")
+        raise RuntimeError(f"the run did not succeed: exit status {event.returncode}")
     return [EmitEvent(event=Shutdown(reason="the run has ended"))]
 
 

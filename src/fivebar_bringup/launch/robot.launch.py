@@ -4,8 +4,8 @@ ros2 launch fivebar_bringup robot.launch.py scenario:=middle_robot hardware:=emu
 ros2 launch fivebar_bringup robot.launch.py scenario:=mine.yaml hardware:=socketcan drives:=/path/to/drives.yaml
 ros2 launch fivebar_bringup robot.launch.py scenario:=motkin_middle hardware:=usb port:=/dev/ttyACM0
 
-This is the run of `fivebar run SCENARIO --hardware ...`: it shuts down when the run ends, and fails if the run is not
-completed. Emulated drives and a motor board are powered as soon as all nodes are ready; real drives on a bus once the
+This is the run of `fivebar run SCENARIO --hardware ...`: it shuts down when the run ends, and fails if it did not
+succeed. Emulated drives and a motor board are powered as soon as all nodes are ready; real drives on a bus once the
 operator has configured and activated the bridge, or by themselves with activate:=true.
 """
 
@@ -44,7 +44,7 @@ def start_experiment(context):
 def end_with_run(event, context):
     """Shut the launch down; fail if the run failed."""
     if event.returncode != 0:
-        raise RuntimeError(f"the run did not complete: exit status {event.returncode}")
+        raise RuntimeError(f"the run did not succeed: exit status {event.returncode}")
     return [EmitEvent(event=Shutdown(reason="the run has ended"))]
 
 

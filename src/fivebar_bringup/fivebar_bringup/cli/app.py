@@ -16,16 +16,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from fivebar_bringup.cli.words import filled
 from fivebar_bringup.errors import BagError, RunFailed
-from fivebar_bringup.pages.units import in_millimetres
+from fivebar_bringup.runs.outcome import RunOutcome
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import ResumableInterrupt
 
 if TYPE_CHECKING:
     from fivebar_bringup.report.summary import Summary
+    from fivebar_bringup.runs.run_directory import RunDirectory
 
 COMPLETED, FAILED, BAD_INPUT = 0, 1, 2
 
@@ -149,15 +151,11 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
         yield update
 
 
-def verdict_of(summary: Summary) -> str:
-    """Return whether a run was completed and within which error, with the console's colours."""
-    if not summary.completed:
-        return "[red]not completed[/red]"
-    error, tolerance = summary.tracking_error_peak_m, summary.error_tolerance_m
-    within = f"at most {in_millimetres(error)} from the reference"
-    if summary.overruns is not None:
-        samples = "sample" if summary.overruns == 1 else "samples"
-        within += f", {summary.overruns} {samples} late and {summary.missing_samples} missing"
-    if summary.within_tolerance:
-        return f"[green]completed[/green], {within}, tolerance {tolerance * 1e3:g} mm"
-    return f"[yellow]completed, but not within tolerance[/yellow], {within}, tolerance {tolerance * 1e3:g} mm"
+def print_outcome(directory: RunDirectory, summary: Summary) -> None:
+    """Print the last line of a command that made a run: what became of it, and where the report is."""
+    from fivebar_bringup.report.outcome_words import outcome_details
+
+    shown = directory.page if directory.page.exists() else directory.path
+    colour = {RunOutcome.SUCCEEDED: "green", RunOutcome.OFF_REFERENCE: "yellow"}.get(summary.outcome, "red")
+    word = f"[{colour}]{summary.outcome}[/{colour}]"
+    Console().print(f"{word}{escape(outcome_details(summary))}: look at {escape(str(shown))}", soft_wrap=True)

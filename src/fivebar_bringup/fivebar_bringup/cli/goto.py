@@ -23,18 +23,17 @@ from fivebar_bringup.cli.app import (
     ScenarioArgument,
     command,
     input_errors,
+    print_outcome,
     progress_bar,
-    verdict_of,
 )
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.namespace import read_namespace
+from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
 if TYPE_CHECKING:
-    from fivebar_bringup.report.summary import Summary
-    from fivebar_bringup.runs.run_directory import RunDirectory
     from fivebar_bringup.studies.goto.start import Start
 
 DEFAULT_CONTROLLER = "unified"
@@ -226,8 +225,8 @@ def goto(
     if as_json:
         print(json.dumps({"plan": plan, "summary": summary.as_json()}, indent=2, allow_nan=False))
     else:
-        _print_outcome(directory, summary)
-    raise typer.Exit(COMPLETED if summary.completed else FAILED)
+        print_outcome(directory, summary)
+    raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
 @command()
@@ -321,8 +320,3 @@ def _start(
     if start is not None or start_mode is not None or (after is not None and seen is not None):
         raise InputError("--seen, --after and --from: expected one of them")
     return start_after(after) if after is not None else start_seen(seen or "")
-
-
-def _print_outcome(directory: RunDirectory, summary: Summary) -> None:
-    reasons = "" if summary.completed else f": {'; '.join(summary.not_completed_because)}"
-    Console(soft_wrap=True).print(f"{verdict_of(summary)}{reasons}: look at {directory.page}")

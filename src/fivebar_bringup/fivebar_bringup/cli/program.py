@@ -11,7 +11,6 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import (
     COMPLETED,
-    FAILED,
     JsonOption,
     NamespaceOption,
     OutOption,
@@ -20,12 +19,13 @@ from fivebar_bringup.cli.app import (
     RealtimeOption,
     command,
     input_errors,
+    print_outcome,
     progress_bar,
-    verdict_of,
 )
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.namespace import read_namespace
+from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -95,10 +95,8 @@ def program(
         content = {"steps": steps_as_json(steps), "program": last, "summary": summary.as_json()}
         print(json.dumps(content, indent=2, allow_nan=False))
     else:
-        reasons = "" if summary.completed else f": {'; '.join(summary.not_completed_because)}"
-        shown = directory.page if directory.page.exists() else directory.path
-        Console(soft_wrap=True).print(f"{verdict_of(summary)}{reasons}: look at {shown}")
-    raise typer.Exit(COMPLETED if summary.completed else FAILED)
+        print_outcome(directory, summary)
+    raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
 def _show(steps: tuple[PlannedStep, ...]) -> None:

@@ -13,8 +13,6 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import (
-    COMPLETED,
-    FAILED,
     JsonOption,
     NamespaceOption,
     OutOption,
@@ -24,12 +22,13 @@ from fivebar_bringup.cli.app import (
     ScenarioArgument,
     command,
     input_errors,
+    print_outcome,
     progress_bar,
-    verdict_of,
 )
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.namespace import read_namespace
+from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interface import DEFAULT_PRIORITY, HIGHEST_PRIORITY
 from fivebar_description.interrupts import keyboard_interrupts
@@ -252,7 +251,7 @@ def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as
         print(json.dumps([summary.as_json() for summary in summaries], indent=2, allow_nan=False))
     else:
         Console().print(f"both runs: look at {page}", soft_wrap=True)
-    raise typer.Exit(COMPLETED if all(summary.completed for summary in summaries) else FAILED)
+    raise typer.Exit(max(EXIT_STATUS[summary.outcome] for summary in summaries))
 
 
 @command()
@@ -299,14 +298,12 @@ def _finish(directory: RunDirectory, summary: Summary, as_json: bool) -> NoRetur
         print(json.dumps(content, indent=2, allow_nan=False))
     else:
         _print_summary(directory, summary)
-    raise typer.Exit(COMPLETED if summary.completed else FAILED)
+    raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
 def _print_summary(directory: RunDirectory, summary: Summary) -> None:
     table = Table(show_header=False, box=None)
     for key, value in summary.as_json().items():
         table.add_row(f"[dim]{key}[/dim]", json.dumps(value))
-    printer = Console()
-    printer.print(table)
-    shown = directory.page if directory.page.exists() else directory.path
-    printer.print(f"{verdict_of(summary)}: look at {shown}", soft_wrap=True)
+    Console().print(table)
+    print_outcome(directory, summary)

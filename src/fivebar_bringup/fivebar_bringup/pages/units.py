@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_CEILING, Decimal
+
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
@@ -33,10 +35,35 @@ def plain(value: float | None, unit: str) -> str:
 
 
 def in_millimetres(distance: float | None) -> str:
-    """Return a distance (m) to the hundredth of a millimetre, a smaller one by its first digit, or a dash."""
+    """Return an error (m) rounded up to the hundredth of a millimetre, a smaller one to its first digit, or a dash."""
     if distance is None:
         return "–"
-    return f"{1e3 * distance:.2f} mm" if distance >= 1e-5 else f"{1e3 * distance:.1g} mm"
+    millimetres = _exactly(distance) * 1000
+    if 0 < millimetres < Decimal("0.01"):
+        return f"{_rounded_up(millimetres, -millimetres.adjusted()):.1g} mm"
+    return f"{_rounded_up(millimetres, 2):.2f} mm"
+
+
+def error_of(value: float | None, unit: str) -> str:
+    """Return an error for a person like :func:`engineering`, but rounded up, so that it is within what is told."""
+    if not value:
+        return engineering(value, unit)
+    exact = _exactly(value)
+    up = _rounded_up(exact, 2 - exact.adjusted())
+    for factor, prefix in PREFIXES:
+        scaled = up / _exactly(factor)
+        if scaled >= 1:
+            return f"{scaled:.{max(0, 2 - scaled.adjusted())}f} {prefix}{unit}"
+    return f"{up:.2e} {unit}"
+
+
+def _exactly(value: float) -> Decimal:
+    """Return a number as it is written: 0.002 is two thousandths, and not what a binary number can hold of them."""
+    return Decimal(repr(float(value)))
+
+
+def _rounded_up(value: Decimal, decimals: int) -> Decimal:
+    return value.quantize(Decimal(1).scaleb(-decimals), ROUND_CEILING)
 
 
 def _three_digits(value: float) -> str:

@@ -24,7 +24,7 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.pages.units import engineering, plain, suitable_unit
+from fivebar_bringup.pages.units import error_of, plain, suitable_unit
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import peak
@@ -62,7 +62,7 @@ def vhc_error(run: RunAnalysis) -> Figure:
     panels = figure.subplots(2, 1, sharex=True)
     lengths, unit = suitable_unit(peak(series.vhc_error), "m")
     _zoned_line(panels[0], series, series.vhc_error * lengths, GREEN, "h")
-    panels[0].set_title(f"distance h from the path: up to {engineering(summary.vhc_error_max_m, 'm')} in the zones")
+    panels[0].set_title(f"distance h from the path: up to {error_of(summary.vhc_error_max_m, 'm')} in the zones")
     panels[0].set_ylabel(f"h in {unit}")
     angles, unit = suitable_unit(peak(series.vhc_error_joint), "rad")
     for motor in range(2):
@@ -70,8 +70,7 @@ def vhc_error(run: RunAnalysis) -> Figure:
         style: LineStyleType = "-" if motor == 0 else (0.0, (2.0, 1.2))
         _zoned_line(panels[1], series, series.vhc_error_joint[:, motor] * angles, MOTORS[motor], name, style)
     panels[1].set_title(
-        f"motor angles: up to {engineering(summary.vhc_error_joint_max_rad, 'rad')}"
-        " from those of the nearest path point"
+        f"motor angles: up to {error_of(summary.vhc_error_joint_max_rad, 'rad')} from those of the nearest path point"
     )
     panels[1].set_ylabel(f"error in {unit}")
     error_axis(panels[0], series.vhc_error * lengths)
@@ -110,12 +109,12 @@ def supervisor(run: RunAnalysis) -> Figure:
 def tracking(run: RunAnalysis) -> Figure:
     """Draw the platform's distance from the reference along both axes."""
     series, summary = run.series, run.summary
-    largest = engineering(summary.tracking_error_peak_m, "m")
+    largest = error_of(summary.tracking_error_peak_m, "m")
     figure = new_figure("Tracking error of the platform", f"largest distance from the reference {largest}", 4.4)
     axes = figure.subplots()
     scale, unit = suitable_unit(summary.tracking_error_peak_m, "m")
     for column, (name, color) in enumerate((("x", BLUE), ("y", VERMILION))):
-        rms = engineering(summary.tracking_error_rms_m[column], "m")
+        rms = error_of(summary.tracking_error_rms_m[column], "m")
         axes.plot(
             series.time, series.tracking_error[:, column] * scale, color=color, label=f"{name}, root mean square {rms}"
         )
@@ -156,8 +155,7 @@ def vision(run: RunAnalysis) -> Figure:
         axes.set_ylabel(f"{'xy'[axis]}, camera − joints in {unit}")
         error_axis(axes, seen.error[:, axis] * scale)
     panels[0].set_title(
-        f"rms {engineering(summary.vision_error_rms_m, 'm')}, at most"
-        f" {engineering(summary.vision_error_max_m, 'm')}{dotted}"
+        f"rms {error_of(summary.vision_error_rms_m, 'm')}, at most {error_of(summary.vision_error_max_m, 'm')}{dotted}"
     )
     _finish(run, panels)
     return figure

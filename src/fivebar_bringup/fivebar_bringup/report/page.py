@@ -8,7 +8,8 @@ from typing import NamedTuple
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import Scripts
-from fivebar_bringup.pages.units import engineering, in_millimetres, plain
+from fivebar_bringup.pages.units import error_of, plain
+from fivebar_bringup.report.outcome_words import outcome_sentence
 from fivebar_bringup.report.summary import MotorPair, Summary
 from fivebar_bringup.report.thesis import thesis_figures
 from fivebar_bringup.scenario import Scenario
@@ -28,11 +29,11 @@ def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture],
     """Return the page: outcome, replay, metrics beside those of the thesis, figures, scenario, how to repeat it all."""
     return render(
         "run.html",
-        title=f"{scenario.name}: {'completed' if summary.completed else 'not completed'}",
+        title=f"{scenario.name}: {summary.outcome}",
         setting=_setting(summary),
         scenario=scenario,
         summary=summary,
-        error=in_millimetres(summary.tracking_error_peak_m),
+        sentence=outcome_sentence(summary),
         metrics=list(_metrics(scenario, summary)),
         pictures=pictures,
         scripts=replay,
@@ -46,15 +47,11 @@ def overlay_page(names: tuple[str, str], runs: Sequence[tuple[Scenario, Summary]
     return render(
         "overlay.html",
         title=f"{names[0]} and {names[1]}",
-        setting="two runs with the same time axis · " + ", ".join(_outcome(run[1]) for run in runs),
+        setting="two runs with the same time axis · " + ", ".join(run[1].outcome for run in runs),
         names=names,
         rows=[(name, first.get(name, "–"), second.get(name, "–")) for name in dict.fromkeys([*first, *second])],
         scripts=replay,
     )
-
-
-def _outcome(summary: Summary) -> str:
-    return "completed" if summary.completed else "not completed"
 
 
 def _setting(summary: Summary) -> str:
@@ -76,21 +73,21 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("largest torque requested, motors 1 and 2", _both(summary.torque_requested_peak_nm, "Nm"))
     yield Metric("samples that requested more than the limit", _count(summary.torque_saturated_samples))
     yield Metric(
-        "error of the virtual constraint |h| where σ > 0", engineering(summary.vhc_error_max_m, "m"), thesis.vhc_error
+        "error of the virtual constraint |h| where σ > 0", error_of(summary.vhc_error_max_m, "m"), thesis.vhc_error
     )
-    joint = engineering(summary.vhc_error_joint_max_rad, "rad")
+    joint = error_of(summary.vhc_error_joint_max_rad, "rad")
     yield Metric("the same in motor angles", joint, thesis.vhc_error_joint)
     yield Metric("largest tracking error, x and y", _both(summary.tracking_error_max_m, "m"))
     yield Metric("root mean square tracking error, x and y", _both(summary.tracking_error_rms_m, "m"))
-    yield Metric("largest distance from the reference", engineering(summary.tracking_error_peak_m, "m"))
+    yield Metric("largest distance from the reference", error_of(summary.tracking_error_peak_m, "m"))
     yield Metric("largest weight σ", "–" if summary.sigma_max is None else f"{summary.sigma_max:.3g}", "1 on the locus")
     imu = plain(summary.imu_acceleration_error_rms, "m/s²")
     yield Metric("root mean square acceleration error by the IMU", imu, "goes to zero")
     if summary.vision_error_rms_m is not None:
-        seen = f"{engineering(summary.vision_error_rms_m, 'm')}, {engineering(summary.vision_error_max_m, 'm')}"
+        seen = f"{error_of(summary.vision_error_rms_m, 'm')}, {error_of(summary.vision_error_max_m, 'm')}"
         yield Metric("camera minus joints: root mean square, largest", seen)
-        yield Metric("camera minus exact platform, largest", engineering(summary.vision_true_error_max_m, "m"))
-    yield Metric("largest error of the estimate", engineering(summary.estimate_error_max_m, "m"))
+        yield Metric("camera minus exact platform, largest", error_of(summary.vision_true_error_max_m, "m"))
+    yield Metric("largest error of the estimate", error_of(summary.estimate_error_max_m, "m"))
     yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
     times = "–" if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
     yield Metric("time between samples: median, 99 %, longest", times)
@@ -105,7 +102,7 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
 
 
 def _both(pair: MotorPair, unit: str) -> str:
-    text = plain if unit == "Nm" else engineering
+    text = plain if unit == "Nm" else error_of
     return ", ".join(text(value, unit) for value in pair)
 
 

@@ -114,7 +114,7 @@ def _headline(run: RunAnalysis) -> tuple[str, str]:
     elif run.blends and run.plan.crossings:
         asked = plain(peak(run.series.torque_nominal), "Nm")
         subtitle += f"; the computed torque law alone requests up to {asked} on the way"
-    if not summary.completed:
+    if summary.not_completed_because:
         return "The motion was not completed", subtitle
     crossed = "Through the Type 2 singularity" if run.plan.crossings else ""
     stretched = "To the Type 1 singularity" if run.plan.meetings else ""

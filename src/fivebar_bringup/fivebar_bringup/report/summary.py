@@ -1,8 +1,9 @@
-"""The metrics of a run, and whether it was completed."""
+"""The metrics of a run, and what became of it."""
 
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import groupby
@@ -10,22 +11,27 @@ from typing import Any
 
 import numpy as np
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.recording import FloatArray, Recording
+from fivebar_bringup.runs.outcome import RunOutcome, fault_name, outcome_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS
 
 ERROR_LIMIT = 0.050
-"""A completed run stays within this distance (m) of its reference throughout."""
+"""The platform stays within this distance (m) of its reference throughout, whatever the tolerance."""
 
 FINAL_ERROR_LIMIT = 0.002
-"""A completed run ends within this distance (m) of its reference."""
+"""The platform ends within this distance (m) of its reference."""
 
 REALTIME = "realtime"
 """The mode of runs that follow the clock, as in timing.json."""
+
+COMPLETED = "completed"
+"""A deprecated field of summary.json: whether there is no reason in `not_completed_because`."""
 
 MotorPair = tuple[float | None, float | None]
 
@@ -44,9 +50,11 @@ class Summary:
     """The metrics of a run. None stands for one that does not apply or is not known.
 
     Attributes:
-        completed: all samples, no fault, the error within 50 mm throughout and 2 mm at the end, the planned number of
-            assembly-mode and working-mode changes. In real time samples may be late or missing, but for the last one,
-            and the error has to be within the scenario's tolerance.
+        outcome: what became of the run: "succeeded" where the whole motion was made without a fault and within the
+            scenario's tolerance; "off_reference" where it was made without a fault, but beyond the tolerance, beside
+            its goal or in another mode than planned; "stopped" by a fault, or before its last sample; "refused" where
+            nothing has moved; "interrupted" by a signal. In real time samples may be late or missing, but for the last
+            one.
         faults: names of the faults, each once, in the order in which they came.
         samples: samples recorded, of `planned_samples`.
         assembly_mode_changes: changes of the sign of det A, of `planned_mode_changes`.
@@ -71,17 +79,19 @@ class Summary:
             the recorder; in real time also those without a reference, where that was missing.
         simulated_s: nominal time from sample 0 to the last one recorded (s).
         wall_s: how long the run took (s).
-        not_completed_because: reasons, in words.
+        not_completed_because: why the run was stopped, refused or interrupted, or has ended in another mode than
+            planned, beside its goal or more than 50 mm off its reference, in real time more than the tolerance; in
+            words.
         fault_details: the faults' full texts.
         tracking_error_peak_m: largest distance from the reference (m).
         dropped_messages: messages that the recorder is known to have missed.
         error_tolerance_m: the scenario's tolerance (m).
         within_tolerance: whether the platform is known to have stayed within it throughout, in real time at all samples
-            that are not missing; a completed run may not have.
+            that are not missing.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
     """
 
-    completed: bool
+    outcome: RunOutcome
     faults: list[str]
     samples: int
     assembly_mode_changes: int
@@ -119,9 +129,16 @@ class Summary:
     error_tolerance_m: float
     within_tolerance: bool
 
+    @property
+    def completed(self) -> bool:
+        """Whether the motion was made, within the tolerance or not; deprecated, `outcome` takes its place."""
+        warnings.warn("Summary.completed is deprecated: use Summary.outcome", DeprecationWarning, stacklevel=2)
+        return not self.not_completed_because
+
     def as_json(self) -> dict[str, Any]:
         """Return the summary as plain lists, numbers and texts, with no NaN or infinity in it."""
-        content = asdict(self)
+        values = asdict(self)
+        content = {"outcome": values.pop("outcome").value, COMPLETED: not self.not_completed_because, **values}
         return {key: list(value) if isinstance(value, tuple) else value for key, value in content.items()}
 
 
@@ -137,26 +154,28 @@ def summarize(
     plan = scenario.plan() if planned is None else planned
     planned_samples = plan.path.samples(scenario.rate_hz) + 1
     planned_changes = len(plan.crossings)
-    details = [*(recording.texts(FAULTS) if recording.count(FAULTS) else []), *timing.faults]
+    recorded = recording.texts(FAULTS) if recording.count(FAULTS) else []
+    details = [*recorded, *(fault for fault in timing.faults if fault not in recorded)]
     distance = np.hypot(series.tracking_error[:, 0], series.tracking_error[:, 1])
     changes = sign_changes(series.det_a)
     turned = working_mode_changes(np.sin(series.joint_position[:, [1, 3]]).tolist())
     clocked = timing.mode == REALTIME
     judged = distance[~np.isnan(distance)] if clocked else distance
-    reasons = [
-        *details,
-        *_unrecorded_samples(series, planned_samples, clocked),
+    within = bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance))
+    unrecorded = _unrecorded_samples(series, planned_samples, clocked)
+    deviations = [
         *_lost_tracking(distance, scenario.stop_cycles() if clocked else 0),
         *(_beyond_tolerance(distance, scenario.error_tolerance) if clocked else ()),
         *_wrong_changes("assembly", changes, planned_changes),
         *_wrong_changes("working", turned, plan.working_mode_changes),
     ]
+    reasons = [*details, *unrecorded, *deviations]
     vhc_error_joint = np.max(np.abs(series.vhc_error_joint), axis=1)
     limit = scenario.torque_limit
     dropped = recording.custom_data.get("dropped", "")
     return Summary(
-        completed=not reasons,
-        faults=list(dict.fromkeys(detail.partition(":")[0].strip() for detail in details)),
+        outcome=outcome_of(series.sample.size, not unrecorded, within and not deviations, recorded, timing.faults),
+        faults=list(dict.fromkeys(map(fault_name, details))),
         samples=series.sample.size,
         assembly_mode_changes=changes,
         torque_peak_nm=_pair(series.torque_applied, peak),
@@ -191,7 +210,7 @@ def summarize(
         planned_working_mode_changes=plan.working_mode_changes,
         dropped_messages=int(dropped) if dropped.isdecimal() else None,
         error_tolerance_m=scenario.error_tolerance,
-        within_tolerance=bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance)),
+        within_tolerance=within,
     )
 
 
@@ -269,7 +288,8 @@ def _beyond_tolerance(distance: FloatArray, tolerance: float) -> Sequence[str]:
     largest = peak(distance)
     if largest is None or largest <= tolerance:
         return ()
-    return (f"the platform was up to {largest * 1e3:.1f} mm from its reference, tolerated are {tolerance * 1e3:g} mm",)
+    tolerated = f"tolerated are {tolerance * 1e3:g} mm"
+    return (f"the platform was up to {in_millimetres(largest)} from its reference, {tolerated}",)
 
 
 def _lost_tracking(distance: FloatArray, bridged: int) -> list[str]:
@@ -277,13 +297,13 @@ def _lost_tracking(distance: FloatArray, bridged: int) -> list[str]:
     reasons = []
     largest = peak(distance)
     if largest is not None and largest > ERROR_LIMIT:
-        reasons.append(f"the platform was up to {largest * 1e3:.1f} mm from its reference, allowed are 50 mm")
+        reasons.append(f"the platform was up to {in_millimetres(largest)} from its reference, allowed are 50 mm")
     unknown = np.isnan(distance)
     longest = max((len(list(run)) for lacks, run in groupby(unknown.tolist()) if lacks), default=0)
     if longest > bridged or unknown[-1:].any():
         reasons.append(f"the tracking error is not known at {unknown.sum()} of the {distance.size} samples")
     if distance.size and distance[-1] > FINAL_ERROR_LIMIT:
-        reasons.append(f"the platform ended {distance[-1] * 1e3:.1f} mm from its reference, allowed are 2 mm")
+        reasons.append(f"the platform ended {in_millimetres(distance[-1])} from its reference, allowed are 2 mm")
     return reasons
 
 

@@ -12,6 +12,7 @@ from fivebar_bringup.nodes.run_monitor import RunMonitor
 from fivebar_bringup.runs.bridges import BRIDGES
 from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
+from fivebar_bringup.runs.outcome import INTERRUPTED_FAULT
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
@@ -29,7 +30,7 @@ FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
 plant waits for a torque."""
 
-INTERRUPTED = "interrupted: stopped by a signal to the launcher"
+INTERRUPTED = f"{INTERRUPTED_FAULT}: stopped by a signal to the launcher"
 
 Progress = Callable[[int, int], None]
 """Called with the current sample and the last sample of the run."""
@@ -43,12 +44,14 @@ class GraphOutcome(NamedTuple):
         overruns: samples whose torque arrived after the next sample was due, as counted by the plant.
         latency_ms: median, 99th percentile and maximum of the time from a sample to its torque at the plant (ms).
         faults: faults that the launcher detected.
+        published: faults that nodes had published when a signal ended the run.
     """
 
     wall_s: float
     overruns: int | None
     latency_ms: dict[str, float] | None
     faults: list[str]
+    published: Sequence[str] = ()
 
 
 class Kill(NamedTuple):
@@ -78,12 +81,15 @@ def run_graph(
     """
     began = time.monotonic()
     faults: list[str] = []
+    heard: list[str] = []
+    published: list[str] = []
     processes: dict[str, NodeProcess] = {}
     status: dict[str, Any] = {}
     try:
         start_processes(specs, run, domain, processes, namespace)
         started({name: process.pid for name, process in processes.items()})
         with RunMonitor(domain, namespace) as monitor:
+            heard = monitor.faults
             # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out. A run
             # goes on without its pictures
             watched = {
@@ -97,11 +103,12 @@ def run_graph(
     except NodesNotStarted as error:
         faults.append(str(error))
     except KeyboardInterrupt:
+        published = list(heard)
         faults.append(INTERRUPTED)
     finally:
         wall_s = time.monotonic() - began
         faults += stop_all(processes)
-    return GraphOutcome(wall_s, status.get("overruns"), status.get("latency_ms"), faults)
+    return GraphOutcome(wall_s, status.get("overruns"), status.get("latency_ms"), faults, published)
 
 
 def _watch(

@@ -26,7 +26,7 @@ def run_command(
     """Return the command of a run in the DDS domain of the shell, so that ROS tools in that shell see the nodes.
 
     It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 if the run
-    completed. What cannot go together it refuses, such as a motor board without a port.
+    succeeded. What cannot go together it refuses, such as a motor board without a port.
     """
     words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID") or "0"]
     if mode is Mode.REALTIME and hardware is Hardware.SIMULATED:

@@ -87,6 +87,6 @@ def write_outcome(run: RunDirectory, mode: Mode, outcome: GraphOutcome) -> None:
             "wall_s": outcome.wall_s,
             "overruns": outcome.overruns if mode is Mode.REALTIME else None,
             "latency_ms": outcome.latency_ms,
-            "faults": outcome.faults,
+            "faults": [*outcome.published, *outcome.faults],
         },
     )

@@ -132,7 +132,7 @@ def test_two_runs_get_one_page(directory: RunDirectory, tmp_path: Path) -> None:
     other = RunDirectory(Path(shutil.copytree(directory.path, tmp_path / "a&b")))
     page, summaries = write_overlay(directory, other)
     assert page == directory.path / "overlay-a&b.html"
-    assert [summary.completed for summary in summaries] == [False, False]
+    assert [summary.outcome for summary in summaries] == ["stopped", "stopped"]
     text = page.read_text(encoding="utf-8")
     assert html.escape("Run 2: a&b") in text
     (data,) = re.findall(r'id="replay-data">(.*?)</script>', text)

@@ -31,6 +31,7 @@ from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.writer import BagWriter
+from fivebar_bringup.runs.outcome import RunOutcome
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
@@ -122,9 +123,9 @@ def reported(
     yield run, write_report(run)
 
 
-def test_the_middle_run_is_completed(reported: tuple[RunDirectory, Summary]) -> None:
+def test_the_middle_run_succeeded(reported: tuple[RunDirectory, Summary]) -> None:
     _, summary = reported
-    assert summary.completed
+    assert summary.outcome == RunOutcome.SUCCEEDED
     assert summary.assembly_mode_changes == 2
     assert summary.sigma_max == 1.0
     assert (summary.runner, summary.wall_s) == ("offline", 0.5)
@@ -175,9 +176,16 @@ def test_the_page_names_no_place_of_this_machine(reported: tuple[RunDirectory, S
 def test_the_page_says_what_came_out(reported: tuple[RunDirectory, Summary]) -> None:
     run, _ = reported
     page = without_scripts(run.page.read_text(encoding="utf-8"))
-    for text in ("Completed", "of order 1e-4", "segment_duration: 1.0", "fivebar simulate scenario.yaml", "figure 4.9"):
+    for text in (
+        "The run succeeded",
+        "no fault",
+        "of order 1e-4",
+        "segment_duration: 1.0",
+        "fivebar simulate scenario.yaml",
+        "figure 4.9",
+    ):
         assert text in page, text
-    assert "Not completed" not in page
+    assert "<title>middle: succeeded</title>" in page
     assert "None" not in page and "nan" not in re.sub(r'src="[^"]*"', "", page)
 
 
@@ -192,7 +200,7 @@ def test_everything_on_the_page_is_escaped(reported: tuple[RunDirectory, Summary
     """A scenario cannot have such a name, a fault can have any text; the page trusts neither."""
     _, summary = reported
     scenario = load_scenario("middle").model_copy(update={"name": MALICE, "robot": MALICE})
-    hostile: dict[str, Any] = {"completed": False, "controller": MALICE, "runner": MALICE, "mode": MALICE}
+    hostile: dict[str, Any] = {"controller": MALICE, "runner": MALICE, "mode": MALICE}
     changed = Summary(**{**vars(summary), **hostile, "not_completed_because": [MALICE]})
     page = html_page(scenario, changed, [Picture(MALICE, MALICE, b"png")])  # without a replay, so without scripts
     tags = Tags(page)
@@ -208,10 +216,11 @@ def test_a_failed_run_says_why(tmp_path: Path, middle_run: OfflineRun) -> None:
     cut = OfflineRun(middle_run.samples[:300], ["plant_diverged: after sample 299: too <fast>"])
     run = new_run(tmp_path, load_scenario("middle"), cut)
     summary = write_report(run)
-    assert not summary.completed
+    assert summary.outcome == RunOutcome.STOPPED
     assert summary.assembly_mode_changes == 1
     page = run.page.read_text(encoding="utf-8")
-    assert "Not completed" in page
+    assert '<div class="verdict failed"><strong>The run was stopped</strong>, because<ul>' in page
+    assert "<title>middle: stopped</title>" in page
     assert "<li>plant_diverged: after sample 299: too &lt;fast&gt;</li>" in page
     assert "<li>300 of the 1001 planned samples were recorded</li>" in page
     for name, size in FIGURES.items():
@@ -221,7 +230,7 @@ def test_a_failed_run_says_why(tmp_path: Path, middle_run: OfflineRun) -> None:
 @pytest.mark.usefixtures("coarse")
 def test_a_run_of_one_sample_has_a_report(tmp_path: Path, middle_run: OfflineRun) -> None:
     summary = write_report(new_run(tmp_path, load_scenario("middle"), OfflineRun(middle_run.samples[:1], [])))
-    assert (summary.samples, summary.completed, summary.simulated_s) == (1, False, 0.0)
+    assert (summary.samples, summary.outcome, summary.simulated_s) == (1, "stopped", 0.0)
 
 
 def test_a_run_that_never_began_has_a_report_without_pictures(tmp_path: Path) -> None:
@@ -229,7 +238,7 @@ def test_a_run_that_never_began_has_a_report_without_pictures(tmp_path: Path) ->
     with BagWriter(run.bag, TOPICS) as bag:
         bag.write(FAULTS, 1, serialize.string("nodes_missing: not ready within 20 s: blender"))
     summary = write_report(run)
-    assert (summary.samples, summary.completed, summary.faults) == (0, False, ["nodes_missing"])
+    assert (summary.samples, summary.outcome, summary.faults) == (0, "refused", ["nodes_missing"])
     assert list(run.figures.iterdir()) == []
     assert "holds no sample" in run.page.read_text(encoding="utf-8")
 
@@ -246,7 +255,7 @@ def test_a_bag_of_nothing_but_joint_states_has_a_report(tmp_path: Path) -> None:
             bag.write(JOINT_STATES, stamp, serialize.joint_state(stamp, JOINTS, position, (0.0,) * 4))
     summary = write_report(run)
     assert summary.torque_peak_nm == (None, None)
-    assert not summary.completed
+    assert summary.outcome == RunOutcome.STOPPED
 
 
 @pytest.mark.usefixtures("coarse")
@@ -259,7 +268,7 @@ def test_undefined_joints_do_not_stop_the_report(tmp_path: Path) -> None:
             stamp = sample_stamp_ns(sample, scenario.rate_hz)
             values = (float("nan"),) * 4
             bag.write(JOINT_STATES, stamp, serialize.joint_state(stamp, JOINTS, values, values, values))
-    assert not write_report(run).completed
+    assert write_report(run).outcome == RunOutcome.STOPPED
 
 
 @pytest.mark.parametrize(("torque", "scale"), [(0.5, "linear"), (99.0, "linear"), (101.0, "symlog"), (3e6, "symlog")])

@@ -215,7 +215,7 @@ def test_the_outcome_is_what_the_summary_says() -> None:
 
 
 def expect_summary(outcome: Outcome, summary: Summary) -> None:
-    assert summary.completed and outcome.fault == NO_FAULT
+    assert summary.outcome == "succeeded" and outcome.fault == NO_FAULT
     assert outcome.samples == summary.samples
     assert outcome.mode_changes == summary.assembly_mode_changes
     assert outcome.saturated == summary.torque_saturated_samples

@@ -27,7 +27,7 @@ def crossed(path: Path, controller: str, factor: float) -> tuple[float, float, f
     motion = fivebar.plan(robot, goal=(0.0, 0.05), assembly_mode="-", controller=controller, rate_hz=250)
     assert motion.crossings == 1
     summary = fivebar.simulate(motion).summary
-    assert summary.completed
+    assert summary.outcome == "succeeded"
     return motion.duration, summary.tracking_error_peak_m, max(summary.torque_peak_nm) / factor
 
 

@@ -66,7 +66,7 @@ def run_series(kind: SeriesKind, runs: int) -> Series:
 def series_row(series: Series) -> tuple[str, ...]:
     """Return what a series came to, in the order of `FIGURES`."""
     summaries = [run.summary for run in series.runs if run.summary is not None]
-    completed = sum(summary.completed for summary in summaries)
+    completed = sum(not summary.not_completed_because for summary in summaries)
     errors = [summary.tracking_error_peak_m for summary in summaries if summary.tracking_error_peak_m is not None]
     late = [summary.overruns or 0 for summary in summaries]
     missing = [summary.missing_samples for summary in summaries]

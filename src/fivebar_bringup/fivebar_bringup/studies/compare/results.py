@@ -147,7 +147,7 @@ def run_case(case: ComparisonCase) -> ComparisonResult:
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
     return ComparisonResult(
         case,
-        summary.completed,
+        not summary.not_completed_because,
         tuple(summary.not_completed_because),
         objections(scenario, plan),
         made=True,

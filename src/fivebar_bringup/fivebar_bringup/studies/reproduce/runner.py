@@ -61,7 +61,7 @@ class ReproductionResult(NamedTuple):
     @property
     def completed(self) -> bool:
         """Whether the run was made and completed."""
-        return self.summary is not None and self.summary.completed
+        return self.summary is not None and not self.summary.not_completed_because
 
     @property
     def across(self) -> bool:

@@ -89,7 +89,7 @@ def imu_cases(extent: ReproductionExtent) -> list[ReproductionCase]:
 def within_bounds(result: ReproductionResult) -> bool:
     """Return whether a run of table (a) keeps all bounds."""
     summary = result.summary
-    if summary is None or not summary.completed:
+    if summary is None or summary.not_completed_because:
         return False
     motion = result.case.motion
     metrics = (result.constraint_error, result.tracking_error, result.requested)
