@@ -12,8 +12,6 @@ from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, get_type_hints
 
-import numba
-
 DIGEST = re.compile(r"[0-9a-f]{16}")
 
 _kept_by_themselves: set[FunctionType] = set()
@@ -123,6 +121,9 @@ def _machine_code(function: FunctionType, **options: Any) -> Any:
     the plain functions; everything is put into one function, which makes the loop a third faster; the interpreter's
     lock is not held, so that threads run side by side.
     """
+    # here, because most processes compile nothing
+    import numba
+
     return numba.njit(error_model="numpy", fastmath=False, forceinline=True, nogil=True, **options)(function)
 
 

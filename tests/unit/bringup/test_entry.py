@@ -6,6 +6,7 @@ import json
 import signal
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -44,6 +45,20 @@ for name in sorted(names, key=lambda name: name in ("goto", "posture")):
     invoked(name, "--no-such-option")
 print(json.dumps(loaded))
 """
+
+SIMULATED = """
+import contextlib, io, json, sys
+from fivebar_bringup.cli.main import app
+
+with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+    app(["simulate", "unified_middle", "--no-page", "--out", "{}"])
+print(json.dumps([*sys.modules]))
+"""
+
+NODES = [
+    f"fivebar_control.nodes.{name}"
+    for name in ("trajectory_generator", "supervisor", "ctc_controller", "vhc_controller", "blender", "imu_listener")
+]
 
 INTERRUPTED = """
 import os, signal, sys
@@ -95,3 +110,13 @@ def test_the_library_loads_what_is_asked_of_it() -> None:
     assert {getattr(fivebar, name).__name__ for name in fivebar.__all__} == set(fivebar.__all__) <= set(dir(fivebar))
     with pytest.raises(AttributeError, match="no_such_name"):
         fivebar.no_such_name  # noqa: B018
+
+
+def test_a_simulation_without_a_page_loads_neither_compiler_nor_scipy_nor_matplotlib(tmp_path: Path) -> None:
+    names = loaded_by(SIMULATED.format(tmp_path / "run"))
+    assert not {name.partition(".")[0] for name in names} & {"numba", "scipy", "matplotlib", "rclpy", "cv2", "mujoco"}
+
+
+def test_a_node_loads_neither_compiler_nor_scipy_nor_the_robot_of_the_plant() -> None:
+    names = loaded_by(f"import json, sys, {', '.join(NODES)}; print(json.dumps([*sys.modules]))")
+    assert not {name.partition(".")[0] for name in names} & {"numba", "scipy", "matplotlib", "pinocchio", "cv2"}

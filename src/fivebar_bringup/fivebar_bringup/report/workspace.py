@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +14,8 @@ from matplotlib.patheffects import withStroke
 from fivebar_bringup.pages.style import GREY, INK, PURPLE
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_control.model.geometry import elbow_position, workspace_bounds
-from fivebar_control.workspace.fields import platform_field, platform_grid
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.workspace.fields import platform_grid
 from fivebar_description.parameters import FiveBar
 
 GRID = 150
@@ -31,12 +34,17 @@ class Map(NamedTuple):
     reach: FloatArray
 
 
+@lru_cache(maxsize=4)
 def survey(robot: FiveBar, modes: tuple[int, int], lowest: float) -> Map:
     """Return the map of where both legs reach, from y = `lowest` (m) upwards; det A is NaN out of reach."""
     bounds = workspace_bounds(robot)
     low, high = np.array([bounds.left, lowest]), np.array([bounds.right, bounds.top])
     grid = platform_grid(robot, low, high, GRID)
-    return Map(1e3 * grid.x, 1e3 * grid.y, platform_field(robot, modes, grid).det_a, 1e3 * grid.reach)
+    determinants = np.full(grid.reach.shape, math.nan)
+    for row, column in np.argwhere(grid.reach > 0.0).tolist():
+        state = state_from_platform(robot, *modes, float(grid.x[column]), float(grid.y[row]), 0.0, 0.0)
+        determinants[row, column] = det_a(state)
+    return Map(1e3 * grid.x, 1e3 * grid.y, determinants, 1e3 * grid.reach)
 
 
 def draw_map(axes: Axes, plane: Map) -> None:

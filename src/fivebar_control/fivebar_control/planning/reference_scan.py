@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from scipy.optimize import brentq, minimize_scalar
-
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.loop.supervisor import Supervisor
@@ -15,6 +13,7 @@ from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
 from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, WORKSPACE, Figure
 from fivebar_control.planning.reference_sample import ReferenceSample, larger, samples_of
 from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.safety.forbidden import CLEAR, time_to_posture
 from fivebar_control.safety.stages import Area
 from fivebar_control.trajectory.desired import desired_along, desired_at
@@ -134,10 +133,8 @@ class ReferenceScan:
         minima = []
         for index in (index for index in _local_minima(kappas) if kappas[index] < 2.0 * NEAR_PASS):
             low, high = times[max(index - 1, 0)], times[min(index + 1, len(times) - 1)]
-            refined = minimize_scalar(
-                self._kappa, bounds=(low, high), method="bounded", options={"xatol": BOUNDARY_TOLERANCE}
-            )
-            minima.append(min((kappas[index], times[index]), (float(refined.fun), float(refined.x))))
+            time, kappa = minimum_between(self._kappa, low, high, BOUNDARY_TOLERANCE)
+            minima.append(min((kappas[index], times[index]), (kappa, time)))
         return minima
 
     def _guarded(self, t: float) -> bool:
@@ -175,7 +172,7 @@ class ReferenceScan:
 
     def _boundary(self, inside: float, outside: float, bound: float) -> float:
         """Return when kappa passes a bound between two times (s)."""
-        return float(brentq(lambda t: self._kappa(t) - bound, inside, outside, xtol=BOUNDARY_TOLERANCE))
+        return zero_between(lambda t: self._kappa(t) - bound, inside, outside, BOUNDARY_TOLERANCE)
 
     def _sample(self, sample: int) -> ReferenceSample:
         if sample not in self._seen:

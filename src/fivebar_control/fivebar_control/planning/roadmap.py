@@ -12,14 +12,13 @@ from functools import lru_cache
 from itertools import pairwise, product
 from typing import NamedTuple
 
-from scipy.optimize import brentq
-
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.postures import Place, place_at
 from fivebar_control.planning.sight import Point, look_along
+from fivebar_control.root_search import zero_between
 from fivebar_description.parameters import FiveBar
 
 SPACING = 0.006
@@ -183,7 +182,7 @@ class Roadmap:
         def determinant(s: float) -> float:
             return det_a(state_from_platform(self._robot, *self._working_mode, *at(s), 0.0, 0.0))
 
-        return at(float(brentq(determinant, 0.0, 1.0)))
+        return at(zero_between(determinant, 0.0, 1.0))
 
     def _gate_at(self, point: Point) -> Gate | None:
         """Return the longest gate through a point of the locus: along t_s, across the locus, or between the two."""

@@ -16,13 +16,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from fivebar_control.model.dynamics import distal_row
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
+from fivebar_control.root_search import minimum_between
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
@@ -94,7 +94,7 @@ def criterion_law(s_crossing: float, rho: float = 0.0) -> CriterionLaw | None:
     grid = np.linspace(*RATIO_RANGE, 45).tolist()
     first = min(grid, key=peak)
     step = grid[1] - grid[0]
-    refined = float(minimize_scalar(peak, bounds=(first - step, first + step), method="bounded").x)
+    refined = minimum_between(peak, first - step, first + step)[0]
     best = min((first, refined), key=peak)
     return law_at(best) if peak(best) < 1e9 else None
 

@@ -6,11 +6,11 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
+from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.way import StraightWay, Way
@@ -55,7 +55,7 @@ def locus_fractions(robot: FiveBar, mode1: int, mode2: int, way: Way) -> tuple[f
     as_machine_code(write_determinants)(with_floats(robot), mode1, mode2, places, determinants)
     sides = (determinants > 0.0).tolist()
     return tuple(
-        float(brentq(assembly, grid[step], grid[step + 1], xtol=1e-15))
+        zero_between(assembly, grid[step], grid[step + 1], 1e-15)
         for step in range(len(grid) - 1)
         if sides[step] != sides[step + 1]
     )

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, newton
 
+from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.time_law import time_fraction
 from fivebar_control.trajectory.way import Way
 from fivebar_description.parameters import FiveBar
@@ -224,6 +224,9 @@ def _bent_at(law: OptimalLaw, way: float, rho: float) -> OptimalLaw | None:
         return dds - rho * ds * ds
 
     # the bump moves the crossing too, so that its effect is not that of its curvature alone
+    # here, because other motions need no library for it
+    from scipy.optimize import newton
+
     found, state = newton(beyond, 0.0, x1=1e-2, tol=1e-9, maxiter=CORRECTIONS, full_output=True, disp=False)
     return law._replace(bump=float(found)) if state.converged else None
 
@@ -264,7 +267,7 @@ def _hump_about(law: OptimalLaw, crossed: float, way: float, rho: float, reach: 
     first, last = crossed - 0.5 * reach, crossed + 0.5 * reach
     if beyond(first) * beyond(last) > 0.0:
         return None
-    centre = float(brentq(beyond, first, last, xtol=1e-15))
+    centre = zero_between(beyond, first, last, 1e-15)
     _, ds, dds = law(centre)
     return Hump(per_acceleration * (dds - rho * ds * ds), centre, reach) if ds >= LEAST_SPEED else None
 

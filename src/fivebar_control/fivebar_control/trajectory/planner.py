@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, NamedTuple
 
-from scipy.optimize import minimize_scalar
-
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import state_from_platform
@@ -17,6 +15,7 @@ from fivebar_control.model.singularity import (
     inverse_condition_rate,
     parallel_svd,
 )
+from fivebar_control.root_search import minimum_between
 from fivebar_control.trajectory.criterion import criterion_law, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.locus_search import grid_along, locus_fractions, state_on, way_of
@@ -326,7 +325,7 @@ def _least_margin(segment: RoundedSegment, leg: LegParameters) -> tuple[float, f
     grid = grid_along(way_of(segment))
     worst = min(range(len(grid)), key=lambda number: margin(grid[number]))
     around = grid[max(worst - 1, 0)], grid[min(worst + 1, len(grid) - 1)]
-    refined = float(minimize_scalar(margin, bounds=around, method="bounded").x)
+    refined = minimum_between(margin, *around)[0]
     return segment.curve.at(min((grid[worst], refined), key=margin))[:2]
 
 

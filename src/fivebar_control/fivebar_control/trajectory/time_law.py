@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scipy.optimize import brentq
+from fivebar_control.root_search import zero_between
 
 TimeLaw = Callable[[float], tuple[float, float, float]]
 """From the fraction u of the duration to the fraction s of the way and its two derivatives by u."""
@@ -18,4 +18,4 @@ def progress(law: TimeLaw, t: float, duration: float) -> tuple[float, float, flo
 
 def time_fraction(law: TimeLaw, s: float) -> float:
     """Return the fraction of the duration after which a motion has gone the fraction s of its way."""
-    return float(brentq(lambda u: law(u)[0] - s, 0.0, 1.0, xtol=1e-15))
+    return zero_between(lambda u: law(u)[0] - s, 0.0, 1.0, 1e-15)

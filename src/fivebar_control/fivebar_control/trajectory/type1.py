@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
-
-from scipy.optimize import brentq
 
 from fivebar_control.model.geometry import leg_angles, reach_margin, wrap
 from fivebar_control.model.kinematics import state_from_motors
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
+from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Segment
 from fivebar_control.trajectory.refusal import PlanRefused, place
@@ -159,7 +159,7 @@ def meetings_of(segment: JointSegment) -> list[Meeting]:
         values[0] = values[1] if abs(values[0]) < ROUNDING else values[0]
         values[-1] = values[-2] if at_end else values[-1]
         on_way = [
-            float(brentq(sine, before, after, args=(leg,), xtol=1e-12))
+            zero_between(partial(sine, leg=leg), before, after, 1e-12)
             for (before, after), (v, w) in zip(pairwise(times), pairwise(values), strict=True)
             if (v > 0.0) != (w > 0.0)
         ]

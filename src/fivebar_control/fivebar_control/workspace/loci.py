@@ -20,11 +20,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from fivebar_control.model.geometry import leg_angles, leg_cosine, wrap
 from fivebar_control.model.kinematics import assembly_mode, det_a, elbow_side, state_from_joints
 from fivebar_control.model.state import JointAngles, State
+from fivebar_control.root_search import zero_between
 from fivebar_description.parameters import FiveBar, LegParameters
 
 FloatArray = NDArray[np.float64]
@@ -222,16 +222,16 @@ def _ways_around(center_x: float, radius: float, leg: LegParameters) -> list[_Wa
     reach, and the lower half mirrors the upper.
     """
 
-    def cosine(angle: float) -> float:
-        return leg_cosine(leg, *_on_circle(center_x, radius, angle))
+    def over(limit: float, angle: float) -> float:
+        return leg_cosine(leg, *_on_circle(center_x, radius, angle)) - limit
 
     ends = [0.0, math.pi]
     for limit in (-1.0, 1.0):
-        outside = [(cosine(end) - limit) * limit > 0.0 for end in (0.0, math.pi)]
+        outside = [over(limit, end) * limit > 0.0 for end in (0.0, math.pi)]
         if all(outside):
             return []
         if any(outside):
-            edge = float(brentq(lambda angle, limit=limit: cosine(angle) - limit, 0.0, math.pi, xtol=1e-15))
+            edge = zero_between(partial(over, limit), 0.0, math.pi, 1e-15)
             ends[outside.index(True)] = edge
     start, end = ends
     if end - start < SLACK:
@@ -266,7 +266,7 @@ def _turning_points(robot: FiveBar, closed: Closed, samples: int, quantity: Call
     steps = _steps(samples)
     positive = [value(s) >= 0.0 for s in steps]
     return [
-        float(brentq(value, low, high, xtol=1e-15))
+        zero_between(value, low, high, 1e-15)
         for (low, high), (before, after) in zip(pairwise(steps), pairwise(positive), strict=True)
         if before != after
     ]
