@@ -41,8 +41,8 @@ def modules() -> list[Path]:
     return sorted(path for folder in folders for path in folder.rglob("*.py"))
 
 
-def names(paths: list[Path]) -> list[str]:
-    return [str(path.relative_to(SRC)) for path in paths]
+def name_of(path: Path) -> str:
+    return str(path.relative_to(SRC))
 
 
 @functools.cache
@@ -81,37 +81,45 @@ def test_the_packages_are_the_ones_of_the_house() -> None:
     assert len(modules()) > 40
 
 
-@pytest.mark.parametrize("path", modules(), ids=names(modules()))
-def test_imports_run_one_way(path: Path) -> None:
+def test_imports_run_one_way() -> None:
     """bringup -> {control, sim} -> description; control and sim are each other's check and never meet."""
-    own = path.relative_to(SRC).parts[0]
-    packages = {name.split(".")[0] for name in imported(path)}
-    used = {package for package in packages if package.startswith("fivebar_")}
-    assert used <= MAY_IMPORT[own] | {own}
+    wrong = {}
+    for path in modules():
+        own = path.relative_to(SRC).parts[0]
+        packages = {name.split(".")[0] for name in imported(path)}
+        used = {package for package in packages if package.startswith("fivebar_")}
+        wrong[name_of(path)] = used - MAY_IMPORT[own] - {own}
+    assert not {name: packages for name, packages in wrong.items() if packages}
 
 
-@pytest.mark.parametrize("path", modules(), ids=names(modules()))
-def test_ros_stays_in_the_nodes_and_in_the_folders_named_ros(path: Path) -> None:
+def test_ros_stays_in_the_nodes_and_in_the_folders_named_ros() -> None:
     """Everything else is plain Python. What runs the graph (in bringup) may import nodes, never ROS itself."""
-    if may_use_ros(path):
-        return
-    found = list(imported(path))
-    assert not [name for name in found if is_ros(name)]
-    if path.relative_to(SRC).parts[0] != "fivebar_bringup":
-        dressed = tuple(f"{package}.{folder}." for package in MAY_IMPORT for folder in ("nodes", "ros"))
-        assert not [name for name in found if f"{name}.".startswith(dressed)]
+    dressed = tuple(f"{package}.{folder}." for package in MAY_IMPORT for folder in ("nodes", "ros"))
+    wrong = {}
+    for path in (one for one in modules() if not may_use_ros(one)):
+        forbidden = () if path.relative_to(SRC).parts[0] == "fivebar_bringup" else dressed
+        found = [name for name in imported(path) if is_ros(name) or f"{name}.".startswith(forbidden)]
+        wrong[name_of(path)] = found
+    assert len(wrong) > 400
+    assert not {name: found for name, found in wrong.items() if found}
 
 
 BELOW_THE_LAWS = {"model", "laws", "fault", "compiling", "machine_code"}
 """What the laws may import of their package: neither plans nor nodes, so that a law is known by its inputs alone."""
 
 
-@pytest.mark.parametrize(
-    "path", sorted((SRC / "fivebar_control/fivebar_control/laws").glob("*.py")), ids=lambda p: p.stem
-)
-def test_laws_stand_on_the_model_alone(path: Path) -> None:
-    inside = {name.split(".")[1] for name in imported(path) if name.startswith("fivebar_control.")}
-    assert inside <= BELOW_THE_LAWS
+def layers_under(folder: str) -> dict[str, set[str]]:
+    """By the module of a folder of control, the folders and modules of control that it imports."""
+    return {
+        path.name: {name.split(".")[1] for name in imported(path) if name.startswith("fivebar_control.")}
+        for path in (SRC / "fivebar_control/fivebar_control" / folder).glob("*.py")
+    }
+
+
+def test_laws_stand_on_the_model_alone() -> None:
+    used = layers_under("laws")
+    assert len(used) > 10
+    assert not {name: inside for name, inside in used.items() if not inside <= BELOW_THE_LAWS}
 
 
 ABOVE_THE_LOOP = {"planning", "ros", "nodes"}
@@ -120,9 +128,7 @@ ABOVE_THE_LOOP = {"planning", "ros", "nodes"}
 
 @pytest.mark.parametrize("layer", ["model", "laws", "safety", "trajectory", "estimation", "loop"])
 def test_the_control_cycle_stands_below_the_planning(layer: str) -> None:
-    for path in (SRC / "fivebar_control/fivebar_control" / layer).glob("*.py"):
-        inside = {name.split(".")[1] for name in imported(path) if name.startswith("fivebar_control.")}
-        assert not inside & ABOVE_THE_LOOP, path.name
+    assert not {name: inside for name, inside in layers_under(layer).items() if inside & ABOVE_THE_LOOP}
 
 
 PLAIN_IMPORTS = """
@@ -237,8 +243,6 @@ def undocumented(tree: ast.Module) -> Iterator[str]:
     yield from visit(tree.body, "")
 
 
-@pytest.mark.parametrize("path", modules(), ids=names(modules()))
-def test_everything_public_says_what_it_is(path: Path) -> None:
-    tree = syntax_tree(path)
-    if tree.body:
-        assert not list(undocumented(tree))
+def test_everything_public_says_what_it_is() -> None:
+    silent = {name_of(path): [*undocumented(syntax_tree(path))] for path in modules() if syntax_tree(path).body}
+    assert not {name: found for name, found in silent.items() if found}

@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-import pytest
-
 from fivebar_control.hardware.board_faults import CAUSES
 from fivebar_control.hardware.board_file import BoardDrive, BoardFile, StartPosture
 from fivebar_control.hardware.bus_load import bus_load, cycle_bits
@@ -48,21 +46,20 @@ def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
     assert told(BOARD_PAGE) == raised(BOARD_ONLY) | {name for name, _ in CAUSES.values()}
 
 
-@pytest.mark.parametrize(
-    "key", sorted({*BoardFile.model_fields, *BoardDrive.model_fields, *StartPosture.model_fields} - {"name"})
-)
-def test_every_key_of_a_board_is_explained(key: str) -> None:
-    assert f"`{key}`" in BOARD_PAGE
+def test_every_key_of_a_board_is_explained() -> None:
+    keys = {*BoardFile.model_fields, *BoardDrive.model_fields, *StartPosture.model_fields} - {"name"}
+    assert not {key for key in keys if f"`{key}`" not in BOARD_PAGE}
 
 
-@pytest.mark.parametrize("order", re.findall(r"[a-z]+", BOARD_USAGE.partition(";")[0]))
-def test_every_way_to_break_a_board_is_told(order: str) -> None:
-    assert re.search(rf"`[a-z]* ?{order}\b", BOARD_PAGE)
+def test_every_way_to_break_a_board_is_told() -> None:
+    orders = re.findall(r"[a-z]+", BOARD_USAGE.partition(";")[0])
+    assert len(orders) > 10
+    assert not [order for order in orders if not re.search(rf"`[a-z]* ?{order}\b", BOARD_PAGE)]
 
 
-@pytest.mark.parametrize("key", sorted({*Drive.model_fields, "sync_period_us", "gather_deadline_us", "missing_limit"}))
-def test_every_key_of_a_drive_is_explained(key: str) -> None:
-    assert f"`{key}`" in PAGE
+def test_every_key_of_a_drive_is_explained() -> None:
+    keys = {*Drive.model_fields, "sync_period_us", "gather_deadline_us", "missing_limit"}
+    assert not {key for key in keys if f"`{key}`" not in PAGE}
 
 
 def test_every_interface_is_named_where_it_belongs() -> None:
@@ -79,6 +76,6 @@ def test_the_load_of_the_bus_is_the_computed_one() -> None:
         assert f"{100 * bus_load(drives.model_copy(update={'sync_period_us': period})):.1f} %" in row
 
 
-@pytest.mark.parametrize("word", sorted(WORDS))
-def test_every_way_to_break_a_drive_is_told(word: str) -> None:
-    assert f"| `{word} 1" in PAGE
+def test_every_way_to_break_a_drive_is_told() -> None:
+    assert WORDS
+    assert not [word for word in WORDS if f"| `{word} 1" not in PAGE]

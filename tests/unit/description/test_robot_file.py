@@ -237,9 +237,12 @@ def test_a_written_word_is_read_as_that_word_by_yaml_1_1_and_1_2(tmp_path: Path,
     assert load_yaml(path) == yaml.safe_load(path.read_text(encoding="utf-8")) == content
 
 
-@pytest.mark.parametrize("path", sorted(SRC.glob("*/config/**/*.yaml")), ids=lambda path: path.stem)
-def test_shipped_files_mean_the_same_in_yaml_1_1_and_1_2(path: Path) -> None:
-    assert repr(load_yaml(path)) == repr(yaml.safe_load(path.read_text(encoding="utf-8")))
+def test_shipped_files_mean_the_same_in_yaml_1_1_and_1_2() -> None:
+    files = sorted(SRC.glob("*/config/**/*.yaml"))
+    assert len(files) > 30
+    assert not [
+        path for path in files if repr(load_yaml(path)) != repr(yaml.safe_load(path.read_text(encoding="utf-8")))
+    ]
 
 
 def test_a_read_file_cannot_be_changed() -> None:
