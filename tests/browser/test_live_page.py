@@ -24,15 +24,16 @@ SHORT = "name: short\ncontroller: unified\nwaypoints: [[0.0, 0.15], [0.0, 0.14]]
 OpenPage = Callable[..., Any]
 
 
-class Standing:
-    """`fivebar stand --view`, and the address that it has printed."""
+class Viewed:
+    """A command with `--view`, by default `fivebar stand`, and the address that it has printed."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, name: str = "stand", *arguments: str) -> None:
         scenario = folder / "short.yaml"
         scenario.write_text(SHORT, encoding="utf-8")
-        self.out = folder / "stand"
+        self.out = folder / name
+        arguments = arguments or ("--seconds", "3600")
         self.command = InstalledCommand(
-            folder / "call", "stand", str(scenario), "--seconds", "3600", "--view", "--out", str(self.out)
+            folder / "call", name, str(scenario), *arguments, "--view", "--out", str(self.out)
         )
         end = time.monotonic() + PATIENCE
         while (found := re.search(r"view: (http\S+)", self.command.stderr)) is None:
@@ -42,8 +43,8 @@ class Standing:
 
 
 @pytest.fixture
-def standing(tmp_path: Path) -> Iterator[Standing]:
-    standing = Standing(tmp_path)
+def standing(tmp_path: Path) -> Iterator[Viewed]:
+    standing = Viewed(tmp_path)
     yield standing
     standing.command.close()
 
@@ -53,7 +54,7 @@ def platform(page: Any) -> list[float]:
     return place
 
 
-def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: OpenPage) -> None:
+def test_a_robot_is_asked_to_move_and_stopped(standing: Viewed, open_page: OpenPage) -> None:
     page = open_page(standing.address)
     until(page, "!!live.posture && !!live.source && Math.abs(live.posture.y - 140) < 0.5 && live.frames > 30")
     assert platform(page) == pytest.approx([0.0, 140.0], abs=0.5)
@@ -92,6 +93,27 @@ def test_a_robot_is_asked_to_move_and_stopped(standing: Standing, open_page: Ope
     assert standing.command.finish() == 1
     standing.command.expect_no_process(PATIENCE)
     assert any(text.startswith("emergency_stop") for text in read_bag(standing.out / "bag").texts(FAULTS))
+
+
+def test_a_good_run_ends_as_finished_with_its_report(tmp_path: Path, open_page: OpenPage) -> None:
+    run = Viewed(tmp_path, "run", "--page")
+    try:
+        page = open_page(run.address)
+        until(page, "live.ended")
+        assert page.text_content("#live-status").startswith("finished: succeeded, at most 0.")
+        assert page.locator("#live-faults .box").count() == 0
+        assert "stale" not in page.text_content("#live-nodes")
+        assert run.command.finish() == 0
+        run.command.expect_no_process(PATIENCE)
+        # the server has ended, the report is there all the same, with scripts that run
+        assert page.text_content("#live-place") == str(run.out / "report.html")
+        with page.context.expect_page() as opened:
+            page.click("#live-report")
+        report = opened.value
+        until(report, "!!window.replay")
+        assert report.text_content(".verdict").startswith("The run succeeded: all 101 samples")
+    finally:
+        run.command.close()
 
 
 def reset(page: Any) -> None:

@@ -2,73 +2,30 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-import queue
 import re
-import threading
 from typing import Any
 
 import pytest
-from graph_probe import DEADLINE, Bench, Probe
+from graph_probe import Bench
+from live_client import Page
 from middle_motion import RATE_HZ, MiddleMotion
 from std_msgs.msg import String
-from tornado.httpclient import HTTPRequest
-from tornado.websocket import websocket_connect
 
 from fivebar_description.interface import (
+    ALL_WELL,
+    DRIVES_STATE,
     GOAL,
     JOINT_STATES,
     NANOSECONDS,
     RUN_EPOCH,
+    RUN_STATUS,
     SAFETY_STATE,
     SUPERVISOR_STATE,
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import to_stamp
 from fivebar_description.run_plan import epoch_text
-
-
-class Page:
-    """What a browser would be: sends commands, and keeps what comes."""
-
-    def __init__(self, address: str) -> None:
-        self.messages: queue.Queue[dict[str, Any]] = queue.Queue()
-        self._address = address
-        self._commands: queue.Queue[str | None] = queue.Queue()
-        self._thread = threading.Thread(target=lambda: asyncio.run(self._talk()))
-        self._thread.start()
-
-    def send(self, **command: Any) -> None:
-        self._commands.put(json.dumps(command))
-
-    def close(self) -> None:
-        self._commands.put(None)
-        self._thread.join(DEADLINE)
-
-    def next_of(self, kind: str, probe: Probe) -> Any:
-        """Return the next message of a kind; all others before it are forgotten."""
-
-        def find() -> list[Any]:
-            while not self.messages.empty():
-                message = self.messages.get()
-                if kind in message:
-                    return [message[kind]]
-            return []
-
-        return probe.wait_for(find, kind)[0]
-
-    async def _talk(self) -> None:
-        origin, _, rest = self._address.partition("/?")
-        request = HTTPRequest(f"{origin.replace('http', 'ws')}/live?{rest}", headers={"Origin": origin})
-        connection = await websocket_connect(request, on_message_callback=self._keep)
-        while (command := await asyncio.to_thread(self._commands.get)) is not None:
-            await connection.write_message(command)
-        connection.close()
-
-    def _keep(self, text: str | bytes | None) -> None:
-        if text is not None:
-            self.messages.put(json.loads(text))
 
 
 def test_it_shows_one_robot_and_commands_no_torque(bench: Bench, motion: MiddleMotion) -> None:
@@ -154,5 +111,39 @@ def test_its_rows_are_the_samples(bench: Bench, motion: MiddleMotion) -> None:
         page.next_of("restart", probe)
         message.header.stamp = to_stamp(sample_stamp_ns(200, RATE_HZ, epoch_ns))
         assert rows_of(message)["time"] == [0.4]
+    finally:
+        page.close()
+
+
+def test_the_end_of_a_run_is_no_fault(bench: Bench) -> None:
+    """Of a graph that nobody tells the viewer about: finished, interrupted and stopped, from its messages alone."""
+    viewer = bench.start("viewer")
+    probe = bench.probe()
+    probe.advertise(RUN_STATUS, DRIVES_STATE)
+    page = Page(probe.wait_for(lambda: re.search(r"view: (http\S+)", viewer.stdout), "the address")[1])
+
+    def publish(state: str, sample: int, drives: str) -> None:
+        status = {"state": state, "sample": sample, "samples": 9}
+        probe.publish(RUN_STATUS, String(data=json.dumps(status)))
+        probe.publish(DRIVES_STATE, String(data=drives))
+
+    def said() -> tuple[str, list[str]]:
+        states = page.next_of("states", probe)
+        return states["state"]["word"], [fault["text"] for fault in states["faults"]]
+
+    ended, diverged = "drives_off: the plant has ended", "plant_diverged: after sample 7"
+    try:
+        probe.join("viewer", [RUN_STATUS, DRIVES_STATE], [])
+        for state, sample, drives, expected in (
+            ("running", 5, ALL_WELL, ("running", [])),
+            ("completed", 9, ended, ("finished", [])),
+            ("running", 5, ALL_WELL, ("running", [])),
+            ("running", 6, ended, ("interrupted", [])),
+            ("running", 5, ALL_WELL, ("running", [])),
+            ("failed", 7, diverged, ("stopped", [diverged])),
+            ("failed", 7, ended, ("stopped", [diverged])),
+        ):
+            publish(state, sample, drives)
+            probe.wait_for(lambda expected=expected: said() == expected, str(expected))  # type: ignore[misc]
     finally:
         page.close()

@@ -255,8 +255,8 @@ def stand(
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
         how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
         Console(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
-        with live_page(view, domain, within) as chosen, progress_bar(loaded.name, False) as progress:
-            directory, faults = rest(loaded, seconds, mode, out, chosen, progress, within)
+        with live_page(view, domain, within) as live, progress_bar(loaded.name, False) as progress:
+            directory, faults = rest(loaded, seconds, mode, out, live.domain, progress, within)
     Console(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")
     raise typer.Exit(FAILED if faults else COMPLETED)
 

@@ -87,10 +87,11 @@ def program(
             if as_json:
                 print(json.dumps({"steps": steps_as_json(steps)}, indent=2, allow_nan=False))
             raise typer.Exit(COMPLETED)
-        with live_page(view, domain, within) as chosen, progress_bar(loaded.program.name, as_json) as progress:
+        with live_page(view, domain, within) as live, progress_bar(loaded.program.name, as_json) as progress:
             directory, summary, last = run_program(
-                loaded, scenario, steps, mode, out, chosen, progress, within, page, rehearse
+                loaded, scenario, steps, mode, out, live.domain, progress, within, page, rehearse
             )
+            live.tell(directory, summary)
     if as_json:
         content = {"steps": steps_as_json(steps), "program": last, "summary": summary.as_json()}
         print(json.dumps(content, indent=2, allow_nan=False))

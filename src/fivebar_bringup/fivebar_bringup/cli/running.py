@@ -145,12 +145,12 @@ def run(
         refuse_late(injections or (), loaded.plan().path.duration)
         if real is not None and not real.activate:
             domain = _for_the_operator(domain, within)
-        with live_page(view, domain, within) as chosen, progress_bar(loaded.name, as_json) as progress:
+        with live_page(view, domain, within) as live, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,
                 mode,
                 out,
-                chosen,
+                live.domain,
                 progress,
                 Scheduling(priority, processors),
                 not separate,
@@ -161,6 +161,7 @@ def run(
                 drives or DEFAULT_BOARD,
                 real,
             )
+            live.tell(directory, summary)
     _finish(directory, summary, as_json)
 
 

@@ -9,8 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
-from typing import Annotated
+from contextlib import contextmanager, nullcontext, suppress
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -20,6 +20,10 @@ from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.errors import InputError
+
+if TYPE_CHECKING:
+    from fivebar_bringup.report.summary import Summary
+    from fivebar_bringup.runs.run_directory import RunDirectory
 
 VIEWER = "fivebar_bringup.nodes.viewer"
 
@@ -31,8 +35,8 @@ PAGE_TIMEOUT = 30.0
 
 STOP_TIMEOUT = 10.0
 
-ADDRESS, OPENED = "view: http", "view: a page is open"
-"""What the viewer prints once it serves the page, and once somebody looks."""
+ADDRESS, OPENED, TOLD = "view: http", "view: a page is open", "view: the pages have been told"
+"""What the viewer prints once it serves the page, once somebody looks, and once it has sent the end of the run."""
 
 ViewOption = Annotated[
     bool,
@@ -63,9 +67,34 @@ def view(
     main()
 
 
+class LivePage(NamedTuple):
+    """The live page of a run, if there is one.
+
+    Attributes:
+        domain: in which the run's nodes are to be started; None for a free one.
+        viewer: the process that serves the page; None where there is none.
+    """
+
+    domain: int | None
+    viewer: subprocess.Popen[bytes] | None = None
+
+    def tell(self, directory: RunDirectory, summary: Summary) -> None:
+        """Tell the open pages what became of the run, with its report; a viewer that has ended is told nothing."""
+        from fivebar_bringup.live.ending import ended_text
+
+        if self.viewer is None:
+            return
+        assert self.viewer.stdin is not None
+        report = directory.page if directory.page.exists() else None
+        with suppress(BrokenPipeError):
+            self.viewer.stdin.write(ended_text(summary, report).encode("utf-8"))
+            self.viewer.stdin.flush()
+            _wait_for_line(self.viewer, TOLD, STOP_TIMEOUT)
+
+
 @contextmanager
-def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator[int | None]:
-    """Serve the live page of a graph that is started meanwhile; yield the domain to start it in.
+def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator[LivePage]:
+    """Serve the live page of a graph that is started meanwhile; yield it, with the domain to start the graph in.
 
     Without `wanted` there is no page, and the domain is the given one.
 
@@ -73,12 +102,13 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
         InputError: the page cannot be served.
     """
     if not wanted:
-        yield domain
+        yield LivePage(domain)
         return
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         viewer = subprocess.Popen(
-            [sys.executable, "-m", VIEWER, "--ros-args", *remapping(namespace)],
+            [sys.executable, "-m", VIEWER, "--ros-args", *remapping(namespace), "-p", "told_on_input:=true"],
             env={**os.environ, "ROS_DOMAIN_ID": str(chosen)},
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             # Ctrl-C is for the run, at whose end the page ends
             start_new_session=True,
@@ -90,7 +120,7 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
                 raise InputError("--view: the live page could not be served")
             print(f"{address}\nview: waiting until the page is open", file=sys.stderr)
             _wait_for_line(viewer, OPENED, PAGE_TIMEOUT)
-            yield chosen
+            yield LivePage(chosen, viewer)
         finally:
             viewer.send_signal(signal.SIGINT)
             try:

@@ -13,6 +13,9 @@ from fivebar_description.parameters import FiveBar
 
 SCRIPTS = ("stage.js", "charts.js", "live.js")
 
+REPORT_SCRIPTS = ("replay.js",)
+"""Further scripts of a run's report, which the live page opens under its own policy."""
+
 CHARTS = (
     Chart("Torque in Nm", "Nm", 0.02, MOTOR_TORQUES),
     BLENDING,
@@ -26,7 +29,9 @@ def live_page() -> str:
         "live.html",
         title="fivebar live",
         setting="a running graph, as it publishes itself",
-        scripts=page_scripts(SCRIPTS, {"charts": [chart.as_json() for chart in CHARTS]}, "live-data"),
+        scripts=page_scripts(
+            SCRIPTS, {"charts": [chart.as_json() for chart in CHARTS]}, "live-data", allowed=REPORT_SCRIPTS
+        ),
     )
 
 

@@ -7,6 +7,7 @@ import json
 import secrets
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from tornado.httpserver import HTTPServer
@@ -20,6 +21,9 @@ ADDRESS = "127.0.0.1"
 
 LARGEST = 4096
 """Largest message (bytes) that a page may send."""
+
+SEND_TIMEOUT = 3.0
+"""Longest time (s) at the end for the pages to take what has been sent."""
 
 STOP_TIMEOUT = 5.0
 """Longest time (s) for the server's thread to end."""
@@ -111,6 +115,9 @@ class LiveServer:
         server.add_sockets(self._sockets)
         self._running.set()
         await self._ended.wait()
+        with suppress(TimeoutError):
+            # what was sent last may say how the run ended
+            await asyncio.wait_for(asyncio.gather(*(client.sent() for client in self._clients)), SEND_TIMEOUT)
         for client in list(self._clients):
             client.close(1001, "the run has ended")
         server.stop()
@@ -179,6 +186,11 @@ class _Live(_Guarded, WebSocketHandler):
             self._sending = asyncio.ensure_future(self._write(text))
         except WebSocketClosedError:
             self.server.leave(self)
+
+    async def sent(self) -> None:
+        """Wait until the page has taken all messages."""
+        if self._sending is not None:
+            await self._sending
 
     async def _write(self, text: str) -> None:
         try:

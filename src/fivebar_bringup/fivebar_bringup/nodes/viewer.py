@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import sys
+import threading
 from collections import deque
 from typing import Annotated, Any, NamedTuple
 
 from sensor_msgs.msg import JointState
 
 from fivebar_bringup.live.commands import MOVE, PLAN, STOP, Command
+from fivebar_bringup.live.ending import ended_message
 from fivebar_bringup.live.page import live_page, live_scene
 from fivebar_bringup.live.preview import Preview, answer_to
 from fivebar_bringup.live.ros.graph_states import GraphStates
@@ -53,6 +56,9 @@ class ViewerSettings(NamedTuple):
     frame_rate: Annotated[
         float, Setting("Frames that the live page gets in a second.", "Hz", at_least=1.0, at_most=60.0)
     ] = 30.0
+    told_on_input: Annotated[
+        bool, Setting("Whether whoever started the viewer tells on its standard input what became of the run.")
+    ] = False
 
 
 class Viewer(GraphNode):
@@ -69,6 +75,7 @@ class Viewer(GraphNode):
         self._robot: FiveBar | None = None
         self._preview: Preview | None = None
         self._commands: deque[Command] = deque()
+        self._told: deque[str] = deque()
         self._frames = 0
         self._watched = False
         self._feed = SampleFeed(self, lambda: self._send({"restart": True}))
@@ -86,6 +93,8 @@ class Viewer(GraphNode):
         print(f"view: {self._server.address}", flush=True)
         self.every(COMMAND_PERIOD, self._take_commands)
         self.every(1.0 / settings.frame_rate, self._send_frame)
+        if settings.told_on_input:
+            threading.Thread(target=self._listen, name="what became of the run", daemon=True).start()
         self._lonely = self.every(LONELY_AFTER, self._report_no_graph)
 
     def stop(self) -> None:
@@ -112,7 +121,14 @@ class Viewer(GraphNode):
             place = f"domain {self.context.get_domain_id()}, namespace {self.get_namespace()}"
             print(f"view: no node of a graph is seen in {place}; waiting for one", flush=True)
 
+    def _listen(self) -> None:
+        """Take what is told on standard input, a JSON object in a line."""
+        self._told.extend(sys.stdin)
+
     def _take_commands(self) -> None:
+        while self._told:
+            self._send({"ended": ended_message(self._told.popleft())}, "ended")
+            print("view: the pages have been told", flush=True)
         while self._commands:
             command = self._commands.popleft()
             if command.name == PLAN:

@@ -24,20 +24,21 @@ class Scripts(NamedTuple):
         return self.html
 
 
-def page_scripts(names: tuple[str, ...], data: Any, identifier: str) -> Scripts:
+def page_scripts(names: tuple[str, ...], data: Any, identifier: str, allowed: tuple[str, ...] = ()) -> Scripts:
     """Return Bokeh's scripts and this package's of these names, after the data that they read.
 
     Args:
         names: files in `scripts`, in the order in which they run.
         data: plain values; infinities and NaN are not among them.
         identifier: id of the element that holds the data as JSON.
+        allowed: further files in `scripts` that pages may run which this one opens.
     """
     texts = [*(_library(name) for name in CHARTS), *(_own(name) for name in names)]
     # a text can then neither end its element nor begin another one
     safe = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     elements = [f'<script type="application/json" id="{identifier}">{safe}</script>']
     elements += [f"<script>{text}</script>" for text in texts]
-    return Scripts("\n".join(elements), " ".join(["script-src", *(_digest(text) for text in texts)]))
+    return Scripts("\n".join(elements), " ".join(["script-src", *map(_digest, [*texts, *map(_own, allowed)])]))
 
 
 @cache

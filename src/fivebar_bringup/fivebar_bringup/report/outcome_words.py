@@ -43,5 +43,6 @@ def _distance(summary: Summary) -> str:
 
 
 def _changes(summary: Summary) -> str:
-    text = f"{summary.assembly_mode_changes} changes of assembly mode"
+    count = summary.assembly_mode_changes
+    text = f"{count} {'change' if count == 1 else 'changes'} of assembly mode"
     return f"{text}, {summary.working_mode_changes} of working mode" if summary.working_mode_changes else text

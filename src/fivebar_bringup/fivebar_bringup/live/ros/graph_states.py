@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
 from fivebar_bringup.live.recovery import advice
+from fivebar_bringup.live.run_state import OFF, node_level, run_state
 from fivebar_bringup.nodes.diagnostics_listener import LEVELS
 from fivebar_description.interface import (
     ALL_WELL,
@@ -38,8 +39,10 @@ class GraphStates:
             changed: is called when the state of safety or drives changes.
             on_goal: is called with the status of a request.
         """
+        self._own = node.get_name()
         self._space = node.get_namespace().rstrip("/") + "/"
         self._texts: dict[str, str] = {}
+        self._faults: dict[str, str] = {}
         self._nodes: dict[str, tuple[float, str, str]] = {}
 
         def follow(topic: Topic, then: Callable[[str], None]) -> None:
@@ -49,8 +52,17 @@ class GraphStates:
 
             node.create_subscription(String, topic.name, note, qos_profile(topic.qos))
 
-        follow(SAFETY_STATE, lambda text: changed())
-        follow(DRIVES_STATE, lambda text: changed())
+        def follow_faults(topic: Topic) -> None:
+            def note(text: str) -> None:
+                # drives that are switched off still have the fault that they had before
+                if not text.startswith(OFF):
+                    self._faults[topic.name] = text
+                changed()
+
+            follow(topic, note)
+
+        follow_faults(SAFETY_STATE)
+        follow_faults(DRIVES_STATE)
         follow(RUN_STATUS, lambda text: None)
         follow(GOAL_STATUS, lambda text: on_goal(_object(text)))
         node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, QUEUE_DEPTH)
@@ -58,17 +70,25 @@ class GraphStates:
     def as_json(self) -> dict[str, Any]:
         """Return the states in the page's format."""
         now = time.monotonic()
-        texts = [self._texts.get(topic.name, ALL_WELL) for topic in (SAFETY_STATE, DRIVES_STATE)]
-        faults = dict.fromkeys(text for text in texts if text != ALL_WELL)
+        texts = [self._faults.get(topic.name, ALL_WELL) for topic in (SAFETY_STATE, DRIVES_STATE)]
+        faults = list(dict.fromkeys(text for text in texts if text != ALL_WELL))
+        nodes = [
+            (name.removeprefix(self._space), round(now - at, 1), level, message)
+            for name, (at, level, message) in sorted(self._nodes.items())
+            if name.startswith(self._space)
+        ]
+        drives = self._texts.get(DRIVES_STATE.name)
+        # the viewer itself goes on
+        silence = min((age for name, age, *_ in nodes if name != self._own), default=None)
+        state = run_state(_object(self._texts.get(RUN_STATUS.name, "{}")), faults, drives, silence)
         return {
             "nodes": [
-                {"name": name.removeprefix(self._space), "level": level, "message": message, "age": round(now - at, 1)}
-                for name, (at, level, message) in sorted(self._nodes.items())
-                if name.startswith(self._space)
+                {"name": name, "level": node_level(level, age, state.word), "message": message, "age": age}
+                for name, age, level, message in nodes
             ],
             "safety": self._texts.get(SAFETY_STATE.name),
-            "drives": self._texts.get(DRIVES_STATE.name),
-            "run": _object(self._texts.get(RUN_STATUS.name, "{}")),
+            "drives": drives,
+            "state": state._asdict(),
             "faults": [{"text": text, **advice(text)._asdict()} for text in faults],
         }
 
@@ -80,6 +100,7 @@ class GraphStates:
 def _object(text: str) -> Any:
     """Return the JSON object in a text of another node, {} where it is none."""
     try:
-        return json.loads(text)
+        content = json.loads(text)
     except ValueError:
         return {}
+    return content if isinstance(content, dict) else {}

@@ -24,7 +24,7 @@ class Live {
     this.socket.onopen = () => this.say("connected: waiting for the graph");
     this.socket.onclose = () => {
       this.ended = true;
-      this.say("the run has ended");
+      if (!this.outcome) this.say(`${this.state ? this.state.text + ": " : ""}the page is no longer served`);
       for (const button of document.querySelectorAll("button")) button.disabled = true;
     };
     this.socket.onmessage = (event) => {
@@ -169,14 +169,31 @@ class Live {
     if (goal.state === "arrived") this.plan = null;
   }
 
+  // Drives that are off have no fault: so they are before and after a run.
+  levelOf(text) {
+    return text === "ok" ? "ok" : text.startsWith("drives_off") ? "off" : "error";
+  }
+
+  // What the command that made the run says of it. Its report is kept here, since the server ends with the command.
+  on_ended(end) {
+    this.outcome = end.outcome;
+    this.say(end.text);
+    if (end.html === null) return;
+    const link = this.find("report"), report = new Blob([end.html], { type: "text/html" });
+    link.href = URL.createObjectURL(report);
+    link.textContent = "the report of this run";
+    this.find("end").hidden = false;
+    this.find("place").textContent = end.report;
+  }
+
   on_notice(notice) {
     this.find("notice").textContent = notice.text;
     this.find("notice").className = notice.good ? "clock good" : "clock bad";
   }
 
   on_states(states) {
-    const run = states.run;
-    this.say(states.faults.length ? "stopped by a fault" : run.sample === undefined ? "waiting for samples" : run.state || "running");
+    this.state = states.state;
+    if (!this.outcome) this.say(states.state.text);
     this.find("faults").replaceChildren(...states.faults.map((fault) => {
       const box = document.createElement("div");
       box.className = "box";
@@ -188,11 +205,11 @@ class Live {
       return box;
     }));
     const own = [["safety", states.safety], ["drives", states.drives]].filter(([, text]) => text !== null)
-      .map(([name, text]) => ({ name, level: text === "ok" ? "ok" : "error", message: text, age: null }));
+      .map(([name, text]) => ({ name, level: this.levelOf(text), message: text.replace(/^drives_off: /, ""), age: null }));
     const body = this.find("nodes");
     body.replaceChildren();
     for (const node of [...own, ...states.nodes]) {
-      const row = body.insertRow(), level = node.age !== null && node.age > 3 ? "stale" : node.level;
+      const row = body.insertRow(), level = node.level;
       row.insertCell().textContent = node.name;
       const cell = row.insertCell();
       cell.className = node.message.length > 24 ? `level-${level} long` : `level-${level}`;
