@@ -119,4 +119,4 @@ def test_settings_of_the_law_are_checked(fivebar: Callable[..., FivebarCommand],
     path.write_text(SCENARIO.replace("ki: 40.0", "ki: -1.0"), encoding="utf-8")
     call = fivebar("simulate", str(path))
     assert call.finish() == 2
-    assert "ki: -1.0: input should be greater than or equal to 0" in call.stderr
+    assert "ki: -1.0: expected at least 0" in call.stderr

@@ -42,7 +42,7 @@ from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
-from fivebar_description.physical_bounds import Positive
+from fivebar_description.physical_bounds import Duration
 from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.robot_file import known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
@@ -126,7 +126,7 @@ class Scenario(StrictModel):
         ),
     ] = None
     segment_duration: Annotated[
-        Positive | Annotated[tuple[Positive, ...], Field(strict=False)],
+        Duration | Annotated[tuple[Duration, ...], Field(strict=False)],
         Setting("Duration of each segment: one number for all, or a list with one per segment.", "s"),
     ] = 1.0
     time_law: TimeLaw = QUINTIC

@@ -13,6 +13,7 @@ from fivebar_control.estimation.homing import check_declared
 from fivebar_description.file_format import read_versioned
 from fivebar_description.share import is_yaml_path, share_file
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.text_file import is_file
 from fivebar_sim.engines import check_engine, check_plant
 
 
@@ -61,7 +62,7 @@ def _path_of(name_or_path: str) -> Path:
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
         path = scenario_directory() / f"{name_or_path}.yaml"
-        if not path.is_file():
+        if not is_file(path):
             raise InputError(
                 f"scenario {name_or_path!r}: expected a path to a .yaml file or one of {', '.join(shipped_scenarios())}"
             )

@@ -9,8 +9,11 @@ from typing import Annotated
 
 from pydantic import Field
 
-Positive = Annotated[float, Field(gt=0)]
-"""Of any unit, without an upper bound."""
+Positive = Annotated[float, Field(ge=1e-9, le=1e9)]
+"""Of any unit."""
+
+Duration = Annotated[float, Field(ge=1e-4, le=1e9)]
+"""Of a motion (s); a robot's limits decide long before, and a sample takes 0.1 ms at least."""
 
 Length = Annotated[float, Field(ge=1e-4, le=10.0)]
 """Of a link, or between the bases (m)."""

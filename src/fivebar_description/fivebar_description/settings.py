@@ -19,7 +19,8 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, TypeAdapter, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
-from fivebar_description.strict_yaml import InputError, problems_in
+from fivebar_description.errors import InputError
+from fivebar_description.refusals import problems_in
 
 S = TypeVar("S", bound=tuple[Any, ...])
 
@@ -323,7 +324,7 @@ def read_settings(content: Mapping[str, Any], settings: type[S], section: str) -
     try:
         return reader.validate_python(dict(content))
     except ValidationError as error:
-        raise InputError(problems_in(error, f"{section}.")) from error
+        raise InputError(problems_in(error, f"{section}.", content)) from error
 
 
 STRICT = core_schema.CoreConfig(strict=True, allow_inf_nan=False)

@@ -10,12 +10,29 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from fivebar_description.errors import InputError as InputError
+from fivebar_description.errors import InputError
+from fivebar_description.refusals import problems_in
+from fivebar_description.text_file import read_text
+
+__all__ = [
+    "InputError",
+    "StrictModel",
+    "load_yaml",
+    "parse_yaml",
+    "read_text",
+    "read_yaml",
+    "validate",
+    "yaml_nodes",
+    "yaml_text",
+]
 
 M = TypeVar("M", bound="StrictModel")
 
 DEEPEST_NESTING = 100
 """Levels of a text whose nodes are asked for; the parser's time grows with their square."""
+
+MOST_VALUES = 100_000
+"""Values of a text in which parts refer to others, counted as often as they are referred to."""
 
 NESTED_TOO_DEEPLY = "is nested too deeply"
 
@@ -47,20 +64,6 @@ def load_yaml(path: Path) -> object:
     return parse_yaml(read_text(path), str(path))
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a file, its line ends as they are.
-
-    Raises:
-        InputError: the file is missing or not UTF-8 text.
-    """
-    try:
-        return path.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text") from error
-
-
 def parse_yaml(text: str, source: str) -> object:
     """Return text in YAML 1.2 as plain values; `source` starts every error.
 
@@ -71,6 +74,8 @@ def parse_yaml(text: str, source: str) -> object:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
+    if "&" in text and "*" in text:
+        _refuse_expansion(text, source)
     try:
         # the pure parser: the other one, in C, reads YAML 1.1
         return YAML(typ="safe", pure=True).load(text)
@@ -86,6 +91,47 @@ def parse_yaml(text: str, source: str) -> object:
         raise InputError(f"{source}: is not valid YAML: {_one_line(error)}") from error
     except RecursionError as error:
         raise InputError(f"{source}: {NESTED_TOO_DEEPLY}") from error
+
+
+def _refuse_expansion(text: str, source: str) -> None:
+    """Refuse a text that is exponentially larger once what it refers to is written out; leave what is not YAML.
+
+    Raises:
+        InputError: it stands for more than `MOST_VALUES` values, or a part of it contains itself.
+    """
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+    from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, ScalarEvent
+
+    sizes: dict[str, int] = {}
+    open_parts: list[tuple[str | None, int]] = []
+    count = 0
+    try:
+        for event in YAML(typ="safe", pure=True).parse(text):
+            if isinstance(event, CollectionStartEvent):
+                open_parts.append((event.anchor, count))
+                count += 1
+            elif isinstance(event, CollectionEndEvent):
+                anchor, before = open_parts.pop()
+                if anchor is not None:
+                    sizes[anchor] = count - before
+            elif isinstance(event, ScalarEvent):
+                count += 1
+                if event.anchor is not None:
+                    sizes[event.anchor] = 1
+            elif isinstance(event, AliasEvent):
+                if event.anchor in (anchor for anchor, _ in open_parts):
+                    raise InputError(f"{source}: *{event.anchor}: stands within what it refers to")
+                count += sizes.get(event.anchor, 0)
+            if count > MOST_VALUES:
+                line = event.start_mark.line + 1
+                raise InputError(
+                    f"{source}: line {line}: more than {MOST_VALUES} values, written out: expected fewer references"
+                )
+    except InputError:
+        raise
+    except (YAMLError, ValueError, RecursionError):
+        return
 
 
 def yaml_nodes(text: str, source: str) -> Any:
@@ -146,34 +192,4 @@ def validate(content: object, model: type[M], source: str) -> M:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"{source}: {problems_in(error)}") from error
-
-
-def problems_in(error: ValidationError, section: str = "") -> str:
-    """Return what is wrong in one line, every key with the section that it stands in."""
-    details = error.errors(include_url=False)
-    return "; ".join(section + _problem(detail) for detail in details if not _only_lacks_refused(detail))
-
-
-def _only_lacks_refused(detail: Any) -> bool:
-    """Return whether a sequence is called too short although it is not: pydantic leaves out its refused elements."""
-    return bool(detail["type"] == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"])
-
-
-def _problem(detail: Any) -> str:
-    key = ".".join(_in_line(str(part)) for part in detail["loc"])
-    if detail["type"] == "extra_forbidden":
-        return f"{key}: unknown key"
-    if detail["type"] == "missing":
-        return f"{key}: is missing"
-    expectation = detail["msg"].removeprefix("Value error, ")
-    if not expectation.isprintable():
-        # it quotes a value with a line break
-        expectation = _one_line(expectation)
-    expectation = expectation[:1].lower() + expectation[1:]
-    return f"{key}: {detail['input']!r}: {expectation}" if key else expectation
-
-
-def _in_line(key: str) -> str:
-    """Return a key as it is written, or quoted where it would break the line."""
-    return key if key.isprintable() else repr(key)
+        raise InputError(f"{source}: {problems_in(error, content=content)}") from error

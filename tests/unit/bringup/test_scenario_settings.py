@@ -111,7 +111,7 @@ def test_the_tracking_limit_is_no_key_of_the_section_safety() -> None:
     with pytest.raises(InputError, match=r"^any.yaml: safety.tracking_error_limit: unknown key$"):
         scenario(safety={"tracking_error_limit": 0.1})
     assert scenario(tracking_error_limit=0.1).safety_settings().tracking_error_limit == 0.1
-    with pytest.raises(InputError, match=r"^any.yaml: tracking_error_limit: 0.0: input should be greater"):
+    with pytest.raises(InputError, match=r"^any.yaml: tracking_error_limit: 0.0: expected at least"):
         scenario(tracking_error_limit=0.0)
 
 

@@ -64,15 +64,15 @@ def test_a_section_fills_in_defaults_and_reads_integers_and_lists() -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ({"gain": -1.0}, "component.gain: -1.0: input should be greater than or equal to 0"),
-        ({"gain": 100.5}, "component.gain: 100.5: input should be less than or equal to 100"),
-        ({"limit": 0.0}, "component.limit: 0.0: input should be greater than 0"),
-        ({"samples": 10}, "component.samples: 10: input should be less than 10"),
+        ({"gain": -1.0}, "component.gain: -1.0: expected at least 0"),
+        ({"gain": 100.5}, "component.gain: 100.5: expected at most 100"),
+        ({"limit": 0.0}, "component.limit: 0.0: expected above 0"),
+        ({"samples": 10}, "component.samples: 10: expected below 10"),
         ({"law": "third"}, "component.law: 'third': expected one of first, second"),
         ({"bounds": [2.0, 1.0]}, r"component.bounds: \[2.0, 1.0\]: expected the smaller bound first"),
-        ({"gain": math.nan}, "component.gain: nan: input should be a finite number"),
+        ({"gain": math.nan}, "component.gain: nan: expected a finite number"),
         ({"gian": 1.0}, "component.gian: unknown key"),
-        ({"enabled": 1}, "component.enabled: 1: input should be a valid boolean"),
+        ({"enabled": 1}, "component.enabled: 1: expected true or false"),
     ],
 )
 def test_a_section_refuses_what_the_declaration_excludes(content: dict[str, Any], words: str) -> None:
@@ -118,7 +118,7 @@ def test_a_section_within_a_section_is_read_and_written_by_its_name() -> None:
         "part": {"share": 0.25, "law": "first"},
     }
     assert validate({"nested": nested._asdict()}, File, "again").nested == nested
-    with pytest.raises(InputError, match=r"file.yaml: nested.part.share: 2.0: input should be less than or equal to 1"):
+    with pytest.raises(InputError, match=r"file.yaml: nested.part.share: 2.0: expected at most 1"):
         validate({"nested": {"part": {"share": 2.0}}}, File, "file.yaml")
     with pytest.raises(InputError, match=r"file.yaml: nested.part.shore: unknown key"):
         validate({"nested": {"part": {"shore": 0.5}}}, File, "file.yaml")

@@ -7,7 +7,6 @@ mistyped option need nothing of it.
 from __future__ import annotations
 
 import signal
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -15,10 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
+from fivebar_bringup.cli.printing import Printer, complain
 from fivebar_bringup.cli.words import filled
 from fivebar_bringup.errors import BagError, RunFailed
 from fivebar_bringup.runs.outcome import RunOutcome
@@ -50,7 +48,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
-console = Console(stderr=True)
+console = Printer(stderr=True)
 
 
 class Subcommand(TyperCommand):
@@ -125,13 +123,13 @@ def input_errors() -> Iterator[None]:
     try:
         yield
     except (InputError, BagError) as error:
-        print(f"fivebar: {error}", file=sys.stderr)
+        complain(error)
         raise typer.Exit(BAD_INPUT) from error
     except RunFailed as error:
-        print(f"fivebar: the run failed: {error}", file=sys.stderr)
+        complain(f"the run failed: {error}")
         raise typer.Exit(FAILED) from error
     except ResumableInterrupt as interrupt:
-        print(f"fivebar: {interrupt}", file=sys.stderr)
+        complain(interrupt)
         raise
 
 
@@ -140,7 +138,7 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
     """Show how many samples are done, on standard error."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     # no bar in a file or a pipe, where it would be a stray line beside the errors
     with Progress(*columns, console=console, disable=quiet or not console.is_terminal) as progress:
         task = progress.add_task(f"{name}: starting", total=None)
@@ -153,9 +151,11 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
 
 def print_outcome(directory: RunDirectory, summary: Summary) -> None:
     """Print the last line of a command that made a run: what became of it, and where the report is."""
+    from rich.text import Text
+
     from fivebar_bringup.report.outcome_words import outcome_details
 
     shown = directory.page if directory.page.exists() else directory.path
     colour = {RunOutcome.SUCCEEDED: "green", RunOutcome.OFF_REFERENCE: "yellow"}.get(summary.outcome, "red")
-    word = f"[{colour}]{summary.outcome}[/{colour}]"
-    Console().print(f"{word}{escape(outcome_details(summary))}: look at {escape(str(shown))}", soft_wrap=True)
+    words = (str(summary.outcome), colour), f"{outcome_details(summary)}: look at {shown}"
+    Printer().print(Text.assemble(*words), soft_wrap=True)

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 
 
@@ -52,14 +52,14 @@ def benchmark(
     from fivebar_bringup.studies.benchmark.scoring import RULES, read_results, scores
     from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
     from fivebar_control.laws.registry import CONTROLLERS
-    from fivebar_description.strict_yaml import read_text
+    from fivebar_description.text_file import LARGEST_TABLE, read_text
 
     its_rigs = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
     with input_errors(), keyboard_interrupts():
         every = crossings_of()
         wanted = every[: len(every) if crossings is None else crossings]
         if score is not None:
-            results = read_results(read_text(score), str(score))
+            results = read_results(read_text(score, LARGEST_TABLE), str(score))
         else:
             names = tuple(CONTROLLERS) if controllers is None else chosen("--controllers", controllers, CONTROLLERS)
             with progress_bar("benchmark", as_json) as progress:
@@ -88,6 +88,6 @@ def benchmark(
             f"{one.torque_median:.2f}",
             str(one.stopped),
         )
-    printer = Console()
+    printer = Printer()
     printer.print(table)
     printer.print(RULES)

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def calibrate(
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))
         return
-    printer = Console()
+    printer = Printer()
     printer.print(_table(result))
     for quantity, value in (*quality_rows(result), *result.mounting_rows()):
         printer.print(f"{quantity}: {value}", soft_wrap=True)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.printing import say
 
 
 @command("camera-calibrate")
@@ -43,7 +44,7 @@ def camera_calibrate(
         made = Board(columns, rows, square)
         if board is not None:
             write_board(made, board)
-            print(f"board {board}: {columns * square * 1e3:g} x {rows * square * 1e3:g} mm")
+            say(f"board {board}: {columns * square * 1e3:g} x {rows * square * 1e3:g} mm")
             return
         found = (
             calibrate_files(made, pictures or []) if simulate is None else calibrate_simulated(made, simulate, views)
@@ -55,4 +56,4 @@ def camera_calibrate(
     o = found.optics
     print(f"{found.pictures} pictures with the board, corners within {found.deviation:.3f} px (root mean square)")
     print(f"focal length {o.fx:.2f}, {o.fy:.2f} px, principal point {o.cx:.2f}, {o.cy:.2f} px")
-    print(f"written to {out}")
+    say(f"written to {out}")

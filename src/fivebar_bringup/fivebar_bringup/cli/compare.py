@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -83,7 +84,7 @@ def compare(
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
-    printer = Console()
+    printer = Printer()
     # as many columns as a narrow terminal has room for; the page has all
     table = Table(*("rig", "controller", "completed", "error", "applied", "requested", "saturated"), box=None)
     places = [made.overview.columns.index(str(column.header)) for column in table.columns]
@@ -91,7 +92,8 @@ def compare(
         table.add_row(*(row[place].text for place in places))
     printer.print(table)
     for finding in made.verdicts:
-        printer.print(f"[{COLOURS[finding.met]}]{WORDS[finding.met]}[/]: {finding.title}: {finding.measured}")
+        verdict = WORDS[finding.met], COLOURS[finding.met]
+        printer.print(Text.assemble(verdict, f": {finding.title}: {finding.measured}"))
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 
 
@@ -50,7 +50,7 @@ def estimate(
     if as_json:
         print(json.dumps(estimation.as_json(), indent=2, allow_nan=False))
         return
-    printer = Console()
+    printer = Printer()
     for name, was, now in estimation.changes():
         printer.print(f"{name}: {was} -> {now}", soft_wrap=True)
     table = Table("figure", "recorded settings", "changed settings", box=None)

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
-from rich.console import Console
 
 from fivebar_bringup.cli.app import (
     BAD_INPUT,
@@ -26,6 +25,7 @@ from fivebar_bringup.cli.app import (
     print_outcome,
     progress_bar,
 )
+from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.namespace import read_namespace
@@ -150,7 +150,7 @@ def goto(
     from fivebar_bringup.studies.goto.live import goal_fields
     from fivebar_bringup.studies.goto.request import Request, check_positive, plan_request, scenario_of, within_drives
     from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
-    from fivebar_bringup.studies.goto.transfer_report import show
+    from fivebar_bringup.studies.goto.transfer_report import as_text
     from fivebar_control.planning.timing import Speed
     from fivebar_control.trajectory.rounded import RESTS
 
@@ -211,7 +211,7 @@ def goto(
         planning_s = time.monotonic() - began
         plan = transfer_as_json(request, transfer, planning_s)
         if not as_json:
-            show(request, transfer, planning_s)
+            Printer(soft_wrap=True).print(as_text(request, transfer, planning_s), highlight=False)
         if plan_only:
             if as_json:
                 print(json.dumps({"plan": plan}, indent=2, allow_nan=False))
@@ -254,10 +254,10 @@ def stand(
         loaded = load_admitted(scenario)
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
         how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
-        Console(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
+        Printer(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
         with live_page(view, domain, within) as live, progress_bar(loaded.name, False) as progress:
             directory, faults = rest(loaded, seconds, mode, out, live.domain, progress, within)
-    Console(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")
+    Printer(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")
     raise typer.Exit(FAILED if faults else COMPLETED)
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rich.console import Console
-
 from fivebar_bringup.cli.app import OutOption, ScenarioArgument, command, input_errors
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 
 
@@ -16,6 +15,7 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
 
     Example: `fivebar guide calibration --out runs/led`, then `fivebar calibrate runs/led --encoders-only`
     """
+    from fivebar_bringup.runs.results import write_errors
     from fivebar_bringup.runs.run_directory import new_run_directory
     from fivebar_bringup.scenario_files import load_scenario
     from fivebar_bringup.simulation.guided import guide as lead
@@ -25,6 +25,7 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
         loaded = load_scenario(scenario)
         samples = lead(loaded)
         run = new_run_directory(out, loaded)
-        write_guided_bag(samples, loaded, run.bag)
+        with write_errors(run.path):
+            write_guided_bag(samples, loaded, run.bag)
     force = max(sample.force for sample in samples)
-    Console().print(f"{len(samples)} samples, the hand pulls with up to {force:.1f} N: {run.path}", soft_wrap=True)
+    Printer().print(f"{len(samples)} samples, the hand pulls with up to {force:.1f} N: {run.path}", soft_wrap=True)

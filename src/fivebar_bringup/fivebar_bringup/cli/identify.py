@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -79,7 +79,7 @@ def identify(
     if as_json:
         print(json.dumps(findings.as_json(), indent=2, allow_nan=False))
         return
-    printer = Console()
+    printer = Printer()
     printer.print(_table(findings))
     cutoffs, fit = findings.found.cutoffs, findings.found.fit
     printer.print(
@@ -104,7 +104,7 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))
         return
-    found, printer = result.found, Console()
+    found, printer = result.found, Printer()
     table = Table(f"transmission, {INTERVALS}", "leg 1 (left)", "leg 2 (right)", "unit", box=None)
     for name, unit in (("frequency", "Hz"), ("damping", ""), ("rotor_share", "")):
         values = [getattr(leg, name) for leg in found.legs]
@@ -135,7 +135,7 @@ def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: 
     if as_json:
         print(json.dumps({"motors": [motor.as_json() for motor in motors]}, indent=2, allow_nan=False))
     else:
-        Console().print(_motors(motors))
+        Printer().print(_motors(motors))
 
 
 def _periods(text: str) -> tuple[int, ...]:

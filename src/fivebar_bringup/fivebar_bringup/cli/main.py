@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import sys
+
 from fivebar_bringup.cli import (
     benchmark,
     calibrate,
@@ -23,7 +26,8 @@ from fivebar_bringup.cli import (
     urdf,
     viewing,
 )
-from fivebar_bringup.cli.app import app
+from fivebar_bringup.cli.app import BAD_INPUT, FAILED, app
+from fivebar_bringup.cli.printing import accept_any_character, complain, flush
 
 __all__ = [
     "benchmark",
@@ -50,8 +54,31 @@ __all__ = [
 
 
 def main() -> None:
-    """Run the command."""
-    app()
+    """Run the command; what the operating system refuses, such as a full disk, is one line and exit status 2."""
+    accept_any_character()
+    try:
+        try:
+            app()
+        finally:
+            flush(sys.stdout)
+    except BrokenPipeError:
+        _discard_output()
+        sys.exit(FAILED)
+    except OSError as error:
+        _discard_output()
+        place = (
+            f"{os.fsdecode(error.filename)}: "
+            if isinstance(error.filename, str | bytes)
+            else "a file or the output cannot be written: "
+        )
+        complain(f"{place}{error.strerror or error}")
+        sys.exit(BAD_INPUT)
+
+
+def _discard_output() -> None:
+    """Keep the interpreter from writing at its exit what could not be written."""
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
 
 
 if __name__ == "__main__":

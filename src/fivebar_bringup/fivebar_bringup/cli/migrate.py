@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fivebar_bringup.cli.app import command, input_errors
-from fivebar_description.errors import InputError
+from fivebar_bringup.cli.printing import say
 
 
 @command()
@@ -36,26 +35,16 @@ def migrate(
     """
     from fivebar_bringup.migration import migrated_file
     from fivebar_description.file_format import NEWEST
-    from fivebar_description.strict_yaml import read_text
+    from fivebar_description.text_file import read_text, write_file
 
     for path in files:
         with input_errors():
             text = read_text(path)
             migrated = migrated_file(text, str(path), number)
             if migrated.text == text:
-                print(f"{path}: is in format {NEWEST}")
+                say(f"{path}: is in format {NEWEST}")
                 continue
-            _replace(path, migrated.text)
-            print("\n  ".join((f"{path}: now in format {NEWEST}", *migrated.changes)))
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write a file so that at every moment the old or the new one is there whole."""
-    beside = path.with_name(f".{path.name}.new")
-    try:
-        beside.write_bytes(text.encode("utf-8"))
-        beside.chmod(path.stat().st_mode)
-        os.replace(beside, path.resolve())
-    except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+            write_file(path, migrated.text)
+            say(f"{path}: now in format {NEWEST}")
+            for change in migrated.changes:
+                say(f"  {change}")

@@ -6,7 +6,6 @@ import json
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import (
@@ -22,6 +21,7 @@ from fivebar_bringup.cli.app import (
     print_outcome,
     progress_bar,
 )
+from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.namespace import read_namespace
@@ -111,6 +111,6 @@ def _show(steps: tuple[PlannedStep, ...]) -> None:
         if len(step.planned.segments) > 1:
             does += f", in {len(step.planned.segments)} stretches"
         table.add_row(step.instruction.number, str(step.instruction.line), rounds, does, f"{step.duration:.3f}")
-    printer = Console(soft_wrap=True)
+    printer = Printer(soft_wrap=True)
     printer.print(table, highlight=False)
     printer.print(f"{len(steps)} steps, {sum(step.duration for step in steps):.3f} s", highlight=False)

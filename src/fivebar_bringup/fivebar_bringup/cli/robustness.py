@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -59,7 +59,7 @@ def robustness(
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
-    printer = Console()
+    printer = Printer()
     # as many columns as a narrow terminal has room for; the page has all
     columns = ("effect", "middling robot", "unified, encoders", "unified, gyro")
     places = [made.first.columns.index(column) for column in columns]
@@ -79,7 +79,7 @@ def _losses(out: Path | None, processes: int, as_json: bool) -> None:
     if as_json:
         print(json.dumps([one.as_json() for one in made], indent=2, allow_nan=False))
         return
-    printer = Console()
+    printer = Printer()
     for lost in Lost:
         table = Table(f"{lost}: largest error in mm", "none lost", *(f"{one} lost" for one in BURSTS[lost]), box=None)
         for one in made:

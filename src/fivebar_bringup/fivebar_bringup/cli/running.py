@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from fivebar_bringup.cli.app import (
     JsonOption,
@@ -25,6 +25,7 @@ from fivebar_bringup.cli.app import (
     print_outcome,
     progress_bar,
 )
+from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.namespace import read_namespace
@@ -237,7 +238,7 @@ def report(
         for suffix in [name for name, wanted in (("gif", gif), ("mp4", mp4)) if wanted]:
             path = write_animation(run_directory, suffix)
             if not as_json:
-                Console().print(f"animation: {path}", soft_wrap=True)
+                Printer().print(f"animation: {path}", soft_wrap=True)
     _finish(run_directory, summary, as_json)
 
 
@@ -251,7 +252,7 @@ def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as
     if as_json:
         print(json.dumps([summary.as_json() for summary in summaries], indent=2, allow_nan=False))
     else:
-        Console().print(f"both runs: look at {page}", soft_wrap=True)
+        Printer().print(f"both runs: look at {page}", soft_wrap=True)
     raise typer.Exit(max(EXIT_STATUS[summary.outcome] for summary in summaries))
 
 
@@ -286,10 +287,10 @@ def nodes(
     for column in table.columns[1:]:
         column.overflow = "fold"
     for node in graph:
-        publishes = (f"{topic.name} [dim]{topic.type}[/dim]" for topic in node.publishes)
+        publishes = [Text.assemble(f"{topic.name} ", (topic.type, "dim")) for topic in node.publishes]
         subscribes = (topic.name for topic in node.subscribes)
-        table.add_row(node.executable, node.package, "\n".join(subscribes), "\n".join(publishes))
-    Console().print(table)
+        table.add_row(node.executable, node.package, "\n".join(subscribes), Text("\n").join(publishes))
+    Printer().print(table)
 
 
 def _finish(directory: RunDirectory, summary: Summary, as_json: bool) -> NoReturn:
@@ -305,6 +306,6 @@ def _finish(directory: RunDirectory, summary: Summary, as_json: bool) -> NoRetur
 def _print_summary(directory: RunDirectory, summary: Summary) -> None:
     table = Table(show_header=False, box=None)
     for key, value in summary.as_json().items():
-        table.add_row(f"[dim]{key}[/dim]", json.dumps(value))
-    Console().print(table)
+        table.add_row(Text(key, "dim"), json.dumps(value))
+    Printer().print(table)
     print_outcome(directory, summary)

@@ -7,11 +7,12 @@ import os
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console, Group
-from rich.markup import escape
+from rich.console import Group
 from rich.table import Table
+from rich.text import Text
 
 from fivebar_bringup.cli.app import COMPLETED, FAILED, JsonOption, command, input_errors
+from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.runs.domain import held_domains
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
@@ -71,7 +72,7 @@ def status(
     if as_json:
         print(json.dumps([report._asdict() for report in reports], indent=2))
     elif not watch:
-        Console().print(_table(reports) if reports else f"no node of the graph answers in domain {number}")
+        Printer().print(_table(reports) if reports else f"no node of the graph answers in domain {number}")
     sound = bool(reports) and all(report.level in ("ok", "warning") for report in reports)
     raise typer.Exit(COMPLETED if sound else FAILED)
 
@@ -100,7 +101,7 @@ def _watch(listener: DiagnosticsListener) -> None:
     from rich.live import Live
 
     try:
-        with Live(console=Console(), auto_refresh=False) as live:
+        with Live(console=Printer(), auto_refresh=False) as live:
             while True:
                 live.update(Group(_table(listener.reports(OLDEST))), refresh=True)
                 listener.take_for(0.5)
@@ -114,10 +115,10 @@ def _table(reports: list[NodeReport]) -> Table:
         others = ", ".join(f"{name} {value}" for name, value in report.figures.items() if name not in COLUMNS)
         colour = COLOURS[report.level]
         table.add_row(
-            escape(report.node),
-            f"[{colour}]{report.level}[/{colour}]",
-            *(escape(report.figures.get(name, "")) for name in COLUMNS),
-            escape(others),
-            escape(report.message),
+            report.node,
+            Text(report.level, colour),
+            *(report.figures.get(name, "") for name in COLUMNS),
+            others,
+            report.message,
         )
     return table

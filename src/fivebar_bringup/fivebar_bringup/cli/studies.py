@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 
 
@@ -41,7 +41,7 @@ def map_robot(
     if as_json:
         print(json.dumps(measures, indent=2, allow_nan=False))
     else:
-        Console().print(f"look at {directory.page}", soft_wrap=True)
+        Printer().print(f"look at {directory.page}", soft_wrap=True)
 
 
 @command()
@@ -67,5 +67,5 @@ def reproduce(
     table = Table("thesis", "about", "verdict", box=None)
     for row in made.rows:
         table.add_row(row.place, row.title, str(row.judgement.verdict))
-    Console().print(table)
-    Console().print(f"look at {made.page}", soft_wrap=True)
+    Printer().print(table)
+    Printer().print(f"look at {made.page}", soft_wrap=True)

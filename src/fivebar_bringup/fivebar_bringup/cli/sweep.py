@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
+from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -123,10 +124,11 @@ def sweep(
     table = Table(*columns, box=None)
     for row in made.overview.rows:
         table.add_row(*(row[place].text for place in places))
-    printer = Console()
+    printer = Printer()
     printer.print(table)
     met = made.content["met"]
-    printer.print(f"[{'green' if met else 'red'}]{'met' if met else 'not met'}[/]: {made.content['verdict']}")
+    verdict = ("met", "green") if met else ("not met", "red")
+    printer.print(Text.assemble(verdict, f": {made.content['verdict']}"))
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 
@@ -150,7 +152,7 @@ def _one_case(
     if as_json:
         print(json.dumps(finite([row._asdict() for row in rows]), indent=2, allow_nan=False))
         return
-    printer = Console()
+    printer = Printer()
     for name, value in rows[0].draw._asdict().items():
         printer.print(f"{name}: {value}")
     if not rows[0].controller:

@@ -9,6 +9,7 @@ from typing import Literal
 from pydantic import ConfigDict, Field
 
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
+from fivebar_description.text_file import LARGEST_TABLE, read_text
 
 
 class RunTiming(StrictModel):
@@ -39,12 +40,11 @@ def read_timing(path: Path) -> RunTiming:
     Raises:
         InputError: the file cannot be read, or has unexpected content.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not path.exists():
         return RunTiming()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    text = read_text(path, LARGEST_TABLE)
+    try:
+        content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid JSON: {error}") from error
     return validate(content, RunTiming, str(path))

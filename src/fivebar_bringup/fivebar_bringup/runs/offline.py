@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.runs.results import write_errors
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
@@ -29,6 +30,7 @@ def run_offline(
     began = time.monotonic()
     result = simulate(scenario, lambda sample: progress(sample, last))
     wall_s = time.monotonic() - began
-    write_bag(result, scenario, run.bag)
+    with write_errors(run.path):
+        write_bag(result, scenario, run.bag)
     write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": []})
     return run, write_report(run, with_page)

@@ -15,6 +15,7 @@ from fivebar_bringup.runs.namespace import remapping
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.settings import to_parameters
+from fivebar_description.text_file import write_file
 
 CONTROLLERS = "controllers"
 """Name of the process of the control chain (all nodes between a measurement and its torque), if it is composed."""
@@ -50,7 +51,7 @@ class ProcessSpec(NamedTuple):
     def prepare(self, folder: Path, namespace: str) -> tuple[str, ...]:
         """Write its parameter file into a folder; return the arguments of its module, with those of ROS."""
         file = folder / f"{self.name}.yaml"
-        file.write_text(self.parameter_file(), encoding="utf-8")
+        write_file(file, self.parameter_file())
         return (*self.arguments, "--ros-args", "--params-file", str(file), *remapping(namespace))
 
     def parameter_file(self) -> str:

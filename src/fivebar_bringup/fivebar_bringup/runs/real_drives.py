@@ -10,6 +10,7 @@ from fivebar_bringup.runs.rehearsal import check_drivable, write_board_file
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_description.strict_yaml import InputError, yaml_text
+from fivebar_description.text_file import write_file
 
 DEFAULT_DRIVES = "dextar_socketcan"
 """Configuration of the bridge to drives on a CAN bus."""
@@ -39,7 +40,7 @@ def write_real_drives(scenario: Scenario, drives: RealDrives, path: Path) -> Non
         write_board_file(scenario, drives.port, path, drives.configuration)
         return
     file = drive_file(scenario, drives.configuration)
-    path.write_text(yaml_text(file.model_dump(mode="json")), encoding="utf-8")
+    write_file(path, yaml_text(file.model_dump(mode="json")))
 
 
 def drive_file(scenario: Scenario, configuration: str) -> DriveFile:

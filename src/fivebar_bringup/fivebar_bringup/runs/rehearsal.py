@@ -20,6 +20,7 @@ from fivebar_description.board_file import CLOCK
 from fivebar_description.settings import sections
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, StrictModel, load_yaml, validate, yaml_text
+from fivebar_description.text_file import write_file
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
@@ -117,7 +118,7 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str = DEF
 
 def _write(path: Path, content: dict[str, Any], model: type[StrictModel]) -> None:
     validate(content, model, f"{content['name']} on drives")
-    path.write_text(yaml_text(content), encoding="utf-8")
+    write_file(path, yaml_text(content))
 
 
 def _emulated_robot(scenario: Scenario) -> dict[str, Any]:

@@ -11,8 +11,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from fivebar_bringup.runs.bag.tail import replace_file
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.text_file import replace_file
 
 FIGURES = "figures"
 """Folder of the PNG figures in every result directory."""

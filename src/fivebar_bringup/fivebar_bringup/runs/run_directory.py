@@ -93,4 +93,4 @@ def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
 
 def write_timing(run: RunDirectory, timing: dict[str, Any]) -> None:
     """Write what only the process that made the run knows."""
-    run.timing.write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")
+    write_results(run.path, {run.timing.name: json.dumps(timing, indent=2) + "\n"})

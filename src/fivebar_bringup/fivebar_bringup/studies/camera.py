@@ -10,8 +10,13 @@ import numpy as np
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_control.vision.calibration import Board, CameraCalibration, calibrated
 from fivebar_control.vision.detector import Picture
+from fivebar_control.vision.native_output import native_output_dropped
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.text_file import read_bytes, write_file
 from fivebar_sim.vision.board import board_views
+
+LARGEST_PICTURE = 100_000_000
+"""Bytes of a file with a picture."""
 
 PRINTED_PIXELS = 80
 """Of a square of the board as it is printed or rendered."""
@@ -28,7 +33,7 @@ def write_board(board: Board, path: Path) -> None:
     written, content = cv2.imencode(".png", board.picture(PRINTED_PIXELS))
     if path.suffix != ".png" or not written:
         raise InputError(f"{path}: expected the name of a .png file")
-    path.write_bytes(content.tobytes())
+    write_file(path, content.tobytes())
 
 
 def calibrate_files(board: Board, paths: list[Path]) -> CameraCalibration:
@@ -55,7 +60,13 @@ def calibrate_simulated(board: Board, scenario: str, views: int) -> CameraCalibr
 
 
 def _read(path: Path) -> Picture:
-    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    content = np.frombuffer(read_bytes(path, LARGEST_PICTURE), np.uint8)
+    with native_output_dropped():
+        try:
+            picture = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE) if content.size else None
+        except cv2.error:
+            # too many pixels
+            picture = None
     if picture is None:
         raise InputError(f"{path}: expected a picture")
     return np.asarray(picture, np.uint8)

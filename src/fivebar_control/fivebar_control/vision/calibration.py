@@ -13,6 +13,7 @@ from pydantic import Field
 from fivebar_control.vision.detector import Picture, tag_dictionary
 from fivebar_description.camera_model import LENS_MODEL, Optics, Points
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
+from fivebar_description.text_file import write_file
 
 LEAST_PICTURES = 6
 LEAST_CORNERS = 12
@@ -72,7 +73,7 @@ class CameraCalibration(NamedTuple):
 
     def write(self, path: Path) -> None:
         """Write the calibration as a file of camera_info."""
-        path.write_text(calibration_text(self), encoding="utf-8")
+        write_file(path, calibration_text(self))
 
 
 def board_corners(board: Board, picture: Picture) -> tuple[Points, Points] | None:

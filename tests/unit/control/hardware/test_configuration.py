@@ -54,7 +54,7 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
 
 
 MISTAKES: list[tuple[tuple[str, ...], Any, str]] = [
-    (("bus", "interface"), "pcan", r"bus.interface: 'pcan': input should be 'socketcan'"),
+    (("bus", "interface"), "pcan", r"bus.interface: 'pcan': expected 'socketcan'"),
     (("bus", "channel"), "", r"bus.channel: ''"),
     (("bus", "channel"), "127.0.0.1", r"expected an IPv4 multicast address"),
     (("bus", "bitrate"), 9600, r"bus.bitrate: 9600"),

@@ -99,7 +99,7 @@ def test_loops_are_written_out_and_every_round_knows_its_line() -> None:
 
 def test_a_refused_step_is_not_reported_as_missing_too() -> None:
     long = "{move: [0, 0.02], duration: 1.0e+9}"
-    said = "work.yaml: {}duration: 1000000000.0: input should be less than or equal to 3600"
+    said = "work.yaml: {}duration: 1000000000.0: expected at most 3600"
     for step, place in ((long, "steps.0."), (f"{{repeat: 2, steps: [{long}]}}", "steps.0.steps.0.")):
         with pytest.raises(InputError) as refused:
             read_program(text_of(step), "work.yaml")
@@ -121,7 +121,7 @@ REFUSED = {
     text_of("jump: 1"): "steps.0: {'jump': 1}: expected one of move, dwell, set, reset",
     text_of("{move: [0, 0.1], dwell: 1}"): "torque, speed, repeat, found move, dwell",
     text_of("move: [0.0]"): "steps.0.move",
-    text_of("move: [.nan, 0.1]"): "steps.0.move.0: nan: input should be a finite number",
+    text_of("move: [.nan, 0.1]"): "steps.0.move.0: nan: expected a finite number",
     text_of("{move: [0, 0.1], mode: 1}"): "steps.0.mode: 1",
     text_of("{move: [0, 0.1], speeed: 1}"): "steps.0.speeed: unknown key",
     text_of("{dwell: 1, mode: '+'}"): "mode: expected with move, not with dwell",

@@ -25,6 +25,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_description.text_file import replace_file
+
 PAGE = 4096
 """Bytes that the kernel copies without interruption, at this alignment."""
 
@@ -128,18 +130,6 @@ class TailFile:
             count = os.pwrite(self._fd, rest, offset)
             offset += count
             rest = rest[count:]
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Replace the file's content atomically: at any instant it has either the complete old or the complete new one."""
-    new = path.with_name(f".{path.name}.new")
-    try:
-        new.write_bytes(content)
-        os.replace(new, path)
-    except BaseException:
-        with suppress(OSError):
-            new.unlink()
-        raise
 
 
 def _footer(summary_start: int) -> bytes:

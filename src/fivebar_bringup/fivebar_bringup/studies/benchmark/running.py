@@ -16,7 +16,8 @@ from fivebar_bringup.studies.shared_work import stream
 from fivebar_bringup.studies.sweep.running import planned
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.interrupts import resumable
-from fivebar_description.strict_yaml import InputError, read_text
+from fivebar_description.strict_yaml import InputError
+from fivebar_description.text_file import LARGEST_TABLE, read_text
 
 NOT_STARTED = "not_started"
 """In place of a fault: the estimator could not tell the assembly mode at the start."""
@@ -91,7 +92,7 @@ def run_benchmark(
         ResumableInterrupt: it was interrupted; the file has the crossings that were finished.
     """
     try:
-        text = read_text(out) if out.exists() else HEAD
+        text = read_text(out, LARGEST_TABLE) if out.exists() else HEAD
         # the last line of a run that was interrupted
         text = text[: text.rfind("\n") + 1]
         results = read_results(text, str(out))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 
 from fivebar_bringup.studies.goto.request import Request
@@ -84,8 +84,3 @@ def as_text(request: Request, transfer: Transfer, planning_s: float) -> Renderab
             figure.name, f"{figure.value:.3g}{unit}", f"at {bound} {figure.limit:.3g}{unit}", f"{figure.time:.3f} s"
         )
     return Group(*lines, figures)
-
-
-def show(request: Request, transfer: Transfer, planning_s: float) -> None:
-    """Print a transfer on standard output."""
-    Console(soft_wrap=True).print(as_text(request, transfer, planning_s), highlight=False)

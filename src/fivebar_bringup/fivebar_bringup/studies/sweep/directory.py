@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_bringup.runs.bag.tail import replace_file
 from fivebar_bringup.runs.results import json_text, new_directory, write_results
 from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_bringup.studies.sweep.drawing import VARIED
@@ -17,7 +16,8 @@ from fivebar_bringup.studies.sweep.program import program_digest
 from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import SWEPT
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_description.strict_yaml import InputError, read_text
+from fivebar_description.strict_yaml import InputError
+from fivebar_description.text_file import LARGEST_TABLE, read_text, replace_file
 
 DEFAULT_SEED, DEFAULT_CASES = 1, 2000
 
@@ -58,7 +58,7 @@ class SweepDirectory(StudyDirectory):
             InputError: there is none, or they cannot be read.
         """
         try:
-            content = json.loads(self.content.read_text(encoding="utf-8"))["settings"]
+            content = json.loads(read_text(self.content, LARGEST_TABLE))["settings"]
             return SweepSettings(
                 int(content["seed"]),
                 int(content["cases"]),
@@ -66,8 +66,8 @@ class SweepDirectory(StudyDirectory):
                 str(content["rig"]),
                 _controllers(content["controllers"]),
             )
-        except OSError as error:
-            raise InputError(f"{self.content}: cannot be read: {error.strerror}") from error
+        except InputError:
+            raise
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
             raise InputError(f"{self.content}: is not the file of a sweep") from error
 
@@ -93,7 +93,7 @@ class SweepDirectory(StudyDirectory):
         """
         if not self.rows.exists():
             return {}
-        text = read_text(self.rows)
+        text = read_text(self.rows, LARGEST_TABLE)
         text = text[: text.rfind("\n") + 1]
         if text and not text.startswith(HEAD):
             raise InputError(f"{self.rows}: begins with another line than that of this version's results")

@@ -1,0 +1,141 @@
+"""What a validation by pydantic found wrong, in the words of these messages: KEY: VALUE: expected WHAT."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+from fivebar_description.errors import printable, quoted
+
+EXPECTED = {
+    "bool": "true or false",
+    "float": "a number",
+    "int": "a whole number",
+    "string": "text",
+    "tuple": "a list",
+    "list": "a list",
+    "dict": "keys with values",
+    "mapping": "keys with values",
+    "model": "keys with values",
+}
+"""What each kind of value is called; pydantic's types of errors begin with the kind."""
+
+BOUNDS = {
+    "greater_than_equal": ("at least", "ge"),
+    "greater_than": ("above", "gt"),
+    "less_than_equal": ("at most", "le"),
+    "less_than": ("below", "lt"),
+}
+
+WORDS = {
+    "finite_number": "a finite number",
+    "int_from_float": "a whole number, without a decimal point",
+    "int_parsing_size": "a whole number of fewer digits",
+    "none_required": "null",
+    "invalid_key": "a word as the key",
+    "recursion_loop": "a value that does not contain itself",
+}
+
+DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")
+
+
+def problems_in(error: ValidationError, section: str = "", content: object = None) -> str:
+    """Return what is wrong in one line.
+
+    Args:
+        error: of the validation.
+        section: stands in front of every key.
+        content: what was validated, by which keys are told from pydantic's names of alternatives.
+    """
+    found: dict[tuple[str, ...], list[Any]] = {}
+    for detail in error.errors(include_url=False):
+        if not _only_lacks_refused(detail):
+            found.setdefault(_keys(detail, content), []).append(detail)
+    # where an alternative fits but for a part of it, that part is what is wrong, and not that the others do not fit
+    split = {keys for keys, details in found.items() if any(_is_alternative(one, content) for one in details)}
+    told = [
+        (keys, details)
+        for keys, details in found.items()
+        if keys not in split or not any(keys == other[: len(keys)] for other in found if other != keys)
+    ]
+    return "; ".join(_problem(section, keys, details) for keys, details in told)
+
+
+def _only_lacks_refused(detail: Any) -> bool:
+    """Return whether a sequence is called too short although it is not: pydantic leaves out its refused elements."""
+    return bool(detail["type"] == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"])
+
+
+def _steps(detail: Any, content: object) -> tuple[list[str], bool]:
+    """Return the keys that lead to what is wrong, and whether pydantic names an alternative among them."""
+    keys, inside, labelled = [], content, False
+    location = detail["loc"]
+    for place, part in enumerate(location):
+        if isinstance(inside, Mapping) and part in inside:
+            inside = inside[part]
+        elif isinstance(inside, Sequence) and not isinstance(inside, str) and isinstance(part, int):
+            inside = inside[part] if part < len(inside) else None
+        elif content is not None and not (place == len(location) - 1 and detail["type"] == "missing"):
+            labelled = True
+            continue
+        keys.append(str(part))
+    return keys, labelled
+
+
+def _keys(detail: Any, content: object) -> tuple[str, ...]:
+    return tuple(_steps(detail, content)[0])
+
+
+def _is_alternative(detail: Any, content: object) -> bool:
+    return _steps(detail, content)[1]
+
+
+def _problem(section: str, keys: Sequence[str], details: Sequence[Any]) -> str:
+    key = section + ".".join(one if one.isprintable() else repr(one) for one in keys)
+    first = details[0]
+    if first["type"] == "extra_forbidden":
+        return f"{key}: unknown key"
+    if first["type"] == "missing":
+        return f"{key}: is missing"
+    # of alternatives, the one whose type it has says more than the others, which want another type
+    fitting = [one for one in details if not one["type"].endswith("_type")] or details
+    words = dict.fromkeys(_expectation(one) for one in fitting)
+    expectation = " or ".join(word if not at else word.removeprefix("expected ") for at, word in enumerate(words))
+    value = first["input"]
+    if isinstance(value, str) and DECIMAL_COMMA.fullmatch(value) and expectation.startswith("expected a number"):
+        expectation += ", with a point in place of the comma"
+    return f"{key}: {quoted(first['input'])}: {expectation}" if keys else f"{section}{expectation}"
+
+
+def _expectation(detail: Any) -> str:
+    kind, context = detail["type"], detail.get("ctx", {})
+    if kind in BOUNDS:
+        word, name = BOUNDS[kind]
+        return f"expected {word} {context[name]:.10g}"
+    if kind in WORDS:
+        return f"expected {WORDS[kind]}"
+    if kind in ("literal_error", "enum"):
+        return f"expected {context['expected']}"
+    if kind in ("too_short", "too_long"):
+        word, count = ("at least", "min_length") if kind == "too_short" else ("at most", "max_length")
+        return f"expected {word} {_counted(context[count], 'item')}, found {context['actual_length']}"
+    if kind in ("string_too_short", "string_too_long"):
+        word, count = ("at least", "min_length") if kind == "string_too_short" else ("at most", "max_length")
+        return f"expected {word} {_counted(context[count], 'character')}"
+    if kind == "string_pattern_mismatch":
+        return f"expected text that matches {context['pattern']}"
+    stem, _, rest = kind.partition("_")
+    if stem in EXPECTED and rest in ("type", "parsing", "attributes_type"):
+        return f"expected {EXPECTED[stem]}"
+    message = detail["msg"].removeprefix("Value error, ")
+    for jargon in ("Input should be a valid ", "Input should be ", "Input should "):
+        if message.startswith(jargon):
+            return printable(f"expected {message.removeprefix(jargon)}")
+    return printable(message[:1].lower() + message[1:])
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,0 +1,118 @@
+"""Files from outside as bytes or text: regular files of bounded size, everything else refused in one line."""
+
+from __future__ import annotations
+
+import codecs
+import os
+import stat
+from contextlib import suppress
+from pathlib import Path
+
+from fivebar_description.errors import InputError
+
+LARGEST_TEXT = 1_000_000
+"""Bytes of a file that people write, such as a scenario, robot file or program."""
+
+LARGEST_TABLE = 512_000_000
+"""Bytes of a file that programs write, such as the rows of a sweep or a picture."""
+
+KINDS = {
+    stat.S_IFDIR: "a directory",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_bytes(path: Path, largest: int = LARGEST_TABLE) -> bytes:
+    """Return the content of a regular file.
+
+    Devices and pipes, which may have no end or never begin, are refused without reading.
+
+    Args:
+        path: of the file.
+        largest: size (bytes) beyond which it is refused.
+
+    Raises:
+        InputError: the file is missing, is none, is too large or cannot be read.
+    """
+    try:
+        # a pipe that nobody writes to would block
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise InputError(f"{path}: is not the name of a file") from error
+    try:
+        status = os.fstat(descriptor)
+        kind = KINDS.get(stat.S_IFMT(status.st_mode))
+        if kind is not None:
+            raise InputError(f"{path}: is {kind}: expected a file")
+        # the size that is known may be less than what is read, as in /proc
+        with open(descriptor, "rb", closefd=False) as file:
+            content = file.read(largest + 1) if status.st_size <= largest else b""
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    finally:
+        os.close(descriptor)
+    size = max(status.st_size, len(content))
+    if size > largest:
+        raise InputError(f"{path}: {size} bytes: expected at most {largest}")
+    return content
+
+
+def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
+    """Return the text of a regular file, its line ends as they are, without a byte order mark.
+
+    Raises:
+        InputError: the file cannot be read as `read_bytes` does, or is not UTF-8 text.
+    """
+    content = read_bytes(path, largest)
+    if content.startswith(UTF_16):
+        raise InputError(f"{path}: begins with the byte order mark of UTF-16: expected UTF-8 text")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is not UTF-8 text") from error
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write a file that a user named; one that cannot be written as a whole stays as it was.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    try:
+        if path.exists() and not path.is_file():
+            # a device or a pipe is written to, not replaced
+            path.write_bytes(data)
+        else:
+            replace_file(path.resolve(), data)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Replace the file's content atomically: at any instant it has either the complete old or the complete new one."""
+    new = path.with_name(f".{path.name}.new")
+    try:
+        new.write_bytes(content)
+        if path.exists():
+            new.chmod(stat.S_IMODE(path.stat().st_mode))
+        os.replace(new, path)
+    except BaseException:
+        with suppress(OSError):
+            new.unlink()
+        raise
+
+
+def is_file(path: Path) -> bool:
+    """Return whether there is a file of this name; False for what can be no name, which `Path.is_file` raises of."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
