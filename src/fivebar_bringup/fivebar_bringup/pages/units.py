@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import ROUND_CEILING, Decimal
 
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
@@ -34,19 +35,21 @@ def plain(value: float | None, unit: str) -> str:
     return f"{value:#.3g}".rstrip(".") + f" {unit}"
 
 
-def in_millimetres(distance: float | None) -> str:
-    """Return an error (m) rounded up to the hundredth of a millimetre, a smaller one to its first digit, or a dash."""
+def in_millimetres(distance: float | None, decimals: int = 2) -> str:
+    """Return an error (m) in mm, rounded up to so many decimals, a smaller one to its first digit, or a dash."""
     if distance is None:
         return "–"
+    if not math.isfinite(distance):
+        return f"{distance} mm"
     millimetres = _exactly(distance) * 1000
-    if 0 < millimetres < Decimal("0.01"):
+    if 0 < millimetres < Decimal(1).scaleb(-decimals):
         return f"{_rounded_up(millimetres, -millimetres.adjusted()):.1g} mm"
-    return f"{_rounded_up(millimetres, 2):.2f} mm"
+    return f"{_rounded_up(millimetres, decimals):.{decimals}f} mm"
 
 
 def error_of(value: float | None, unit: str) -> str:
     """Return an error for a person like :func:`engineering`, but rounded up, so that it is within what is told."""
-    if not value:
+    if not value or not math.isfinite(value):
         return engineering(value, unit)
     exact = _exactly(value)
     up = _rounded_up(exact, 2 - exact.adjusted())

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.runs.rehearsal import write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
@@ -174,7 +175,7 @@ def main() -> None:
             torques = f"{law * 1e3:.1f} mNm | {motor * 1e3:.1f} mNm"
             print(
                 f"| {name} | {gains[0]:g}, {gains[1]:g} | {done} of {len(runs)}"
-                f" | {error * 1e3:.3f}, {worst * 1e3:.3f} mm | {rms * 1e3:.4f} mm | {torques} |",
+                f" | {error * 1e3:.3f}, {in_millimetres(worst, 3)} | {rms * 1e3:.4f} mm | {torques} |",
                 flush=True,
             )
 

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.simulation.case import X, Y, case_of, sampled
 from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.intervals import clopper_pearson
@@ -122,7 +123,7 @@ def table(controller: str, runs: Sequence[TubeRun]) -> str:
             inside = sum(run.inside for run in chosen)
             low, high = clopper_pearson(inside, len(chosen))
             lengths = " | ".join(
-                f"{1e3 * np.median(values):.3f}, {1e3 * max(values):.2f} mm"
+                f"{1e3 * np.median(values):.3f}, {in_millimetres(max(values))}"
                 for values in ([run.radius for run in chosen], [run.error for run in chosen])
             )
             lines.append(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 
 import pytest
@@ -43,6 +44,8 @@ def test_an_error_with_a_prefix_is_rounded_up_and_by_little(error: float, unit: 
         (1.2e-13, "2e-10 mm", "1.20e-13 m"),
         (0.0, "0.00 mm", "0 m"),
         (None, "–", "–"),
+        (math.inf, "inf mm", "inf Mm"),
+        (math.nan, "nan mm", "nan m"),
     ],
 )
 def test_errors_as_they_are_told(error: float | None, millimetres: str, prefixed: str) -> None:

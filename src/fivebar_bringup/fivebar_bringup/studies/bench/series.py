@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.errors import BagError
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import CONTROLLERS
 from fivebar_bringup.scenario_files import load_scenario
@@ -77,7 +78,7 @@ def series_row(series: Series) -> tuple[str, ...]:
         faults["no bag"] = series.without_bag
     return (
         f"{completed} of {len(series.runs) + series.without_bag}",
-        f"{max(errors) * 1e3:.2f} mm" if errors else "",
+        in_millimetres(max(errors)) if errors else "",
         _spread(late),
         _spread(missing),
         _median(cpu),

@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.runs.admission import screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.figures import ERROR
@@ -85,7 +86,7 @@ def main() -> None:
             for radius in RADII:
                 duration = shortest(points, time_law, radius)
                 error = predicted_error(points, duration, time_law, radius)
-                cells.append("none" if math.isnan(duration) else f"{duration:.2f} s, {1e3 * error:.3f} mm")
+                cells.append("none" if math.isnan(duration) else f"{duration:.2f} s, {in_millimetres(error, 3)}")
             print(f"| {name} | {time_law} | {rests:.2f} s | " + " | ".join(cells) + " |", flush=True)
 
 

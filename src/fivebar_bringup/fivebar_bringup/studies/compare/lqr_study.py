@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.mpc_study import run_once
@@ -27,7 +28,7 @@ def cell(controller: str, time_law: str, motion: str, duration: float) -> str:
         "segment_duration": duration,
     }
     outcome = run_once(Scenario.model_validate(fields))
-    return f"{1e3 * outcome.error_peak:.3f} mm, {max(outcome.requested1, outcome.requested2):.2f} Nm"
+    return f"{in_millimetres(outcome.error_peak, 3)}, {max(outcome.requested1, outcome.requested2):.2f} Nm"
 
 
 def main() -> None:

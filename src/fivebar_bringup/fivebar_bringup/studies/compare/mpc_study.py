@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, PURPLE, VERMILION, house_style, new_figure, png
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
@@ -133,7 +134,7 @@ def line(row: Row) -> str:
     if row.setting != "unified":
         chosen = " (default)" if row.value == getattr(MpcSettings(), row.setting) else ""
         name = f"`{row.setting}` {row.value:g}{chosen}"
-    cells = [f"{1e3 * error:.3f} mm, {torque:.2f} Nm" for error, torque in row.worst.values()]
+    cells = [f"{in_millimetres(error, 3)}, {torque:.2f} Nm" for error, torque in row.worst.values()]
     return f"| {name} | " + " | ".join(cells) + " |"
 
 

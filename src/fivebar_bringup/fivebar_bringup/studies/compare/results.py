@@ -11,6 +11,7 @@ from fivebar_bringup.report.series import read_series
 from fivebar_bringup.report.summary import peak, rms, summarize
 from fivebar_bringup.report.timing import RunTiming
 from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.runs.outcome import RunOutcome
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import ComparisonCase
@@ -27,7 +28,7 @@ class ComparisonResult(NamedTuple):
 
     Attributes:
         case: what was run.
-        completed: as the summary of a run has it.
+        completed: whether the motion was made, within the tolerance or not.
         why_not: reasons where it was not.
         objections: why the planner's screen refuses the motion; empty where it does not.
         made: whether there was a run at all.
@@ -43,6 +44,7 @@ class ComparisonResult(NamedTuple):
         net_work: their net work (J), all of it lost to friction where the robot ends at rest.
         durations: of the segments (s).
         wall_s: how long it took (s).
+        outcome: what became of the run.
     """
 
     case: ComparisonCase
@@ -63,6 +65,7 @@ class ComparisonResult(NamedTuple):
     net_work: float | None = None
     durations: tuple[float, ...] = ()
     wall_s: float = 0.0
+    outcome: RunOutcome = RunOutcome.REFUSED
 
     @property
     def margin(self) -> float | None:
@@ -85,6 +88,7 @@ class ComparisonResult(NamedTuple):
             "duration_s": sum(self.durations) if self.durations else None,
             "torque_limit_nm": self.limit,
             "completed": self.completed,
+            "outcome": self.outcome.value,
             "why_not": "; ".join(self.why_not),
             "refused_by_screen": bool(self.objections) if self.made else None,
             "screen_says": "; ".join(self.objections),
@@ -164,6 +168,7 @@ def run_case(case: ComparisonCase) -> ComparisonResult:
         net_work=work.net,
         durations=scenario.durations(),
         wall_s=time.monotonic() - began,
+        outcome=summary.outcome,
     )
 
 

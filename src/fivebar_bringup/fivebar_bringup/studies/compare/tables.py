@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.pages.units import error_of, plain
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonExtent
 from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
@@ -175,7 +175,7 @@ def _count(value: int | None) -> str:
 
 
 def _length(value: float | None) -> Cell:
-    return Cell(engineering(value, "m"), value)
+    return Cell(error_of(value, "m"), value)
 
 
 def _torque(value: float | None) -> Cell:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.pages.units import engineering, error_of, plain
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT
 from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.reproduce.rows import largest
@@ -66,7 +66,7 @@ def _on_rig(rig: str, bound: Bound, results: Sequence[ComparisonResult]) -> Requ
     done = sum(result.completed for result in runs)
     error, torque = largest([run.tracking_error for run in runs]), largest([run.applied for run in runs])
     measured = (
-        f"{done} of {len(runs)} completed, {engineering(error, 'm')}{_where(runs, error, 'tracking_error')},"
+        f"{done} of {len(runs)} completed, {error_of(error, 'm')}{_where(runs, error, 'tracking_error')},"
         f" {plain(torque, 'Nm')}{_where(runs, torque, 'applied')}"
     )
     met = (
@@ -99,7 +99,7 @@ def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
         f"{len(unsaved)} of {len(asked)} motions are lost at the requested pace"
         f" ({_paces(unsaved)}), {len(unsaved) - len(missed)} of them are refused beforehand;"
         f" refused are {len(refused)} in all; slowed down, {len(quickest) - len(slowed_lost)} of {len(quickest)} keep"
-        f" their error ({engineering(largest([run.tracking_error for run in quickest]), 'm')} at most)"
+        f" their error ({error_of(largest([run.tracking_error for run in quickest]), 'm')} at most)"
     )
     return Requirement(title, expected, measured, not missed and not slowed_lost)
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
@@ -120,8 +121,8 @@ class Explanation(NamedTuple):
         saved = f"succeeds with {', or '.join(self.saved_by)}" if self.saved_by else "fails with every single change"
         when = "before the fault" if row.fault else "in the run"
         return (
-            f"{row.why_not}. The largest error {when} was {1e3 * worst.error:.2f} mm after {worst.time:.3f} s, at"
-            f" 1/cond(A) = {worst.kappa:.3f}, where the estimate was {1e3 * worst.estimate_off:.2f} mm"
+            f"{row.why_not}. The largest error {when} was {in_millimetres(worst.error)} after {worst.time:.3f} s, at"
+            f" 1/cond(A) = {worst.kappa:.3f}, where the estimate was {in_millimetres(worst.estimate_off)}"
             f" off. The motors gave up to {row.applied or 0.0:.2f} of"
             f" {row.draw.torque_limit:g} Nm. Nearest limit of the screen:"
             f" {row.limit}, {100.0 * (row.limit_use or 0.0):.0f} % used. It {saved}."

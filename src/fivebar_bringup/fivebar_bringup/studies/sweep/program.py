@@ -20,6 +20,7 @@ DECIDING = {
         "compiling.py",
         "machine_code.py",
         "fault.py",
+        "root_search.py",
         "estimation/*.py",
         "laws/*.py",
         "loop/*.py",
@@ -29,6 +30,7 @@ DECIDING = {
         "trajectory/*.py",
     ),
     fivebar_bringup: (
+        "pages/units.py",
         "simulation/*.py",
         "scenario.py",
         "scenario_format.py",

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
+from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
@@ -274,7 +275,7 @@ def shortcomings(outcome: Outcome, planned_samples: int, planned_mode_changes: i
         missed.append(f"{outcome.mode_changes} changes of assembly mode, planned {planned_mode_changes}")
     # a NaN is no success
     if not outcome.error_peak < PEAK_LIMIT:
-        missed.append(f"peak error {1e3 * outcome.error_peak:.2f} mm")
+        missed.append(f"peak error {in_millimetres(outcome.error_peak)}")
     if not outcome.error_final < FINAL_LIMIT:
-        missed.append(f"final error {1e3 * outcome.error_final:.2f} mm")
+        missed.append(f"final error {in_millimetres(outcome.error_final)}")
     return missed

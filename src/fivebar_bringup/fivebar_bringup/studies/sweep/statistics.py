@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.pages.units import engineering, plain
+from fivebar_bringup.pages.units import error_of, plain
 from fivebar_bringup.simulation.outcome import LEFT
 from fivebar_bringup.studies.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS
@@ -277,5 +277,5 @@ def _figure(value: float | None, unit: str) -> Cell:
     if value is None:
         return Cell("–", None)
     if unit == "m":
-        return Cell(engineering(value, unit), value)
+        return Cell(error_of(value, unit), value)
     return Cell(plain(value, unit) if unit else f"{value:.3g}", value)
