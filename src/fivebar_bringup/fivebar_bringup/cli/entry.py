@@ -13,3 +13,7 @@ def main() -> None:
     from fivebar_bringup.cli.main import main as run
 
     run()
+
+
+if __name__ == "__main__":
+    main()

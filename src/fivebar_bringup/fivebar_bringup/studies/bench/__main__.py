@@ -14,6 +14,7 @@ from fivebar_bringup.studies.bench.laws import plain_speed
 from fivebar_bringup.studies.bench.processes import HOPS, bare_chain_p50_ms, graph_speed, stamp
 from fivebar_bringup.studies.bench.real_time import real_time_rows
 from fivebar_bringup.studies.bench.stalls import bare_loop
+from fivebar_bringup.studies.bench.start_up import start_up_rows
 from fivebar_description.interface import DEFAULT_PRIORITY
 
 ESTIMATED = {"from encoders": "middle_encoders", "with a gyroscope": "gyro_middle"}
@@ -24,6 +25,8 @@ def main() -> None:
     """Measure and print."""
     console = Console()
     scenario = load_scenario("middle")
+    with console.status("start-up"):
+        starts = [*start_up_rows()]
     with console.status("plain code, then the bare ring, the node graph, and the ring again"):
         plain = plain_speed(scenario)
         engine = engine_speed(scenario)
@@ -51,6 +54,10 @@ def main() -> None:
         table.add_row(f"processor time of {name}", f"{cpu_ms:.3f} ms per cycle", "")
     _add_engine(table, engine)
     console.print(table)
+    begun = Table("what", "processor time", "target", title="Start-up")
+    for row in starts:
+        begun.add_row(*row)
+    console.print(begun)
     beside = Table("what", "control chain", stalls.name, "target", title=f"Real time at {longer.rate_hz} Hz")
     for row in real_time_rows(clocked, stalls, samples):
         beside.add_row(*row)
