@@ -55,8 +55,8 @@ def main() -> None:
     _add_engine(table, engine)
     console.print(table)
     begun = Table("what", "processor time", "target", title="Start-up")
-    for row in starts:
-        begun.add_row(*row)
+    for name, measured, target in starts:
+        begun.add_row(name, measured, target)
     console.print(begun)
     beside = Table("what", "control chain", stalls.name, "target", title=f"Real time at {longer.rate_hz} Hz")
     for row in real_time_rows(clocked, stalls, samples):
