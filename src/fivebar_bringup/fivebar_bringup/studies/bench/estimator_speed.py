@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-import time
+from time import perf_counter
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
@@ -28,8 +28,8 @@ def estimator_us(scenario: Scenario) -> float:
         assert sample.estimated is not None
         (q11, q21), (tau1, tau2) = sample.estimated.motors
         rates = [(one.made, scenario.imu.turn_rate(one.reading.angular_velocity)) for one in sample.imu]
-        began = time.perf_counter()
+        began = perf_counter()
         estimator.take(sample.number, q11, q21, tau1, tau2, rates if scenario.gyro else ())
-        taken.append(time.perf_counter() - began)
+        taken.append(perf_counter() - began)
         estimator.commanded(sample.number, *sample.command)
     return statistics.median(taken) * 1e6
