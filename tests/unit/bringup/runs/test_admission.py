@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Callable
@@ -275,3 +276,19 @@ def test_what_the_last_node_would_stop_is_refused_beforehand(tmp_path: Path, lim
         load_admitted(str(path))
     path.write_text(f"{motion}safety: {{workspace: [-0.01, 0.01, 0.0, 0.16]}}\n")
     assert load_admitted(str(path)).allowed_area().y_max == 0.16
+
+
+def test_who_forces_it_beyond_the_tolerance_has_not_succeeded(tmp_path: Path) -> None:
+    """The whole motion is made without a fault, but 0.034 mm off its reference."""
+    file, out = tmp_path / "tight.yaml", tmp_path / "out"
+    made = load_scenario("unified_middle").model_copy(update={"error_tolerance": 3e-5, "force": True})
+    file.write_text(made.to_yaml(), encoding="utf-8")
+    done = CliRunner().invoke(app, ["simulate", str(file), "--no-page", "--out", str(out)])
+    assert done.exit_code == 1
+    last = done.stdout.splitlines()[-1]
+    assert last == f"off_reference, at most 0.04 mm from the reference, tolerance 0.03 mm: look at {out}"
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["outcome"], summary["completed"], summary["within_tolerance"]) == ("off_reference", True, False)
+    again = CliRunner().invoke(app, ["report", str(out)])
+    assert again.exit_code == 1
+    assert "<strong>The run ended off its reference</strong>" in (out / "report.html").read_text(encoding="utf-8")
