@@ -31,7 +31,7 @@ from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_control.hardware.frames import FrameReader
 from fivebar_control.planning.program import Program, read_program
-from fivebar_control.vision.calibration import read_calibration
+from fivebar_control.vision.camera_file import read_calibration
 from fivebar_description.file_format import read_versioned
 from fivebar_description.interface import JOINT_STATES, JOINTS, RUN_EPOCH
 from fivebar_description.robot_file import ROBOT_RULES, RobotFile

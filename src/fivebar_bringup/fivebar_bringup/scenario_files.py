@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,9 @@ from typing import Any
 from fivebar_bringup.scenario import SEEN, Scenario
 from fivebar_bringup.scenario_format import SCENARIO_RULES
 from fivebar_control.estimation.homing import check_declared
+from fivebar_control.planning.program import SCENARIO_FILES
 from fivebar_description.file_format import read_versioned
-from fivebar_description.share import is_yaml_path, share_file
+from fivebar_description.share import placed_beside, share_file
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.text_file import is_file
 from fivebar_sim.engines import check_engine, check_plant
@@ -37,7 +37,7 @@ def read_scenario(name_or_path: str) -> Scenario:
 
 
 def _read(path: Path) -> Scenario:
-    scenario = read_versioned(path, Scenario, SCENARIO_RULES, partial(_with_robot_beside, path.parent))
+    scenario = read_versioned(path, Scenario, SCENARIO_RULES, partial(with_files_beside, path.parent))
     if scenario.start != SEEN:
         return scenario
     # OpenCV and the plant take time to load, which other scenarios need not
@@ -50,12 +50,9 @@ def _read(path: Path) -> Scenario:
         raise InputError(f"{path}: {error}") from error
 
 
-def _with_robot_beside(folder: Path, content: Any) -> Any:
-    """Return a scenario's content with the path of a robot file that lies beside it, or in a folder there."""
-    robot = content.get("robot") if isinstance(content, Mapping) else None
-    if isinstance(robot, str) and is_yaml_path(robot) and (folder / robot).is_file():
-        return {**content, "robot": str(folder / robot)}
-    return content
+def with_files_beside(folder: Path, content: Any) -> Any:
+    """Return a scenario's content with the paths of files that it names and that lie beside it."""
+    return placed_beside(folder, content, *SCENARIO_FILES)
 
 
 def _path_of(name_or_path: str) -> Path:

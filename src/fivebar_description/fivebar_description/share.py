@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from fivebar_description.errors import InputError
+from fivebar_description.text_file import is_file
 
 
 def share_file(package: str, *parts: str) -> Path:
@@ -34,6 +37,26 @@ def share_file(package: str, *parts: str) -> Path:
 def is_yaml_path(name: str) -> bool:
     """Return whether a name is the path of a YAML file, not that of a shipped one."""
     return name.endswith((".yaml", ".yml"))
+
+
+def placed_beside(folder: Path, content: Any, *places: tuple[str, ...]) -> Any:
+    """Return a file's content in which names of other YAML files that lie beside it are paths.
+
+    A name of which no file lies there is left as it is: it is that of a shipped file, or relative to the working
+    directory.
+
+    Args:
+        folder: of the file.
+        content: as parsed.
+        places: where names of files stand, each the keys that lead there.
+    """
+    for first, *rest in places:
+        inside = content.get(first) if isinstance(content, Mapping) else None
+        if rest:
+            content = content if inside is None else {**content, first: placed_beside(folder, inside, tuple(rest))}
+        elif isinstance(inside, str) and is_yaml_path(inside) and is_file(folder / inside):
+            content = {**content, first: str(folder / inside)}
+    return content
 
 
 def yaml_path(what: str, name: str, *folders: Path) -> Path:

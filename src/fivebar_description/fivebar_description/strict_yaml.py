@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from fivebar_description.errors import InputError
 from fivebar_description.refusals import problems_in
+from fivebar_description.share import placed_beside
 from fivebar_description.text_file import read_text
 
 __all__ = [
@@ -43,13 +44,13 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-def read_yaml(path: Path, model: type[M]) -> M:
-    """Read one file into `model`.
+def read_yaml(path: Path, model: type[M], *files: tuple[str, ...]) -> M:
+    """Read one file into `model`; `files` are the keys that lead to names of other files, which may lie beside it.
 
     Raises:
         InputError: the file is missing, not YAML, or does not fit the model.
     """
-    return validate(load_yaml(path), model, str(path))
+    return validate(placed_beside(path.parent, load_yaml(path), *files), model, str(path))
 
 
 def load_yaml(path: Path) -> object:

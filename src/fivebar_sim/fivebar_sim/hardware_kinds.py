@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_description.share import share_file, yaml_path
+from fivebar_description.share import placed_beside, share_file, yaml_path
 from fivebar_description.strict_yaml import load_yaml, validate
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.boards.commands import read_order
@@ -43,7 +43,7 @@ def open_hardware(emulation: str) -> EmulatedHardware:
     """
     folders = (share_file("fivebar_sim", "config", kind) for kind in ("drives", "boards"))
     path = yaml_path("emulation", emulation, *folders)
-    content = load_yaml(path)
+    content = placed_beside(path.parent, load_yaml(path), ("robot",))
     if isinstance(content, dict) and "drives" in content:
         return DrivesOnBus(validate(content, EmulationFile, str(path)))
     return BoardEmulation(validate(content, BoardEmulationFile, str(path)))

@@ -12,6 +12,9 @@ from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import InputError, read_text
 
+CAMERA_FILE = "camera.yaml"
+"""The calibration of the camera as it was, where the scenario names one."""
+
 
 class RunDirectory(NamedTuple):
     """The directory of one run, with the path of every file in it."""
@@ -75,15 +78,24 @@ class RunDirectory(NamedTuple):
 
 
 def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
-    """Make the directory of a new run and write the scenario into it, and a robot file that is not a shipped one.
+    """Make the directory of a new run and write the scenario into it, with the files that it names by their paths.
 
-    So the run stays what it was, whatever becomes of that file.
+    So the run stays what it was, whatever becomes of these files.
 
     Raises:
-        InputError: the directory is not empty, or cannot be made or written to.
+        InputError: the directory is not empty, or cannot be made or written to, or a named file cannot be used.
     """
-    run = RunDirectory(new_directory(out, scenario.name))
+    # before anything is made or started, which it is not without its files
     files = {}
+    camera = scenario.camera
+    if camera.on and camera.calibration:
+        # here, because numpy takes time to load
+        from fivebar_control.vision.camera_file import optics_of
+
+        optics_of(camera)
+        files[CAMERA_FILE] = read_text(Path(camera.calibration))
+        scenario = scenario.model_copy(update={"camera": camera._replace(calibration=CAMERA_FILE)})
+    run = RunDirectory(new_directory(out, scenario.name))
     if is_yaml_path(scenario.robot):
         files[run.robot.name] = read_text(Path(scenario.robot))
         scenario = scenario.model_copy(update={"robot": run.robot.name})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fivebar_control.vision.comparison import VisionCheck
@@ -28,15 +27,13 @@ class SimulatedVision:
     def __init__(self, scenario: Scenario) -> None:
         """Begin a run."""
         # OpenCV takes a fifth of a second to load, which a run without a camera need not
-        from fivebar_control.vision.calibration import read_calibration
+        from fivebar_control.vision.camera_file import optics_of
         from fivebar_control.vision.localisation import PlatformTracker
         from fivebar_sim.vision.camera import Camera
 
         self._settings, self._rate_hz = scenario.camera, scenario.rate_hz
         self._camera = Camera(scenario.actual_robot(), self._settings, self._rate_hz, scenario.plant.seed)
-        path = self._settings.calibration
-        optics = read_calibration(Path(path)).optics if path else self._settings.optics()
-        self._tracker = PlatformTracker(self._settings, optics)
+        self._tracker = PlatformTracker(self._settings, optics_of(self._settings))
         self._check = VisionCheck(self._rate_hz, scenario.lead_samples)
 
     def arrived(self, sample: int, truth: Measurement) -> tuple[VisionSample, ...]:

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 
 from fivebar_bringup.scenario_files import load_scenario
-from fivebar_control.vision.calibration import Board, CameraCalibration, calibrated
+from fivebar_control.vision.calibration import Board, calibrated
+from fivebar_control.vision.camera_file import CameraCalibration
 from fivebar_control.vision.detector import Picture
 from fivebar_control.vision.native_output import native_output_dropped
 from fivebar_description.strict_yaml import InputError

@@ -131,7 +131,7 @@ def load_board(board: str) -> BoardFile:
     Raises:
         InputError: the file is missing or not a configuration; the text names file and key.
     """
-    return read_yaml(board_path(board), BoardFile)
+    return read_yaml(board_path(board), BoardFile, ("inner_loop", "robot"))
 
 
 def board_path(board: str) -> Path:

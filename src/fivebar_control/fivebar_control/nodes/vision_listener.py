@@ -11,13 +11,14 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.node_settings import VisionListenerSettings
-from fivebar_control.vision.calibration import read_calibration
+from fivebar_control.vision.camera_file import CameraCalibration, read_calibration
 from fivebar_control.vision.comparison import Position, VisionCheck
 from fivebar_control.vision.localisation import PlatformTracker
 from fivebar_control.vision.reading import PlatformReading
 from fivebar_control.vision.sight import reading_of
 from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
 from fivebar_description.camera_model import LENS_MODEL, Optics
+from fivebar_description.errors import InputError
 from fivebar_description.interface import (
     CAMERA_IMAGE,
     CAMERA_INFO,
@@ -62,7 +63,9 @@ class VisionListener(GraphNode):
         self._run = RunAgreement(self, settings.rate_hz, agreed)
         self._run.on_begin = self._restart
         path = self._camera.calibration
-        self._optics: Optics | None = read_calibration(Path(path)).optics if path else None
+        self._source = path or f"topic {CAMERA_INFO.name}"
+        self._calibration: CameraCalibration | None = read_calibration(Path(path)) if path else None
+        self._tracked = (0, 0)
         self._early: list[Image] = []
         self._unseen = self._pictures = 0
         self._restart()
@@ -86,18 +89,20 @@ class VisionListener(GraphNode):
 
     def _restart(self) -> None:
         self._check = VisionCheck(self._rate_hz, self._lead)
-        self._tracker = None if self._optics is None else PlatformTracker(self._camera, self._optics)
+        self._tracker: PlatformTracker | None = None
         self._last: tuple[PlatformReading, int] | None = None
         self._last_stamp = self._last_joints = -1
 
     def _on_info(self, message: CameraInfo) -> None:
-        if self._optics is not None:
+        if self._calibration is not None:
             return
-        if message.distortion_model != LENS_MODEL or len(message.d) != 5 or not message.k[0] > 0.0:
+        sized = message.width > 0 and message.height > 0
+        if message.distortion_model != LENS_MODEL or len(message.d) != 5 or not (message.k[0] > 0.0 and sized):
             self.drop(CAMERA_INFO, f"distortion model {message.distortion_model!r}, expected {LENS_MODEL}")
             return
         k = message.k
-        self._optics = Optics(*(float(one) for one in (k[0], k[4], k[2], k[5], *message.d)))
+        optics = Optics(*(float(one) for one in (k[0], k[4], k[2], k[5], *message.d)))
+        self._calibration = CameraCalibration(message.width, message.height, optics, math.nan, 0)
         self._restart()
         early, self._early = self._early, []
         for image in early:
@@ -106,16 +111,19 @@ class VisionListener(GraphNode):
     def _on_image(self, message: Image) -> None:
         if not self._run.holds:
             return
-        if self._tracker is None:
+        if self._calibration is None:
             self._early = [*self._early[1 - PICTURES :], message]
             return
         if message.encoding != "mono8" or len(message.data) != message.step * message.height:
             self.drop(CAMERA_IMAGE, f"encoding {message.encoding!r}, expected a picture of mono8")
             return
+        tracker = self._tracker_of(message.width, message.height, self._calibration)
+        if tracker is None:
+            return
         stamp = stamp_of(message)
         if stamp != self._last_stamp or self._last is None:
             picture = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)[:, : message.width]
-            self._last = reading_of(self._tracker, self._camera, picture)
+            self._last = reading_of(tracker, self._camera, picture)
             self._last_stamp = stamp
             self._pictures += 1
             self._unseen += not math.isfinite(self._last[0].x)
@@ -124,6 +132,17 @@ class VisionListener(GraphNode):
             self.note_answer()
         reading, late = self._last
         self._platform.publish(joint_sample(stamp + late, VISION_NAMES, reading))
+
+    def _tracker_of(self, width: int, height: int, calibration: CameraCalibration) -> PlatformTracker | None:
+        """Return what finds the platform in pictures of a size (px); None where the calibration is of another shape."""
+        if self._tracker is None or (width, height) != self._tracked:
+            try:
+                optics = calibration.optics_for(width, height, self._source)
+            except InputError as error:
+                self.drop(CAMERA_IMAGE, str(error))
+                return None
+            self._tracker, self._tracked = PlatformTracker(self._camera, optics), (width, height)
+        return self._tracker
 
     def _on_joints(self, message: JointMessage) -> None:
         if not self._run.holds:

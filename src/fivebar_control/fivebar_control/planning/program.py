@@ -18,6 +18,7 @@ from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
 from fivebar_description.file_format import NEWEST, Format, Rule, parse_versioned
 from fivebar_description.parameters import MOST_PAYLOAD
+from fivebar_description.share import placed_beside
 from fivebar_description.strict_yaml import InputError, StrictModel, read_text, yaml_nodes
 
 MOST_INSTRUCTIONS = 10_000
@@ -39,6 +40,12 @@ ASSEMBLY = {"+": 1, "-": -1}
 
 SAME_PAYLOAD = 1e-9
 """Mass (kg) up to which what is put down may exceed what is carried: sums of decimal fractions."""
+
+SCENARIO_FILES = (("robot",), ("camera", "calibration"))
+"""Keys of a scenario whose values may be names of files."""
+
+PROGRAM_FILES = tuple(("scenario", *keys) for keys in SCENARIO_FILES)
+"""Those of a program, in whose section they stand."""
 
 PROGRAM_RULES: tuple[tuple[Rule, ...], ...] = ((),)
 """What older programs said otherwise: format 0 nothing, since it had none."""
@@ -229,7 +236,10 @@ def read_program(text: str, source: str) -> LoadedProgram:
         raise InputError(f"{source}: {len(text)} characters: expected at most {MOST_CHARACTERS}")
     # before the content, which may be exponentially larger than the text where it refers to itself
     tree = yaml_nodes(text, source)
-    program = parse_versioned(text, source, Program, PROGRAM_RULES)
+    folder = Path(source).parent
+    program = parse_versioned(
+        text, source, Program, PROGRAM_RULES, lambda content: placed_beside(folder, content, *PROGRAM_FILES)
+    )
     lines = _lines(tree)
     count = _count(program.steps, 0, source)
     if count > MOST_INSTRUCTIONS:

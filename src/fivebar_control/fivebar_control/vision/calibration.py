@@ -1,19 +1,16 @@
-"""Calibration of a camera from pictures of a ChArUco board, and its file, which is that of camera_info_manager."""
+"""Calibration of a camera from pictures of a ChArUco board."""
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
-from pydantic import Field
 
+from fivebar_control.vision.camera_file import CameraCalibration
 from fivebar_control.vision.detector import Picture, tag_dictionary
-from fivebar_description.camera_model import LENS_MODEL, Optics, Points
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
-from fivebar_description.text_file import write_file
+from fivebar_description.camera_model import Optics, Points
+from fivebar_description.strict_yaml import InputError
 
 LEAST_PICTURES = 6
 LEAST_CORNERS = 12
@@ -42,38 +39,6 @@ class Board(NamedTuple):
         """Return the board to be printed, at a resolution (pixels per square)."""
         size = self.columns * pixels, self.rows * pixels
         return np.asarray(self.made().generateImage(size), np.uint8)
-
-
-class CameraCalibration(NamedTuple):
-    """A calibrated camera.
-
-    Attributes:
-        width, height: of its pictures (px).
-        optics: the projection.
-        deviation: root mean square reprojection error of the corners (px), NaN where it is not known.
-        pictures: number of pictures that were used.
-    """
-
-    width: int
-    height: int
-    optics: Optics
-    deviation: float
-    pictures: int
-
-    def as_json(self) -> dict[str, float | None]:
-        """Return the calibration's values by name."""
-        deviation = self.deviation if math.isfinite(self.deviation) else None
-        return {
-            "width": self.width,
-            "height": self.height,
-            **self.optics._asdict(),
-            "deviation_px": deviation,
-            "pictures": self.pictures,
-        }
-
-    def write(self, path: Path) -> None:
-        """Write the calibration as a file of camera_info."""
-        write_file(path, calibration_text(self))
 
 
 def board_corners(board: Board, picture: Picture) -> tuple[Points, Points] | None:
@@ -116,56 +81,3 @@ def calibrated(board: Board, pictures: list[Picture]) -> CameraCalibration:
     rest = [float(one) for one in np.ravel(distortion)[:5]]
     optics = Optics(float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2]), *rest)
     return CameraCalibration(width, height, optics, float(deviation), len(seen))
-
-
-class _Matrix(StrictModel):
-    rows: int
-    cols: int
-    data: Annotated[tuple[float, ...], Field(strict=False)]
-
-
-class _CameraFile(StrictModel):
-    image_width: int
-    image_height: int
-    camera_name: str = "camera"
-    camera_matrix: _Matrix
-    distortion_model: str = LENS_MODEL
-    distortion_coefficients: _Matrix
-    rectification_matrix: _Matrix | None = None
-    projection_matrix: _Matrix | None = None
-
-
-def calibration_text(calibration: CameraCalibration) -> str:
-    """Return a calibration as YAML in the format of ROS' camera_info_manager."""
-    optics = calibration.optics
-
-    def matrix(values: Points) -> dict[str, object]:
-        rows, columns = values.shape
-        return {"rows": rows, "cols": columns, "data": values.ravel().tolist()}
-
-    content = {
-        "image_width": calibration.width,
-        "image_height": calibration.height,
-        "camera_name": "camera",
-        "camera_matrix": matrix(optics.matrix()),
-        "distortion_model": LENS_MODEL,
-        "distortion_coefficients": matrix(optics.distortion()[np.newaxis]),
-        "rectification_matrix": matrix(np.eye(3)),
-        "projection_matrix": matrix(optics.projection()),
-    }
-    return yaml_text(content)
-
-
-def read_calibration(path: Path) -> CameraCalibration:
-    """Read a calibration.
-
-    Raises:
-        InputError: there is no such file, or its distortion model is not `LENS_MODEL`.
-    """
-    read = read_yaml(path, _CameraFile)
-    k, distortion = read.camera_matrix.data, read.distortion_coefficients.data
-    if read.distortion_model != LENS_MODEL or len(k) != 9 or len(distortion) != 5:
-        raise InputError(f"{path}: expected distortion_model {LENS_MODEL}, 9 values of the matrix and 5 coefficients")
-    return CameraCalibration(
-        read.image_width, read.image_height, Optics(k[0], k[4], k[2], k[5], *distortion), float("nan"), 0
-    )

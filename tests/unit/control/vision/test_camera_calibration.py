@@ -7,14 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivebar_control.vision.calibration import (
-    Board,
-    CameraCalibration,
-    board_corners,
-    calibrated,
-    calibration_text,
-    read_calibration,
-)
+from fivebar_control.vision.calibration import Board, board_corners, calibrated
+from fivebar_control.vision.camera_file import CameraCalibration, calibration_text, optics_of, read_calibration
 from fivebar_description.camera import CameraSettings
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.vision.board import board_views
@@ -45,6 +39,29 @@ def test_the_file_is_read_again(found: CameraCalibration, tmp_path: Path) -> Non
     path.write_text(calibration_text(found), encoding="utf-8")
     again = read_calibration(path)
     assert (again.width, again.height, again.optics) == (found.width, found.height, found.optics)
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.0, 1.5])
+def test_a_calibration_at_another_resolution_is_scaled(scale: float, tmp_path: Path) -> None:
+    """The camera that it is scaled to sees a ray at the same share of the picture, to rounding."""
+    camera = CameraSettings(on=True, width=1280, height=960, focal=1920.0)
+    other = camera._replace(width=round(1280 * scale), height=round(960 * scale), focal=1920.0 * scale)
+    path = tmp_path / "camera.yaml"
+    path.write_text(calibration_text(CameraCalibration(other.width, other.height, other.optics(), 0.1, 9)), "utf-8")
+    found = optics_of(camera._replace(calibration=str(path)))
+    assert found == pytest.approx(camera.optics(), rel=1e-12)
+
+
+def test_a_calibration_of_another_shape_is_refused_with_both_sizes(tmp_path: Path) -> None:
+    path = tmp_path / "camera.yaml"
+    full_hd = CameraSettings(on=True, width=1920, height=1080, focal=2880.0)
+    path.write_text(calibration_text(CameraCalibration(1920, 1080, full_hd.optics(), 0.1, 9)), encoding="utf-8")
+    camera = CameraSettings(on=True, width=1280, height=960, calibration=str(path))
+    with pytest.raises(InputError, match=r"camera\.yaml: calibration of pictures of 1920 x 1080 px: .* 1280 x 960 px"):
+        optics_of(camera)
+    path.write_text(path.read_text(encoding="utf-8").replace("image_width: 1920", "image_width: 0"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"image_width: 0: expected at least 1"):
+        optics_of(camera)
 
 
 def test_too_few_pictures_are_refused() -> None:
