@@ -21,7 +21,6 @@ with atheris.instrument_imports(
         "fivebar_description.file_format",
         "fivebar_description.run_plan",
         "fivebar_description.strict_yaml",
-        "fivebar_bringup.migration",
         "fivebar_bringup.live.commands",
         "fivebar_bringup.report.timing",
         "fivebar_bringup.runs",

@@ -13,14 +13,12 @@ import yaml
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.live.commands import CommandRefused, read_command
-from fivebar_bringup.migration import migrated_file
 from fivebar_bringup.report.timing import read_timing
 from fivebar_bringup.runs.bag import serialize
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.writer import BagWriter
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_format import SCENARIO_RULES
 from fivebar_bringup.studies.benchmark.scoring import HEAD as RESULTS_HEAD
 from fivebar_bringup.studies.benchmark.scoring import read_results
 from fivebar_bringup.studies.calibrate.reading import TouchedFile
@@ -34,7 +32,7 @@ from fivebar_control.planning.program import Program, read_program
 from fivebar_control.vision.camera_file import read_calibration
 from fivebar_description.file_format import read_versioned
 from fivebar_description.interface import JOINT_STATES, JOINTS, RUN_EPOCH
-from fivebar_description.robot_file import ROBOT_RULES, RobotFile
+from fivebar_description.robot_file import RobotFile
 from fivebar_description.run_plan import epoch_text, read_epoch, read_plan
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, validate
 from fivebar_sim.boards.configuration import BoardEmulationFile
@@ -122,10 +120,6 @@ SHORT_SCENARIO = b"format: 1\nname: s\nwaypoints: [[0.0, 0.15], [0.0, 0.02]]\nse
 SHORT_PROGRAM = b"name: p\nsteps:\n  - move: [0.03, 0.13]\n  - repeat: 2\n    steps: [{set: pin}, {dwell: 0.2}]\n"
 
 
-def _migrated(path: Path) -> str | None:
-    return migrated_file(path.read_bytes().decode("utf-8", "replace"), str(path), None)
-
-
 def _yaml_parser(name: str, read: Callable[[Path], object], *seeds: bytes) -> Parser:
     return Parser(_in_file(f"{name}.yaml", read), (InputError,), seeds)
 
@@ -211,19 +205,11 @@ PARSERS: Mapping[str, Parser] = {
     **{f"content-{model.__name__}": _model_parser(model) for model in FILES},
     "scenario": _yaml_parser(
         "scenario",
-        partial(read_versioned, model=Scenario, rules=SCENARIO_RULES),
+        partial(read_versioned, model=Scenario),
         SHORT_SCENARIO,
         FILES[Scenario][0].read_bytes() + b"adaptive_gain: {enabled: true}\n",
     ),
-    "robot": _yaml_parser(
-        "robot", partial(read_versioned, model=RobotFile, rules=ROBOT_RULES), FILES[RobotFile][1].read_bytes()
-    ),
-    "migrated": _yaml_parser(
-        "migrated",
-        _migrated,
-        SHORT_SCENARIO.replace(b"format: 1", b"format: 0"),
-        FILES[Scenario][1].read_bytes().replace(b"format: 1", b"format: 0"),
-    ),
+    "robot": _yaml_parser("robot", partial(read_versioned, model=RobotFile), FILES[RobotFile][1].read_bytes()),
     "drives": _yaml_parser("drives", partial(read_yaml, model=DriveFile), FILES[DriveFile][0].read_bytes()),
     "camera": _yaml_parser("camera", read_calibration, CAMERA.encode()),
     "touched": _yaml_parser("touched", partial(read_yaml, model=TouchedFile), TOUCHED.encode()),

@@ -135,7 +135,6 @@ def test_a_changed_file(model: type[StrictModel], tmp_path: Path) -> None:
     [
         "scenario",
         "robot",
-        "migrated",
         "drives",
         "camera",
         "touched",

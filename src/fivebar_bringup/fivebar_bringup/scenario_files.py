@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_bringup.scenario import SEEN, Scenario
-from fivebar_bringup.scenario_format import SCENARIO_RULES
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.planning.program import SCENARIO_FILES
 from fivebar_description.file_format import read_versioned
@@ -37,7 +36,7 @@ def read_scenario(name_or_path: str) -> Scenario:
 
 
 def _read(path: Path) -> Scenario:
-    scenario = read_versioned(path, Scenario, SCENARIO_RULES, partial(with_files_beside, path.parent))
+    scenario = read_versioned(path, Scenario, partial(with_files_beside, path.parent))
     if scenario.start != SEEN:
         return scenario
     # OpenCV and the plant take time to load, which other scenarios need not

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field, model_validator
 
-from fivebar_description.file_format import NEWEST, Format, read_versioned, yaml_1_1
+from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.forbidden import MOST, ForbiddenPosture
 from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
@@ -31,9 +31,6 @@ from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.tuning import NO_TUNING, Tuning
 
 Place = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
-
-ROBOT_RULES = ((yaml_1_1,),)
-"""What robot files of an older format said otherwise."""
 
 HOME = (0.0, 0.15)
 """Where a robot rests by default (m), elbows outwards."""
@@ -304,13 +301,13 @@ def read_robot(robot: str = "dextar") -> RobotFile:
         InputError: the file is missing or does not describe a five-bar.
     """
     path = robot_path(robot)
-    return read_versioned(path, RobotFile, ROBOT_RULES) if path == Path(robot) else _read_shipped(path)
+    return read_versioned(path, RobotFile) if path == Path(robot) else _read_shipped(path)
 
 
 @functools.cache
 def _read_shipped(path: Path) -> RobotFile:
     """Read a file of this package, which does not change: once, since a run asks for its robot again and again."""
-    return read_versioned(path, RobotFile, ROBOT_RULES)
+    return read_versioned(path, RobotFile)
 
 
 def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:

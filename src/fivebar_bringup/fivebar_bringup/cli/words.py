@@ -86,12 +86,6 @@ def _drive_files() -> str:
     return f"{DEFAULT_BOARD}; {DEFAULT_DRIVES}"
 
 
-def _unnamed_format() -> str:
-    from fivebar_description.file_format import UNNAMED
-
-    return str(UNNAMED)
-
-
 WORDS = {
     "scenarios": _scenarios,
     "controllers": _controllers,
@@ -104,6 +98,5 @@ WORDS = {
     "drive_faults": _drive_faults,
     "board_faults": _board_faults,
     "drive_files": _drive_files,
-    "unnamed_format": _unnamed_format,
 }
 """What each place stands for."""

@@ -16,7 +16,7 @@ from fivebar_control.planning.motion_queue import MOST_VIA, via_fields
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
-from fivebar_description.file_format import NEWEST, Format, Rule, parse_versioned
+from fivebar_description.file_format import NEWEST, Format, parse_versioned
 from fivebar_description.parameters import MOST_PAYLOAD
 from fivebar_description.share import placed_beside
 from fivebar_description.strict_yaml import InputError, StrictModel, read_text, yaml_nodes
@@ -46,9 +46,6 @@ SCENARIO_FILES = (("robot",), ("camera", "calibration"))
 
 PROGRAM_FILES = tuple(("scenario", *keys) for keys in SCENARIO_FILES)
 """Those of a program, in whose section they stand."""
-
-PROGRAM_RULES: tuple[tuple[Rule, ...], ...] = ((),)
-"""What older programs said otherwise: format 0 nothing, since it had none."""
 
 Place = Annotated[tuple[float, float], Field(strict=False)]
 Share = Annotated[float, Field(gt=0.0, le=1.0)]
@@ -237,9 +234,7 @@ def read_program(text: str, source: str) -> LoadedProgram:
     # before the content, which may be exponentially larger than the text where it refers to itself
     tree = yaml_nodes(text, source)
     folder = Path(source).parent
-    program = parse_versioned(
-        text, source, Program, PROGRAM_RULES, lambda content: placed_beside(folder, content, *PROGRAM_FILES)
-    )
+    program = parse_versioned(text, source, Program, lambda content: placed_beside(folder, content, *PROGRAM_FILES))
     lines = _lines(tree)
     count = _count(program.steps, 0, source)
     if count > MOST_INSTRUCTIONS:

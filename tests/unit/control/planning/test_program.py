@@ -145,7 +145,7 @@ REFUSED = {
     "name: work\nsteps: []\n": "steps",
     "name: a/b\nsteps: [{dwell: 1}]\n": "name: 'a/b'",
     "name: work\nsteps:\n- &a {dwell: 1}\n- *a\n": "line 4: *a: expected what it stands for, written out",
-    "format: 2\nname: work\nactions: []\n": "format: 2: this release understands formats 0 to 1; a newer release",
+    "format: 2\nname: work\nactions: []\n": "format: 2: this release understands format 1; a newer release",
     "name: work\nsteps: [}\n": "is not valid YAML: line 2",
     "name: work\nsteps: " + "[" * 101: "is nested too deeply",
     "": "expected keys with values, found NoneType",
