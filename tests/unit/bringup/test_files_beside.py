@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fivebar_bringup.migration import migrated_file
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.goto.program import scenario_of_program
@@ -55,9 +54,6 @@ def test_files_are_found_beside_the_file_that_names_them(folder: Path) -> None:
     within = scenario_of_program(load_program(path), str(path))
     assert (within.robot, within.camera.calibration) == (robot, camera)
     assert load_board(str(folder / "board.yaml")).inner_loop.robot == robot
-    for name in ("scenario", "program"):
-        file = folder / f"{name}.yaml"
-        assert "sub/mine.yaml" in migrated_file(file.read_text(encoding="utf-8"), str(file), None).text
 
 
 def test_names_that_lie_elsewhere_stay_as_they_are(tmp_path: Path) -> None:
