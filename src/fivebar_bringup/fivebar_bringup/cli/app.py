@@ -22,6 +22,7 @@ from fivebar_bringup.errors import BagError, RunFailed
 from fivebar_bringup.runs.outcome import RunOutcome
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import ResumableInterrupt
+from fivebar_description.ros_environment import HIGHEST_DOMAIN
 
 if TYPE_CHECKING:
     from fivebar_bringup.report.summary import Summary
@@ -88,7 +89,12 @@ RealtimeOption = Annotated[
 ]
 OwnDomainOption = Annotated[
     int | None,
-    typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID to use [default: a free one, for this run only]"),
+    typer.Option(
+        "--domain",
+        min=0,
+        max=HIGHEST_DOMAIN,
+        help="ROS_DOMAIN_ID to use [default: a free one, for this run only]",
+    ),
 ]
 PageOption = Annotated[
     bool, typer.Option("--page/--no-page", help="Draw the figures and the page, or write summary and bag only.")

@@ -26,12 +26,14 @@ from fivebar_bringup.cli.app import (
     progress_bar,
 )
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.status import graph_domain
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_environment
 
 if TYPE_CHECKING:
     from fivebar_bringup.studies.goto.start import Start
@@ -122,7 +124,13 @@ def goto(
         bool, typer.Option("--live", help="Send the goal to the graph in --domain, such as that of `fivebar stand`.")
     ] = False,
     domain: Annotated[
-        int | None, typer.Option("--domain", min=0, max=101, help="ROS_DOMAIN_ID of that graph [default: 0]")
+        int | None,
+        typer.Option(
+            "--domain",
+            min=0,
+            max=HIGHEST_DOMAIN,
+            help="ROS_DOMAIN_ID of that graph [default: the environment's, else that of the one run going on, else 0]",
+        ),
     ] = None,
     namespace: NamespaceOption = "",
     timeout: Annotated[
@@ -147,7 +155,6 @@ def goto(
     from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
     from fivebar_bringup.runs.offline import run_offline
     from fivebar_bringup.runs.run import run_with_ros
-    from fivebar_bringup.studies.goto.live import goal_fields
     from fivebar_bringup.studies.goto.request import Request, check_positive, plan_request, scenario_of, within_drives
     from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
     from fivebar_bringup.studies.goto.transfer_report import as_text
@@ -175,19 +182,25 @@ def goto(
                 "--out": out,
             }
             _refuse_given(without_effect, OF_ITS_OWN)
+            check_ros_environment()
+            # here, because it loads ROS
+            from fivebar_bringup.studies.goto.live import goal_fields
+
             wait = LONGEST_WAIT if timeout is None else timeout
             check_positive("--timeout", wait)
             if duration is not None:
                 check_positive("--duration", duration)
             _live(
                 goal_fields(x, y, mode, working_mode, duration, points, radii),
-                domain or 0,
+                graph_domain(domain, environment_first=True),
                 read_namespace(namespace),
                 wait,
                 as_json,
             )
         of_live = {"--domain": domain, "--namespace": namespace or None, "--timeout": timeout}
         _refuse_given(of_live, "expected with --live: this motion is run on its own")
+        if not (plan_only or offline):
+            check_ros_environment()
         begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
         torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)
@@ -250,6 +263,7 @@ def stand(
     from fivebar_bringup.studies.goto.stand import stand as rest
 
     with input_errors(), keyboard_interrupts():
+        check_ros_environment()
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP

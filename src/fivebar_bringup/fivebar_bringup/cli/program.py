@@ -28,6 +28,7 @@ from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
     from fivebar_bringup.studies.goto.program import PlannedStep
@@ -72,6 +73,8 @@ def program(
     from fivebar_control.planning.program import load_program
 
     with input_errors(), keyboard_interrupts():
+        if not dry_run:
+            check_ros_environment()
         within = read_namespace(namespace)
         if hardware is Hardware.USB:
             raise InputError("--hardware usb: a program does not run on a real motor board: expected emulated")

@@ -33,6 +33,7 @@ from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interface import DEFAULT_PRIORITY, HIGHEST_PRIORITY
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.ros_environment import check_ros_environment, domain_of_environment
 
 if TYPE_CHECKING:
     from fivebar_bringup.report.summary import Summary
@@ -121,6 +122,7 @@ def run(
     from fivebar_description.ros.scheduling import Scheduling
 
     with input_errors(), keyboard_interrupts():
+        check_ros_environment()
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         emulated, board = hardware is Hardware.EMULATED, bridge_of(loaded) == BOARD_BRIDGE
@@ -170,7 +172,7 @@ def _for_the_operator(domain: int | None, namespace: str) -> int:
     """Say who begins the run, and return the domain in which that can be: the given one, or that of the shell."""
     from fivebar_bringup.runs.bridges import BRIDGE
 
-    chosen = domain if domain is not None else int(os.environ.get("ROS_DOMAIN_ID") or 0)
+    chosen = domain if domain is not None else domain_of_environment()
     name = f"{namespace}/{BRIDGE}"
     print(
         f"fivebar: the drives are enabled by you, with ROS_DOMAIN_ID={chosen}: ros2 lifecycle set {name} configure,"

@@ -16,6 +16,7 @@ from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.runs.domain import held_domains
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_environment, domain_of_environment
 
 if TYPE_CHECKING:
     from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener, NodeReport
@@ -40,7 +41,7 @@ DomainOption = Annotated[
     typer.Option(
         "--domain",
         min=0,
-        max=101,
+        max=HIGHEST_DOMAIN,
         help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
     ),
 ]
@@ -59,10 +60,12 @@ def status(
 
     Example: `fivebar status --watch`
     """
+    with input_errors():
+        check_ros_environment()
+        number = graph_domain(domain)
+    # here, because it loads ROS
     from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener
 
-    with input_errors():
-        number = graph_domain(domain)
     with keyboard_interrupts(), DiagnosticsListener(number) as listener:
         if listener.wait_for_report(DISCOVERY_TIME):
             listener.take_for(LISTENING_TIME)
@@ -77,24 +80,25 @@ def status(
     raise typer.Exit(COMPLETED if sound else FAILED)
 
 
-def graph_domain(asked: int | None) -> int:
-    """Return the domain to listen in.
+def graph_domain(asked: int | None, environment_first: bool = False) -> int:
+    """Return the domain of a graph: that asked for, that of the one run of `fivebar run`, or the environment's.
+
+    Whoever commands the robot puts a domain that the environment names before that of a run.
 
     Raises:
         InputError: several runs are going on, or the environment names no domain.
     """
     if asked is not None:
         return asked
+    if environment_first and os.environ.get("ROS_DOMAIN_ID"):
+        return domain_of_environment()
     held = held_domains()
     if len(held) > 1:
         numbers = ", ".join(str(number) for number in held)
         raise InputError(f"--domain: {len(held)} runs are going on, in the domains {numbers}: expected one of them")
     if held:
         return held[0]
-    text = os.environ.get("ROS_DOMAIN_ID") or "0"
-    if not text.isdecimal():
-        raise InputError(f"ROS_DOMAIN_ID: {text!r}: expected a number from 0 to 101")
-    return int(text)
+    return domain_of_environment()
 
 
 def _watch(listener: DiagnosticsListener) -> None:

@@ -20,6 +20,7 @@ from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.errors import InputError
+from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
     from fivebar_bringup.report.summary import Summary
@@ -58,6 +59,7 @@ def view(
     Example: `fivebar view --domain 7`
     """
     with input_errors():
+        check_ros_environment()
         remapped = remapping(read_namespace(namespace))
         os.environ["ROS_DOMAIN_ID"] = str(graph_domain(domain))
     sys.argv = ["viewer", "--ros-args", *remapped, "-p", f"port:={port}"]

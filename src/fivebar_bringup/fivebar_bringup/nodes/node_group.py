@@ -9,7 +9,8 @@ import sys
 from importlib import import_module
 
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.run import BAD_INPUT, run_nodes
+from fivebar_description.ros.run import run_nodes
+from fivebar_description.ros_environment import BAD_INPUT
 from fivebar_description.strict_yaml import InputError
 
 

@@ -6,9 +6,8 @@ import math
 import signal
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fivebar_bringup.nodes.run_monitor import RunMonitor
 from fivebar_bringup.runs.bridges import BRIDGES
 from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
@@ -16,6 +15,9 @@ from fivebar_bringup.runs.outcome import INTERRUPTED_FAULT
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
+
+if TYPE_CHECKING:
+    from fivebar_bringup.nodes.run_monitor import RunMonitor
 
 POLL_PERIOD = 0.1
 STOP_TIMEOUT = 15.0
@@ -79,6 +81,9 @@ def run_graph(
     during the run, in order of time. All nodes are in the namespace. `followed` gets the status of the program that
     is carried out, and says whether the run is over with it.
     """
+    # here, because it loads ROS
+    from fivebar_bringup.nodes.run_monitor import RunMonitor
+
     began = time.monotonic()
     faults: list[str] = []
     heard: list[str] = []

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
+from fivebar_description.ros_environment import domain_of_environment
 
 COMMAND = (sys.executable, "-m", "fivebar_bringup.cli.main")
 
@@ -27,8 +28,11 @@ def run_command(
 
     It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 if the run
     succeeded. What cannot go together it refuses, such as a motor board without a port.
+
+    Raises:
+        InputError: ROS_DOMAIN_ID is no domain.
     """
-    words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID") or "0"]
+    words = [*COMMAND, "run", scenario, "--domain", str(domain_of_environment(environment))]
     if mode is Mode.REALTIME and hardware is Hardware.SIMULATED:
         words.append("--realtime")
     if hardware is not Hardware.SIMULATED:

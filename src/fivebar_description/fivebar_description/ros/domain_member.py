@@ -19,6 +19,7 @@ from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.ros.messages import message_class
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
+from fivebar_description.ros_environment import check_ros_environment
 
 LOOK_PERIOD = 0.05
 """Polling period (s) of a condition that is waited for."""
@@ -28,7 +29,12 @@ class DomainMember:
     """A member of a DDS domain; use it as a context manager."""
 
     def __init__(self, name: str, domain: int, namespace: str = "") -> None:
-        """Join a domain under the name of a node, in a namespace."""
+        """Join a domain under the name of a node, in a namespace.
+
+        Raises:
+            InputError: ROS cannot start in this environment.
+        """
+        check_ros_environment()
         use_local_network_only()
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)

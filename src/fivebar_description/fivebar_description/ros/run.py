@@ -20,6 +20,7 @@ from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import ProcessTopics
+from fivebar_description.ros_environment import BAD_INPUT, check_ros_environment
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
@@ -46,8 +47,6 @@ MIDDLEWARE_LEFT = "the middleware did not shut down: all messages had been deliv
 
 SWITCH_INTERVAL = 2e-4
 """Switch interval (s) of Python's global interpreter lock; the default of 5 ms is more than two periods at 500 Hz."""
-
-BAD_INPUT = 2
 
 PROFILE_VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 FAST_DDS = "rmw_fastrtps"
@@ -96,8 +95,9 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         sys.exit(0)
     # nodes still publish after a signal, so rclpy's own handlers, which shut the context down, are not installed
     try:
+        check_ros_environment()
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
-    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+    except (InputError, rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         print(" ".join(str(error).split()), file=sys.stderr)
         sys.exit(BAD_INPUT)
     topics = GraphNode.process_topics = ProcessTopics() if len(makes) > 1 else None
