@@ -1,20 +1,17 @@
-"""SIGINT and SIGTERM end every node, whatever it waits for, and in order."""
+"""SIGINT, SIGTERM and SIGHUP end every node, whatever it waits for, and in order."""
 
 from __future__ import annotations
-
-import signal
 
 import pytest
 from graph_probe import Bench, node_modules
 
 from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_description.interrupts import STOP_SIGNALS
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
-
-@pytest.mark.parametrize("turn", [0, pytest.param(1, marks=pytest.mark.extra)])
+@pytest.mark.parametrize("turn", [0, *(pytest.param(turn, marks=pytest.mark.extra) for turn in (1, 2))])
 def test_a_signal_ends_every_node(bench: Bench, turn: int) -> None:
-    """Every other node gets the one signal, the rest the other; then the other way round."""
+    """Each third of the nodes gets one signal; every node gets each of them in some turn."""
     probe = bench.probe()
     nodes = sorted(node_modules())
     processes = {}
@@ -25,7 +22,7 @@ def test_a_signal_ends_every_node(bench: Bench, turn: int) -> None:
         # its diagnostics come once it spins
         probe.health(f"/{node}/{node}")
     for place, process in enumerate(processes.values()):
-        process.send(SIGNALS[(place + turn) % 2])
+        process.send(STOP_SIGNALS[(place + turn) % len(STOP_SIGNALS)])
     for node, process in processes.items():
         assert process.wait() == 0, node
         assert process.complaints == [], node

@@ -16,6 +16,7 @@ from rosbags.rosbag2 import Reader
 
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_description.interface import FAULTS, JOINT_STATES, NANOSECONDS, TORQUE_COMMAND
+from fivebar_description.interrupts import STOP_SIGNALS
 
 ZERO = (0.0, 0.0)
 
@@ -94,13 +95,15 @@ def expect_at_most_a_second_lost(run: GraphRun, killed_at: int) -> None:
         assert sum(1 for _ in make_reader(stream).iter_messages()) == count
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", STOP_SIGNALS)
 def test_an_interrupted_run_ends_in_order(graph_run: Callable[..., GraphRun], number: signal.Signals) -> None:
     run = graph_run()
     run.wait_for_sample(150)
     nodes = [pid for pid in run.command.processes() if pid != run.command.pid]
     assert len(nodes) == 8
     run.command.send(number)
+    # whoever sends one signal may send another while the nodes are stopped
+    run.command.send(signal.SIGTERM)
     # the robot stops at once; figures and page take the launcher some more seconds
     run.probe.wait_for(lambda: not set(nodes) & set(run.command.processes()), "the end of all nodes")
     summary = run.finish()

@@ -124,8 +124,9 @@ def test_a_launch_file_starts_what_the_command_starts(name: str) -> None:
 )
 def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, words: list[str]) -> None:
     command = run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": "7"})
-    assert list(command[:3]) == [sys.executable, "-m", "fivebar_bringup.cli.main"]
-    assert list(command[3:]) == words
+    assert list(command[:3]) == [sys.executable, "-m", "fivebar_bringup.cli.entry"]
+    parent = ["--parent", str(os.getpid())]
+    assert list(command[3:]) == [*words[:4], *parent, *words[4:]]
     # ROS takes an empty variable for the domain 0, like one that is not set
     assert run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": ""})[6] == "0"
     more = run_command("middle", mode, "there", hardware, {}, scene=True, namespace="robot1")
@@ -133,4 +134,4 @@ def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, w
     board = run_command("middle", mode, "there", Hardware.USB, {}, drives="board.yaml", port="/dev/ttyACM0")
     assert board[-6:] == ("--drives", "board.yaml", "--port", "/dev/ttyACM0", "--out", "there")
     bus = run_command("middle", mode, "there", Hardware.SOCKETCAN, {}, drives="bus.yaml", activate=True)
-    assert bus[6:] == ("0", "--hardware", "socketcan", "--drives", "bus.yaml", "--activate", "--out", "there")
+    assert bus[6:] == ("0", *parent, "--hardware", "socketcan", "--drives", "bus.yaml", "--activate", "--out", "there")

@@ -10,20 +10,16 @@ operator has configured and activated the bridge, or by themselves with activate
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, EmitEvent, ExecuteProcess, OpaqueFunction, RegisterEventHandler
-from launch.event_handlers import OnProcessExit
-from launch.events import Shutdown
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
+from fivebar_bringup.ros.launched_run import launched_run
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import run_command
 
-STOP_TIMEOUT = "120"
-"""Time (s) for the run to stop its nodes in order after Ctrl-C, the recorder last; longer than the run itself waits."""
-
 
 def start_experiment(context):
-    """Return the process of the run, and the handler that shuts the launch down with it."""
+    """Return the process of the run, and what ties the launch to it."""
     names = ("scenario", "hardware", "drives", "port", "out", "namespace")
     scenario, hardware, drives, port, out, namespace = (LaunchConfiguration(name).perform(context) for name in names)
     activate, scene = (LaunchConfiguration(name).perform(context) == "true" for name in ("activate", "scene"))
@@ -35,17 +31,7 @@ def start_experiment(context):
         port=port,
         activate=activate,
     )
-    run = ExecuteProcess(
-        cmd=list(command), name="fivebar_run", output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
-    )
-    return [run, RegisterEventHandler(OnProcessExit(target_action=run, on_exit=end_with_run))]
-
-
-def end_with_run(event, context):
-    """Shut the launch down; fail if the run failed."""
-    if event.returncode != 0:
-        raise RuntimeError(f"the run did not succeed: exit status {event.returncode}")
-    return [EmitEvent(event=Shutdown(reason="the run has ended"))]
+    return launched_run(command)
 
 
 def generate_launch_description():

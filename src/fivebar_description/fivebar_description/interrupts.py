@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as KeyboardInterrupt, which waits until no foreign code is running.
+"""The signals that ask for a stop, as KeyboardInterrupt, which waits until no foreign code is running.
 
 A handler runs between any two steps of Python, also where a library calls Python from C++. An exception that it raises
 there is lost, or becomes another one: rclpy makes a RuntimeError of it while it converts a message.
@@ -6,13 +6,18 @@ there is lost, or becomes another one: rclpy makes a RuntimeError of it while it
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+REPEAT_PERIOD = 0.5
+"""Time (s) in which a further signal is the same request: a terminal and `ros2 launch` may both pass Ctrl-C on."""
 
 
 class ResumableInterrupt(KeyboardInterrupt):
@@ -37,13 +42,32 @@ class _Interrupts:
 
     deferred = False
     pending = False
+    blocks = 0
+    """How many blocks that defer or allow interrupts are within each other."""
+    raised = False
+    """Whether one has been raised since the outermost of them began."""
+    raised_at = -math.inf
+    """Time of the last interrupt (monotonic, s)."""
+
+
+def heard_signals() -> tuple[signal.Signals, ...]:
+    """Return the signals that a stop is asked for with, except those that whoever started this process has ignored."""
+    return tuple(number for number in STOP_SIGNALS if signal.getsignal(number) is not signal.SIG_IGN)
+
+
+def service_signals() -> tuple[signal.Signals, ...]:
+    """Return the signals that end a node or another service: a shell's background job hears Ctrl-C too.
+
+    Only a hangup that `nohup` has ignored stays so.
+    """
+    return tuple(number for number in STOP_SIGNALS if number in (*heard_signals(), signal.SIGINT, signal.SIGTERM))
 
 
 @contextmanager
 def keyboard_interrupts() -> Iterator[None]:
-    """Make both signals raise KeyboardInterrupt, within `interrupts_deferred` at its end; an ignored one stays so."""
-    heard = [number for number in STOP_SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
-    previous = {number: signal.signal(number, _interrupt) for number in heard}
+    """Make these signals raise KeyboardInterrupt, within `interrupts_deferred` at its end; an ignored one stays so."""
+    previous = {number: signal.signal(number, _interrupt) for number in heard_signals()}
+    _Interrupts.raised_at = -math.inf
     try:
         yield
     finally:
@@ -51,26 +75,60 @@ def keyboard_interrupts() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-@contextmanager
-def interrupts_deferred() -> Iterator[None]:
+def interrupts_deferred() -> AbstractContextManager[None]:
     """Let an interrupt by `keyboard_interrupts` wait until the block has ended; none comes but in the main thread.
+
+    One that comes after another has been raised within the block repeats it, and is dropped.
 
     Raises:
         KeyboardInterrupt: at the end, if one has come.
     """
+    return _deferring(True)
+
+
+def interrupts_allowed() -> AbstractContextManager[None]:
+    """Let interrupts come in a part of a block that defers them.
+
+    Raises:
+        KeyboardInterrupt: one has come, in the block or before.
+    """
+    return _deferring(False)
+
+
+@contextmanager
+def _deferring(deferred: bool) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    _Interrupts.pending, _Interrupts.deferred = False, True
+    before, _Interrupts.deferred = _Interrupts.deferred, deferred
+    _Interrupts.blocks += 1
     try:
+        _raise_pending()
         yield
     finally:
-        _Interrupts.deferred = False
-        if _Interrupts.pending:
-            raise KeyboardInterrupt
+        _Interrupts.blocks -= 1
+        _Interrupts.deferred = before
+        if not _Interrupts.blocks:
+            _Interrupts.raised = False
+        _raise_pending()
+
+
+def _raise_pending() -> None:
+    if _Interrupts.pending and not _Interrupts.deferred:
+        _Interrupts.pending = False
+        _raise()
+
+
+def _raise() -> None:
+    _Interrupts.raised = _Interrupts.blocks > 0
+    _Interrupts.raised_at = time.monotonic()
+    raise KeyboardInterrupt
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
+    if time.monotonic() - _Interrupts.raised_at < REPEAT_PERIOD:
+        return
     if not _Interrupts.deferred:
-        raise KeyboardInterrupt
-    _Interrupts.pending = True
+        _raise()
+    elif not _Interrupts.raised:
+        _Interrupts.pending = True

@@ -9,6 +9,7 @@ import sys
 import threading
 from types import FrameType
 
+from fivebar_description.interrupts import service_signals
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.hardware_kinds import USAGE, open_hardware
 
@@ -16,7 +17,7 @@ BAD_INPUT = 2
 
 
 def serve(program: str, default: str) -> None:
-    """Serve until SIGINT or SIGTERM; exit status 0 then, 2 for bad input."""
+    """Serve until a signal asks for the end; exit status 0 then, 2 for bad input."""
     parser = argparse.ArgumentParser(prog=program, description=__doc__, epilog=f"Standard input: {USAGE}.")
     parser.add_argument("emulation", nargs="?", default=default, help="shipped name or path of a .yaml file")
     arguments = parser.parse_args()
@@ -25,8 +26,8 @@ def serve(program: str, default: str) -> None:
     def stop(number: int, frame: FrameType | None) -> None:
         ending.set()
 
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
+    for number in service_signals():
+        signal.signal(number, stop)
     try:
         hardware = open_hardware(arguments.emulation)
     except InputError as error:

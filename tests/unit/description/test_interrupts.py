@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM become KeyboardInterrupt, at once or where they cannot do harm."""
+"""Signals that ask for a stop become KeyboardInterrupt, at once or where they cannot do harm."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ import threading
 
 import pytest
 
-from fivebar_description.interrupts import STOP_SIGNALS, interrupts_deferred, keyboard_interrupts
+from fivebar_description.interrupts import (
+    REPEAT_PERIOD,
+    STOP_SIGNALS,
+    _Interrupts,
+    interrupts_allowed,
+    interrupts_deferred,
+    keyboard_interrupts,
+    service_signals,
+)
 
 
 @pytest.mark.parametrize("number", STOP_SIGNALS)
@@ -30,6 +38,52 @@ def test_a_deferred_one_interrupts_at_the_end_and_once(number: signal.Signals) -
         with interrupts_deferred():
             pass
     assert went_on
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_signal_soon_after_another_repeats_it(late: bool) -> None:
+    """As a terminal and `ros2 launch` both pass Ctrl-C on."""
+    went_on = False
+    with keyboard_interrupts():
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        if late:
+            _Interrupts.raised_at -= REPEAT_PERIOD
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+            went_on = True
+            raise KeyboardInterrupt
+    assert went_on is not late
+
+
+@pytest.mark.parametrize("early", [False, True])
+def test_a_block_is_interrupted_once_where_it_allows_it(early: bool) -> None:
+    steps = []
+    with keyboard_interrupts(), interrupts_deferred():
+        try:
+            if early:
+                signal.raise_signal(signal.SIGHUP)
+            steps.append("prepared")
+            with interrupts_allowed():
+                if not early:
+                    signal.raise_signal(signal.SIGHUP)
+                steps.append("worked")
+        except KeyboardInterrupt:
+            steps.append("interrupted")
+        _Interrupts.raised_at -= REPEAT_PERIOD
+        signal.raise_signal(signal.SIGTERM)
+        steps.append("stopped in order")
+    assert steps == ["prepared", "interrupted", "stopped in order"]
+
+
+def test_a_signal_after_the_work_still_interrupts() -> None:
+    steps = []
+    with keyboard_interrupts(), pytest.raises(KeyboardInterrupt), interrupts_deferred():
+        with interrupts_allowed():
+            steps.append("worked")
+        signal.raise_signal(signal.SIGINT)
+        steps.append("stopped in order")
+    assert steps == ["worked", "stopped in order"]
 
 
 def test_another_thread_defers_nothing() -> None:
@@ -56,9 +110,14 @@ def test_handlers_are_put_back_and_an_ignored_signal_stays_ignored() -> None:
     with keyboard_interrupts():
         assert all(signal.getsignal(number) not in before for number in STOP_SIGNALS)
     assert [signal.getsignal(number) for number in STOP_SIGNALS] == before
-    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    previous = {number: signal.signal(number, signal.SIG_IGN) for number in STOP_SIGNALS}
     try:
         with keyboard_interrupts():
-            signal.raise_signal(signal.SIGINT)
+            for number in STOP_SIGNALS:
+                signal.raise_signal(number)
+        # a node has to hear who has started it; only `nohup` is heeded
+        assert service_signals() == (signal.SIGINT, signal.SIGTERM)
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+    assert service_signals() == STOP_SIGNALS

@@ -30,6 +30,7 @@ from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.outcome import EXIT_STATUS
+from fivebar_bringup.runs.parent_death import interrupt_with
 from fivebar_description.errors import InputError
 from fivebar_description.interface import DEFAULT_PRIORITY, HIGHEST_PRIORITY
 from fivebar_description.interrupts import keyboard_interrupts
@@ -102,6 +103,7 @@ def run(
     out: OutOption = None,
     page: PageOption = True,
     as_json: JsonOption = False,
+    parent: Annotated[int | None, typer.Option(hidden=True, help="Process that started this one and ends it.")] = None,
 ) -> None:
     """Run SCENARIO with all ROS nodes as processes, record a bag, and write the report.
 
@@ -122,7 +124,12 @@ def run(
     from fivebar_description.ros.scheduling import Scheduling
 
     with input_errors(), keyboard_interrupts():
+<<<<<<< HEAD
         check_ros_environment()
+=======
+        if parent is not None:
+            interrupt_with(parent)
+>>>>>>> 944f4e83 (End a run in order on SIGINT, SIGTERM and SIGHUP wherever they go, also to the launch alone, and write its summary first)
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         emulated, board = hardware is Hardware.EMULATED, bridge_of(loaded) == BOARD_BRIDGE

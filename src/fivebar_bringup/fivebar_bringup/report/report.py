@@ -15,13 +15,14 @@ from fivebar_bringup.report.timing import read_timing
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.results import json_text, write_results
 from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_description.interrupts import interrupts_allowed
 from fivebar_description.strict_yaml import InputError
 
 
 def write_report(run: RunDirectory, with_page: bool = True) -> Summary:
-    """Write figures, page and summary of a run into its directory, each file in one step, and return the summary.
+    """Write summary, figures and page of a run into its directory, each file in one step, and return the summary.
 
-    Without the page only the summary is written.
+    Without the page only the summary is written. A block that defers interrupts defers none of the page.
 
     Raises:
         InputError: the directory does not hold a run, or cannot be written to.
@@ -29,20 +30,24 @@ def write_report(run: RunDirectory, with_page: bool = True) -> Summary:
     """
     recorded = _read(run)
     summary = recorded.analysis.summary
-    files = {run.summary.name: json_text(summary.as_json())}
-    if not with_page:
-        write_results(run.path, files, {})
-        return summary
+    # first and by itself: it is there whatever becomes of the page
+    write_results(run.path, {run.summary.name: json_text(summary.as_json())}, {})
+    if with_page:
+        with interrupts_allowed():
+            _write_page(run, recorded)
+    return summary
+
+
+def _write_page(run: RunDirectory, recorded: _Recorded) -> None:
     # here, because matplotlib takes as long to load as all the rest of the command
     from fivebar_bringup.report.gallery import draw_pictures
     from fivebar_bringup.report.replay import replay_scripts
 
-    pictures = draw_pictures(recorded.analysis)
-    scenario = recorded.analysis.scenario
-    replay = replay_scripts([(scenario.name, *recorded)])
-    files[run.page.name] = html_page(scenario, summary, pictures, replay)
-    write_results(run.path, files, {picture.name: picture.png for picture in pictures})
-    return summary
+    analysis = recorded.analysis
+    pictures = draw_pictures(analysis)
+    replay = replay_scripts([(analysis.scenario.name, *recorded)])
+    page = html_page(analysis.scenario, analysis.summary, pictures, replay)
+    write_results(run.path, {run.page.name: page}, {picture.name: picture.png for picture in pictures})
 
 
 def write_overlay(first: RunDirectory, second: RunDirectory) -> tuple[Path, tuple[Summary, Summary]]:

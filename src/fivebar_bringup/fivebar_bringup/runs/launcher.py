@@ -15,6 +15,7 @@ from fivebar_bringup.runs.outcome import INTERRUPTED_FAULT
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
 
 if TYPE_CHECKING:
     from fivebar_bringup.nodes.run_monitor import RunMonitor
@@ -76,6 +77,8 @@ def run_graph(
 ) -> GraphOutcome:
     """Run the graph until its plant has ended, or until KeyboardInterrupt, and stop every node.
 
+    Only the start and the motion are interrupted: the nodes are then stopped in order, however many signals come.
+
     `started` is called once with the id of each process. In real time the end of a process is published as a fault
     immediately; in lockstep time does not advance until the waiting nodes time out. `kills` are processes to kill
     during the run, in order of time. All nodes are in the namespace. `followed` gets the status of the program that
@@ -90,29 +93,31 @@ def run_graph(
     published: list[str] = []
     processes: dict[str, NodeProcess] = {}
     status: dict[str, Any] = {}
-    try:
-        start_processes(specs, run, domain, processes, namespace)
-        started({name: process.pid for name, process in processes.items()})
-        with RunMonitor(domain, namespace) as monitor:
-            heard = monitor.faults
-            # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out. A run
-            # goes on without its pictures
-            watched = {
-                name: process.pid
-                for name, process in processes.items()
-                if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
-            }
-            with watch_processes(watched, monitor.publish_fault):
-                _watch(processes, monitor, faults, progress, list(kills), followed)
+    with interrupts_deferred():
+        try:
+            with interrupts_allowed():
+                start_processes(specs, run, domain, processes, namespace)
+                started({name: process.pid for name, process in processes.items()})
+            with RunMonitor(domain, namespace) as monitor:
+                heard = monitor.faults
+                # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out. A
+                # run goes on without its pictures
+                watched = {
+                    name: process.pid
+                    for name, process in processes.items()
+                    if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
+                }
+                with watch_processes(watched, monitor.publish_fault), interrupts_allowed():
+                    _watch(processes, monitor, faults, progress, list(kills), followed)
                 status = monitor.status
-    except NodesNotStarted as error:
-        faults.append(str(error))
-    except KeyboardInterrupt:
-        published = list(heard)
-        faults.append(INTERRUPTED)
-    finally:
-        wall_s = time.monotonic() - began
-        faults += stop_all(processes)
+        except NodesNotStarted as error:
+            faults.append(str(error))
+        except KeyboardInterrupt:
+            published = list(heard)
+            faults.append(INTERRUPTED)
+        finally:
+            wall_s = time.monotonic() - began
+            faults += stop_all(processes)
     return GraphOutcome(wall_s, status.get("overruns"), status.get("latency_ms"), faults, published)
 
 

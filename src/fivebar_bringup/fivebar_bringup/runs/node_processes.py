@@ -56,8 +56,11 @@ class NodeProcess:
         return ": ".join(one for one in (f"ended with status {self.status}", self.last_line()) if one)
 
     def last_line(self) -> str:
-        """Return the last line that the node printed, except those of its regular course."""
-        lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        """Return the last line that the node printed, except those of its regular course; "" where its log is gone."""
+        try:
+            lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        except OSError:
+            return ""
         lines = [line for line in lines if not line.startswith(REGULAR)]
         return lines[-1] if lines else ""
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from fivebar_bringup.runs.parent_death import end_with_parent
+from fivebar_description.interrupts import STOP_SIGNALS
 
 COMMON_MODULES = (
     "diagnostic_msgs.msg",
@@ -104,7 +105,7 @@ def _run(request: StartRequest, node: NodeCommand) -> NoReturn:
 
     Signals that ask it to stop are blocked until it handles them, see `run_nodes`.
     """
-    signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM))
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
     os.setsid()
     log = os.open(node.log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
     for descriptor in (sys.stdout.fileno(), sys.stderr.fileno()):

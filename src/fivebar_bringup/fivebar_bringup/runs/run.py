@@ -20,6 +20,7 @@ from fivebar_bringup.runs.real_drives import RealDrives, write_real_drives
 from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive_files
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.scenario import Scenario
+from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.ros.scheduling import Scheduling
 
 
@@ -68,11 +69,21 @@ def run_with_ros(
     )
     specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)
-    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+    with nullcontext(domain) if domain is not None else private_domain() as chosen, interrupts_deferred():
         outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
+        return run, report_on(run, mode, outcome, with_page)
+
+
+def report_on(run: RunDirectory, mode: Mode, outcome: GraphOutcome, with_page: bool) -> Summary:
+    """Keep how a run of the graph ended, and write the report of what it has recorded.
+
+    Raises:
+        InputError: the directory cannot be written to.
+        RunFailed: the run left no bag that can be reported on.
+    """
     write_outcome(run, mode, outcome)
     try:
-        return run, write_report(run, with_page)
+        return write_report(run, with_page)
     except BagError as error:
         raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
 

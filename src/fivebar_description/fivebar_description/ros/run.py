@@ -16,7 +16,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
-from fivebar_description.interrupts import STOP_SIGNALS
+from fivebar_description.interrupts import STOP_SIGNALS, service_signals
 from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import ProcessTopics
@@ -76,8 +76,9 @@ def run_node(make: Callable[[], GraphNode]) -> None:
 def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     """Run nodes in this process until one finishes or a signal stops them, then exit the process.
 
-    Exit status 0 after SIGINT, SIGTERM or a finished run, 2 with one line on standard error for bad input; the same,
-    with a line, where the middleware does not shut down. On SIGABRT the process prints where each of its threads is.
+    Exit status 0 after SIGINT, SIGTERM, SIGHUP or a finished run, 2 with one line on standard error for bad input; the
+    same, with a line, where the middleware does not shut down. On SIGABRT the process prints where each of its threads
+    is.
     """
     use_local_network_only()
     faulthandler.enable()
@@ -87,7 +88,7 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         nonlocal stopping
         stopping = True
 
-    for number in STOP_SIGNALS:
+    for number in service_signals():
         signal.signal(number, stop)
     # who has started this process may have blocked them: an interrupt among imports can get lost in a library
     signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)

@@ -7,8 +7,6 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.errors import BagError, RunFailed
-from fivebar_bringup.report.report import write_report
 from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
 from fivebar_bringup.runs.domain import private_domain
@@ -20,7 +18,7 @@ from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.results import write_results
-from fivebar_bringup.runs.run import write_outcome
+from fivebar_bringup.runs.run import report_on
 from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.goto.request import within_drives
@@ -32,6 +30,7 @@ from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
 from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.interface import DEFAULT_PRIORITY, PAYLOAD
+from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.robot_file import read_robot
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.share import share_file, yaml_path
@@ -244,12 +243,9 @@ def run_program(
         last.update(status)
         return status.get("state") in ENDED
 
-    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+    with nullcontext(domain) if domain is not None else private_domain() as chosen, interrupts_deferred():
         outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace, followed=followed)
-    if last.get("state") not in (ProgramState.COMPLETED, *([] if outcome.faults else [ProgramState.RUNNING])):
-        outcome = outcome._replace(faults=[*outcome.faults, f"program_stopped: {last.get('reason', 'not completed')}"])
-    write_outcome(run, mode, outcome)
-    try:
-        return run, write_report(run, with_page), last
-    except BagError as error:
-        raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
+        if last.get("state") not in (ProgramState.COMPLETED, *([] if outcome.faults else [ProgramState.RUNNING])):
+            stopped = f"program_stopped: {last.get('reason', 'not completed')}"
+            outcome = outcome._replace(faults=[*outcome.faults, stopped])
+        return run, report_on(run, mode, outcome, with_page), last
