@@ -6,6 +6,7 @@ share with `fivebar run` is tested without launch, in tests/system and tests/uni
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -129,6 +130,25 @@ def test_a_killed_node_ends_the_launch(launch: Launch) -> None:
     assert call.finish() != 0, call.output
     assert "node_died" in (call.out / "summary.json").read_text(encoding="utf-8") + call.output
     call.expect_no_process(0.0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_to_the_launch_alone_ends_the_run_in_order(launch: Launch, number: signal.Signals) -> None:
+    """As an IDE or a service manager sends it: Ctrl-C in a terminal reaches all processes."""
+    call = launch("crossing", {**SHORT, "segment_duration": LONG})
+    end = time.monotonic() + RUN_DEADLINE
+    while not under_way(call):
+        assert call.status is None, call.output
+        assert time.monotonic() < end, call.output
+        time.sleep(0.1)
+    call.send(number)
+    assert call.finish() != 0, call.output
+    # a launch that is terminated or hung up does not wait for its processes
+    call.expect_no_process(RUN_DEADLINE)
+    summary = json.loads((call.out / "summary.json").read_text(encoding="utf-8"))
+    assert summary["outcome"] == "interrupted"
+    assert summary["samples"] < summary["planned_samples"]
+    assert not read_bag(call.out / "bag").field(TORQUE_COMMAND, "effort")[-1].any()
 
 
 def under_way(call: LaunchCall) -> bool:
