@@ -124,12 +124,9 @@ def run(
     from fivebar_description.ros.scheduling import Scheduling
 
     with input_errors(), keyboard_interrupts():
-<<<<<<< HEAD
-        check_ros_environment()
-=======
         if parent is not None:
             interrupt_with(parent)
->>>>>>> 944f4e83 (End a run in order on SIGINT, SIGTERM and SIGHUP wherever they go, also to the launch alone, and write its summary first)
+        check_ros_environment()
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
         emulated, board = hardware is Hardware.EMULATED, bridge_of(loaded) == BOARD_BRIDGE

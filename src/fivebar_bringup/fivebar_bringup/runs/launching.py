@@ -27,21 +27,15 @@ def run_command(
     """Return the command of a run in the DDS domain of the shell, so that ROS tools in that shell see the nodes.
 
     It starts, watches and stops the nodes, records the bag and writes the report; its exit status is 0 if the run
-<<<<<<< HEAD
-    succeeded. What cannot go together it refuses, such as a motor board without a port.
+    succeeded. It is interrupted when the process that calls this ends. What cannot go together it refuses, such as a
+    motor board without a port.
 
     Raises:
         InputError: ROS_DOMAIN_ID is no domain.
     """
     words = [*COMMAND, "run", scenario, "--domain", str(domain_of_environment(environment))]
-=======
-    succeeded. It is interrupted when the process that calls this ends. What cannot go together it refuses, such as a
-    motor board without a port.
-    """
-    words = [*COMMAND, "run", scenario, "--domain", environment.get("ROS_DOMAIN_ID") or "0"]
     # a launch that is terminated or killed leaves its processes behind
     words += ["--parent", str(os.getpid())]
->>>>>>> 944f4e83 (End a run in order on SIGINT, SIGTERM and SIGHUP wherever they go, also to the launch alone, and write its summary first)
     if mode is Mode.REALTIME and hardware is Hardware.SIMULATED:
         words.append("--realtime")
     if hardware is not Hardware.SIMULATED:

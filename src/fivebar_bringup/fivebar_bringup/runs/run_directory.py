@@ -104,13 +104,9 @@ def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
 
 
 def write_timing(run: RunDirectory, timing: dict[str, Any]) -> None:
-<<<<<<< HEAD
-    """Write what only the process that made the run knows."""
-=======
     """Write what only the process that made the run knows.
 
     Raises:
         InputError: the directory cannot be written to.
     """
->>>>>>> 944f4e83 (End a run in order on SIGINT, SIGTERM and SIGHUP wherever they go, also to the launch alone, and write its summary first)
     write_results(run.path, {run.timing.name: json.dumps(timing, indent=2) + "\n"})
