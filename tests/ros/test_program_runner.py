@@ -53,7 +53,7 @@ class RestOfTheGraph:
 
     def tell(self, state: str, **more: Any) -> None:
         request = self.probe.got(GOAL)[-1]
-        status = {"state": state, "goal": list(request.position[:2]), **more}
+        status = {"state": state, "goal": list(request.position[:2]), "id": request.header.frame_id, **more}
         self.probe.publish(GOAL_STATUS, String(data=json.dumps(status)))
 
 
@@ -72,6 +72,10 @@ def test_a_program_on_the_topic_is_carried_out_until_a_fault(bench: Bench) -> No
         **{"x": 0.0, "y": 0.1, "assembly_mode": 1.0, "duration": 0.0, "torque_share": 1.0, "speed_share": 1.0}
     }
     assert [message.data for message in probe.got(PAYLOAD)] == [0.1]
+    # the outcome of somebody else's request for the same point decides nothing, nor does what is none
+    graph.tell("refused", id="another")
+    graph.tell("refused", id=None)
+    probe.publish(GOAL_STATUS, String(data="[" * 5000))
     graph.tell("arrived")
     graph.step_until("running", done=4, of=4)
     probe.wait_for(lambda: probe.got(output_topic("gripper")), "the pin")

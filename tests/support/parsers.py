@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from functools import cache, partial
 from pathlib import Path
@@ -28,12 +29,17 @@ from fivebar_bringup.studies.sweep.rows import HEAD as ROWS_HEAD
 from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_control.hardware.frames import FrameReader
+from fivebar_control.planning.motion_queue import read_goal
 from fivebar_control.planning.program import Program, read_program
+from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.vision.camera_file import read_calibration
 from fivebar_description.file_format import read_versioned
 from fivebar_description.interface import JOINT_STATES, JOINTS, RUN_EPOCH
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.outside_text import is_number, read_object
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.run_plan import epoch_text, read_epoch, read_plan
+from fivebar_description.status_texts import read_goal_status, read_program_status, read_run_status
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, validate
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.protocol import (
@@ -198,6 +204,11 @@ def _json_parser(read: Callable[[str], object], refusals: tuple[type[Exception],
     return Parser(_as_text(read), refusals, (json.dumps(seed).encode(),))
 
 
+def _goal(text: str) -> object:
+    fields = read_object(text)
+    return read_goal(list(fields), [value if is_number(value) else math.nan for value in fields.values()])
+
+
 _BAG = _small_bag()
 _ROW = ",".join(FEASIBLE if column == "status" else "1" for column in ROWS_HEAD.split(","))
 
@@ -238,6 +249,32 @@ PARSERS: Mapping[str, Parser] = {
         (b'{"command": "plan", "x": 0.0, "y": 0.02, "assembly": -1}', b'{"command": "reset"}'),
     ),
     "plan": _json_parser(read_plan, (ValueError,), {"digest": "a", "values": {"rate_hz": 500}}),
+    "run-status": _json_parser(
+        read_run_status,
+        (MessageError,),
+        {
+            **{"state": "running", "sample": 7, "samples": 50, "overruns": 0, "pid": 4711},
+            "latency_ms": {"p50": 0.5, "p99": 1.25, "max": 2.0},
+        },
+    ),
+    "program-status": _json_parser(
+        read_program_status,
+        (MessageError,),
+        {
+            **{"state": "running", "program": "p", "step": "2.1", "line": 5, "rounds": [["2", 1]], "done": 2, "of": 4},
+            **{"action": {"Move": {"x": 0.0, "y": 0.1}}, "reason": "ended", "pid": 4711},
+        },
+    ),
+    "goal-status": _json_parser(
+        read_goal_status,
+        (MessageError,),
+        {
+            **{"state": "moving", "goal": [0.0, None], "id": "a", "first_sample": 7, "last_sample": 90, "reason": "r"},
+            **{"waypoints": [[0.0, 0.1], [0.0, 0.2]], "durations_s": [0.5], "time_law": "optimal", "payload_kg": 0.1},
+            "blend_radius": [0.01],
+        },
+    ),
+    "goal": _json_parser(_goal, (PlanRefused, MessageError), {"x": 0.0, "y": 0.1, "via1_x": 0.02, "via1_y": 0.11}),
     "epoch": _json_parser(read_epoch, (ValueError,), {"epoch_ns": 1_000_000_000}),
     "injection": Parser(
         _as_text(partial(read_injection, board=False)),

@@ -6,6 +6,7 @@ A few inputs for each parser, which hypothesis makes up; `make fuzz` tries many 
 from __future__ import annotations
 
 import copy
+import functools
 import json
 import re
 from functools import partial
@@ -19,6 +20,7 @@ from hypothesis import strategies as st
 from parsers import FILES, PARSERS, board_frame, shipped
 
 from fivebar_bringup.live.commands import FIELDS
+from fivebar_description.outside_text import DEEPEST, LONGEST_TEXT
 from fivebar_description.strict_yaml import StrictModel
 from fivebar_sim.boards.protocol import MAGIC
 
@@ -69,6 +71,9 @@ SCALARS = [
     b"\r",
     b"\x00",
 ]
+NESTED = {"a": functools.reduce(lambda inner, _: [inner], range(DEEPEST), 0)}
+"""An object that is nested one time too often."""
+
 TOKENS = st.one_of(st.sampled_from(MARKS), st.sampled_from(SCALARS), st.binary(max_size=4))
 
 
@@ -170,10 +175,33 @@ def as_json(contents: st.SearchStrategy[Any]) -> st.SearchStrategy[bytes]:
     return contents.map(json.dumps).map(str.encode)
 
 
-@pytest.mark.parametrize("name", ["plan", "epoch"])
-def test_what_nodes_agree_on(name: str, tmp_path: Path) -> None:
-    contents = st.dictionaries(st.sampled_from(["epoch_ns", "digest", "values"]), VALUES)
-    check(name, tmp_path, st.one_of(as_json(VALUES), as_json(contents), st.binary(max_size=50)))
+@pytest.mark.parametrize("name", ["plan", "epoch", "run-status", "program-status", "goal-status", "goal"])
+def test_what_nodes_tell_each_other(name: str, tmp_path: Path) -> None:
+    seed = json.loads(PARSERS[name].seeds[0])
+    changes = st.dictionaries(st.sampled_from(sorted(seed)), VALUES, max_size=3)
+    check(name, tmp_path, st.one_of(as_json(VALUES), as_json(changes.map(lambda given: {**seed, **given})), BYTES))
+
+
+@pytest.mark.parametrize("name", ["plan", "epoch", "run-status", "program-status", "goal-status", "page-message"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x",
+        "[]",
+        "null",
+        "[" * 5000,
+        '{"values": ' * 5000,
+        json.dumps({"sample": 5}),
+        json.dumps({"sample": "x", "samples": 1}),
+        json.dumps({"state": "off", "sample": True, "samples": 1e400}),
+        '{"digest": "", "values": {}, "state": "stopped", "reason": "\\ud800", "epoch_ns": null}',
+        json.dumps({"state": "arrived", "more": " " * LONGEST_TEXT, "digest": "", "values": {}, "epoch_ns": None}),
+        json.dumps({"state": "arrived", "digest": "", "epoch_ns": None, "values": NESTED}),
+    ],
+    ids=lambda text: text[:20],
+)
+def test_texts_beyond_the_limits_are_refused(name: str, text: str, tmp_path: Path) -> None:
+    assert not understand_or_refuse(PARSERS[name], text.encode(), tmp_path)
 
 
 @pytest.mark.parametrize("name", ["injection", "injection-board"])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_description.outside_text import one_line
+
 
 class Fault(NamedTuple):
     """A named cause for zero torque, and what was seen. docs/reference/graph.md and docs/robot.md list the names."""
@@ -17,6 +19,6 @@ class Fault(NamedTuple):
 
     @classmethod
     def from_text(cls, text: str) -> Fault:
-        """Return the fault that a published text reports."""
-        name, _, detail = text.partition(": ")
+        """Return the fault that a published text reports, whoever has published it."""
+        name, _, detail = one_line(text).partition(": ")
         return cls(name, detail)

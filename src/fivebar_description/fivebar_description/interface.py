@@ -54,6 +54,9 @@ START_STAMP_NS = 1_000_000_000
 NANOSECONDS = 1_000_000_000
 """Nanoseconds in a second."""
 
+LATEST_STAMP_NS = (2**31 - 86_400) * NANOSECONDS
+"""Latest stamp that is accepted: one day before the last one that a ROS stamp can name."""
+
 
 HIGHEST_PRIORITY = 98
 """Highest real-time priority that a node takes: 99 is the kernel's own."""

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
-from fivebar_description.interface import BASE_FRAME, NANOSECONDS
+from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS
 
 LARGEST = 1e100
 """Largest magnitude that is accepted: sums and squares of larger values would overflow."""
@@ -73,6 +73,8 @@ class JointSample:
         velocity, effort = counts[0] + 1, counts[0] + counts[1] + 2
         if (head, names) != (_HEAD, _names(self.name)) or (fields[0], fields[velocity], fields[effort]) != counts:
             return None
+        if not 0 <= seconds * NANOSECONDS + nanoseconds <= LATEST_STAMP_NS:
+            return None
         return JointSample(
             seconds * NANOSECONDS + nanoseconds,
             self.name,
@@ -126,8 +128,8 @@ def checked_fields(
 ) -> tuple[tuple[float, ...], ...]:
     """Return the wanted fields of a JointState or a sample, checked, in the order of `names`; as `read_fields`."""
     given = tuple(message.name)
-    if given != names and sorted(given) != sorted(names):
-        raise MessageError(f"names {list(given)}, expected {list(names)}")
+    if given != names and (len(given) != len(names) or sorted(given) != sorted(names)):
+        raise MessageError(f"{len(given)} names {list(given[: len(names)])}, expected {list(names)}")
     return tuple(_field(message, field, given, names, allow_nan) for field in fields)
 
 

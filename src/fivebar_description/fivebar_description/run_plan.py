@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from fivebar_description.interface import NANOSECONDS, START_STAMP_NS
+from fivebar_description.interface import LATEST_STAMP_NS, NANOSECONDS, START_STAMP_NS
+from fivebar_description.outside_text import Field, is_count, is_whole, one_line, read_object
 from fivebar_description.robot_file import load_robot
 
 DIGEST_LENGTH = 12
@@ -22,11 +24,27 @@ HOMING = "homing (first waypoint)"
 LEAD_SAMPLES = "lead_samples (delay of the drives, where the state is estimated)"
 
 
+PLAN_FIELDS = {
+    "digest": Field(lambda value: isinstance(value, str) and len(value) <= DIGEST_LENGTH, "a digest", needed=True),
+    "values": Field(lambda value: isinstance(value, dict), "values by name", needed=True),
+    "pid": Field(is_count, "a process id"),
+}
+
+EPOCH_FIELDS = {
+    "epoch_ns": Field(
+        lambda value: value is None or (is_whole(value) and 0 < value <= LATEST_STAMP_NS),
+        "a stamp in ns or null",
+        needed=True,
+    ),
+}
+
+
 class RunPlan(NamedTuple):
-    """A plan as it was published: a digest of all values, and the values by name."""
+    """A plan as it was published: a digest of all values, the values by name, and the process that has published it."""
 
     digest: str
     values: dict[str, Any]
+    pid: int | None = None
 
 
 class Difference(NamedTuple):
@@ -46,20 +64,18 @@ def robot_value(robot: str) -> dict[str, str]:
 
 
 def plan_text(values: Mapping[str, Any]) -> str:
-    """Return a plan as the text of `run/plan`."""
-    return json.dumps({"digest": _digest(values), "values": values})
+    """Return a plan as the text of `run/plan`, from this process."""
+    return json.dumps({"digest": _digest(values), "values": values, "pid": os.getpid()})
 
 
 def read_plan(text: str) -> RunPlan:
     """Return the plan of a text.
 
     Raises:
-        ValueError: it is not that of a plan.
+        MessageError: it is not that of a plan.
     """
-    content = json.loads(text)
-    if not isinstance(content, dict) or not isinstance(content.get("values"), dict):
-        raise ValueError("expected digest and values")
-    return RunPlan(str(content.get("digest", "")), content["values"])
+    content = read_object(text, PLAN_FIELDS)
+    return RunPlan(content["digest"], content["values"], content.get("pid"))
 
 
 def difference(own: Mapping[str, Any], plan: RunPlan) -> Difference | None:
@@ -79,12 +95,9 @@ def read_epoch(text: str) -> int | None:
     """Return the stamp of sample 0 (ns) of a text, None for no run.
 
     Raises:
-        ValueError: it is not that of an epoch.
+        MessageError: it is not that of an epoch.
     """
-    content = json.loads(text)
-    epoch_ns = content.get("epoch_ns", "") if isinstance(content, dict) else ""
-    if epoch_ns is not None and (not isinstance(epoch_ns, int) or epoch_ns <= 0):
-        raise ValueError("expected epoch_ns")
+    epoch_ns: int | None = read_object(text, EPOCH_FIELDS)["epoch_ns"]
     return epoch_ns
 
 
@@ -99,7 +112,9 @@ def _compared(value: Any) -> Any:
 
 
 def _shown(value: Any) -> str:
-    return f"{value['file']} (content {value['content']})" if isinstance(value, dict) else str(value)
+    if isinstance(value, dict) and {"file", "content"} <= set(value):
+        value = f"{value['file']} (content {value['content']})"
+    return one_line(str(value))
 
 
 def _digest(content: Any) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import NamedTuple
+
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.outside_text import is_number, is_whole, one_line, read_object
 
 STOP, RESET, PLAN, MOVE = "emergency_stop", "reset", "plan", "move"
 
@@ -34,20 +36,20 @@ def read_command(text: str | bytes) -> Command:
         CommandRefused: it is none, or has other fields than its own.
     """
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError):
-        raise CommandRefused("expected JSON") from None
-    name = content.get("command") if isinstance(content, dict) else None
+        content = read_object(text)
+    except MessageError as error:
+        raise CommandRefused(str(error)) from None
+    name = content.get("command")
     if not isinstance(name, str) or name not in FIELDS:
         raise CommandRefused(f"expected one of the commands {', '.join(FIELDS)}")
     given = {key: value for key, value in content.items() if key != "command"}
     if set(given) != FIELDS[name]:
-        raise CommandRefused(f"{name}: expected the fields {sorted(FIELDS[name])}, got {sorted(given)}")
+        raise CommandRefused(f"{name}: expected the fields {sorted(FIELDS[name])}, got {one_line(str(sorted(given)))}")
     if not given:
         return Command(name)
     x, y, assembly = (given[key] for key in ("x", "y", "assembly"))
-    if not all(isinstance(value, int | float) and -LARGEST <= value <= LARGEST for value in (x, y)):
+    if not all(is_number(value) and -LARGEST <= value <= LARGEST for value in (x, y)):
         raise CommandRefused(f"{name}: expected coordinates of at most {LARGEST:g} m")
-    if assembly not in (-1, 0, 1):
+    if not is_whole(assembly) or assembly not in (-1, 0, 1):
         raise CommandRefused(f"{name}: assembly: expected -1, 0 or 1")
     return Command(name, float(x), float(y), int(assembly))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from fivebar_description.interface import DIAGNOSTICS
+from fivebar_description.outside_text import one_line
 from fivebar_description.ros.domain_member import DomainMember
 
 LEVELS = {
@@ -18,6 +19,9 @@ LEVELS = {
 }
 
 DEPTH = 100
+
+LONGEST_NAME, MOST_NODES, MOST_FIGURES = 256, 256, 64
+"""Characters of a node's name, number of nodes, and number of values of each that are kept."""
 
 
 class NodeReport(NamedTuple):
@@ -52,6 +56,9 @@ class DiagnosticsListener(DomainMember):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            figures = {pair.key: pair.value for pair in status.values}
+            if status.name not in self._reports and len(self._reports) >= MOST_NODES:
+                continue
+            figures = {one_line(pair.key, LONGEST_NAME): one_line(pair.value) for pair in status.values[:MOST_FIGURES]}
             level = LEVELS.get(status.level, "stale")
-            self._reports[status.name] = time.monotonic(), NodeReport(status.name, level, status.message, figures)
+            name = one_line(status.name, LONGEST_NAME)
+            self._reports[name] = time.monotonic(), NodeReport(name, level, one_line(status.message), figures)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.ros.domain_member import DomainMember
+from fivebar_description.ros.messages import goal_message, new_request_id
+from fivebar_description.status_texts import read_goal_status
 
 DISCOVERY_TIMEOUT = 5.0
 """Timeout (s) for finding a goal server."""
@@ -34,9 +34,10 @@ class GoalClient(DomainMember):
         """Join a DDS domain, in the namespace of a robot."""
         super().__init__("goal_client", domain, namespace)
         self._statuses: list[dict[str, Any]] = []
-        self.listen(GOAL_STATUS, self._on_status)
+        self.listen_to_texts(GOAL_STATUS, read_goal_status, self._on_status)
         self._goal = self.advertise(GOAL)
         self._unanswered: JointState | None = None
+        self._id = ""
 
     def find(self) -> bool:
         """Wait for a goal server; return whether there is one."""
@@ -53,8 +54,9 @@ class GoalClient(DomainMember):
         return bool(heard_by & answered_by) and self._goal.get_subscription_count() > 0
 
     def request(self, fields: Mapping[str, float]) -> None:
-        """Publish a request with these fields by name."""
-        self._unanswered = JointState(name=list(fields), position=list(fields.values()))
+        """Publish a request with these fields by name; from then on only its own statuses count."""
+        self._id = new_request_id()
+        self._unanswered = goal_message(fields, self._id)
         self._goal.publish(self._unanswered)
 
     def next_status(self, seconds: float) -> dict[str, Any] | None:
@@ -70,9 +72,11 @@ class GoalClient(DomainMember):
                 self._goal.publish(self._unanswered)
         return self._statuses.pop(0)
 
-    def _on_status(self, message: String) -> None:
+    def _on_status(self, status: dict[str, Any]) -> None:
+        if status.get("id") != self._id:
+            return
         self._unanswered = None
-        self._statuses.append(json.loads(message.data))
+        self._statuses.append(status)
 
 
 def _nodes(endpoints: Sequence[TopicEndpointInfo]) -> set[tuple[str, str]]:

@@ -2,40 +2,63 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Callable, Collection
 from typing import Any
 
 from std_msgs.msg import String
 
 from fivebar_description.interface import FAULTS, PROGRAM_STATUS, RUN_STATUS
+from fivebar_description.outside_text import one_line
+from fivebar_description.process_names import describe_process
 from fivebar_description.ros.domain_member import DomainMember
+from fivebar_description.status_texts import read_program_status, read_run_status
+
+MOST_STRANGERS = 8
+"""Number of processes of other runs that are named."""
 
 
 class RunMonitor(DomainMember):
     """Subscribes to run/status and program/status, and publishes faults."""
 
-    def __init__(self, domain: int, namespace: str = "") -> None:
-        """Join a DDS domain, in the namespace of a robot."""
+    def __init__(self, domain: int, namespace: str = "", processes: Collection[int] = ()) -> None:
+        """Join a DDS domain, in the namespace of a robot.
+
+        Args:
+            domain: number of the domain.
+            namespace: of the robot, "" for none.
+            processes: ids of the run's own processes; a status from any other one belongs to another run.
+        """
         super().__init__("run_monitor", domain, namespace)
+        self._processes = frozenset(processes)
         self.status: dict[str, Any] = {}
         self.faults: list[str] = []
         """All that have been published, by this node too."""
         self.program: dict[str, Any] = {}
         """The status of the program that is carried out, empty where there is none."""
-        self.listen(RUN_STATUS, self._on_status)
-        self.listen(PROGRAM_STATUS, self._on_program)
-        self.listen(FAULTS, self._on_fault)
+        self.strangers: set[object] = set()
+        """Ids of processes that are not of this run and have published a status."""
+        self.listen_to_texts(RUN_STATUS, read_run_status, self._of_this_run(self._take_status))
+        self.listen_to_texts(PROGRAM_STATUS, read_program_status, self._of_this_run(self._take_program))
+        self.listen_to_texts(FAULTS, one_line, self.faults.append)
         self._faults = self.advertise(FAULTS)
 
     def publish_fault(self, fault: str) -> None:
         """Publish a fault; thread-safe."""
         self._faults.publish(String(data=fault))
 
-    def _on_fault(self, message: String) -> None:
-        self.faults.append(message.data)
+    def _of_this_run(self, take: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, Any]], None]:
+        def receive(status: dict[str, Any]) -> None:
+            pid = status.get("pid")
+            if pid in self._processes:
+                take(status)
+            elif pid not in self.strangers and len(self.strangers) < MOST_STRANGERS:
+                self.strangers.add(pid)
+                self.node.get_logger().warning(f"another run publishes its status here: {describe_process(pid)}")
 
-    def _on_program(self, message: String) -> None:
-        self.program = json.loads(message.data)
+        return receive
 
-    def _on_status(self, message: String) -> None:
-        self.status = json.loads(message.data)
+    def _take_program(self, status: dict[str, Any]) -> None:
+        self.program = status
+
+    def _take_status(self, status: dict[str, Any]) -> None:
+        self.status = status

@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from geometry_msgs.msg import Point as PointMessage
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
@@ -35,7 +34,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.robot_description import frame_prefix
-from fivebar_description.ros.messages import read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import checked_stamp, read_fields, received_joint_state, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node
@@ -55,6 +54,7 @@ class Inbox:
 
     def __init__(self, node: GraphNode, topic: Topic) -> None:
         """Subscribe without acknowledgement, so that a publisher never has to do with a slow picture."""
+        self._node, self._topic = node, topic
         self._messages: deque[bytes] = deque(maxlen=BACKLOG)
         node.create_subscription(JointState, topic.name, self._keep, best_effort(BACKLOG), raw=True)
 
@@ -65,7 +65,17 @@ class Inbox:
         """Return every n-th message since the last time, oldest first, and always the newest."""
         chosen = list(self._messages)[::-every][::-1]
         self._messages.clear()
-        return [deserialize_message(message, JointState) for message in chosen]
+        return [message for data in chosen if (message := self._read(data)) is not None]
+
+    def _read(self, data: bytes) -> JointState | None:
+        """Return a message, None where there is none or its stamp is impossible."""
+        try:
+            message = received_joint_state(data)
+            checked_stamp(message)
+        except MessageError as error:
+            self._node.drop(self._topic, str(error))
+            return None
+        return message
 
 
 class Scene(GraphNode):

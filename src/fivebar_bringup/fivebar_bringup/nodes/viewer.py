@@ -24,6 +24,7 @@ from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
+from fivebar_description.ros.messages import goal_message, new_request_id
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
@@ -137,7 +138,7 @@ class Viewer(GraphNode):
                 self._stops.call()
             elif command.name == MOVE:
                 fields = {"x": command.x, "y": command.y, "assembly_mode": float(command.assembly)}
-                self._goals.publish(JointState(name=list(fields), position=list(fields.values())))
+                self._goals.publish(goal_message(fields, new_request_id()))
             else:
                 self._resets.call()
         answer = None if self._preview is None else self._preview.answer()

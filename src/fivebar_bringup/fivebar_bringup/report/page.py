@@ -97,6 +97,7 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
         yield Metric("from a sample to its torque: median, 99 %, longest", times)
     yield Metric("samples late, samples missing", f"{_count(summary.overruns)}, {summary.missing_samples}")
     yield Metric("messages that the recorder missed", _count(summary.dropped_messages))
+    yield Metric("recorded messages of others", _count(summary.stray_messages))
     yield Metric("simulated time", plain(summary.simulated_s, "s"))
     yield Metric("wall time", plain(summary.wall_s, "s"))
 

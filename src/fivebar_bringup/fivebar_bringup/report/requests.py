@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from fivebar_bringup.errors import BagError
@@ -14,6 +13,10 @@ from fivebar_control.trajectory.planner import QUINTIC, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.interface import GOAL_STATUS, JOINT_STATES
 from fivebar_description.parameters import laden
+from fivebar_description.status_texts import read_goal_status
+
+MOVES = {"first_sample", "waypoints", "durations_s"}
+"""Fields without which a status does not say how the robot moved."""
 
 
 def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
@@ -27,8 +30,8 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
     if recording.count(GOAL_STATUS) == 0:
         return plan
     try:
-        statuses = [json.loads(text) for text in recording.texts(GOAL_STATUS)]
-        moved = [status for status in statuses if status["state"] == "moving"]
+        statuses = recording.read_texts(GOAL_STATUS, read_goal_status)
+        moved = [status for status in statuses if status["state"] == "moving" and status.keys() >= MOVES]
         segments: list[AnySegment] = list(plan.path.segments)
         crossings = list(plan.crossings)
         for status in moved:

@@ -88,6 +88,7 @@ class Summary:
         error_tolerance_m: the scenario's tolerance (m).
         within_tolerance: whether the platform is known to have stayed within it throughout, in real time at all samples
             that are not missing.
+        stray_messages: recorded messages with other names, lengths or stamps than those of their topic have.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
     """
 
@@ -128,6 +129,7 @@ class Summary:
     dropped_messages: int | None
     error_tolerance_m: float
     within_tolerance: bool
+    stray_messages: int = 0
 
     @property
     def completed(self) -> bool:
@@ -211,6 +213,7 @@ def summarize(
         dropped_messages=int(dropped) if dropped.isdecimal() else None,
         error_tolerance_m=scenario.error_tolerance,
         within_tolerance=within,
+        stray_messages=recording.strays,
     )
 
 

@@ -98,7 +98,8 @@ def run_graph(
             with interrupts_allowed():
                 start_processes(specs, run, domain, processes, namespace)
                 started({name: process.pid for name, process in processes.items()})
-            with RunMonitor(domain, namespace) as monitor:
+            own = {process.pid for process in processes.values()}
+            with RunMonitor(domain, namespace, own) as monitor:
                 heard = monitor.faults
                 # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out. A
                 # run goes on without its pictures

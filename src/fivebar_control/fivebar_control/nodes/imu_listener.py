@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -14,7 +13,7 @@ from fivebar_control.model.state import Platform
 from fivebar_control.ros.node_settings import ImuListenerSettings
 from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings, Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
-from fivebar_description.joint_sample import MessageError
+from fivebar_description.joint_sample import LARGEST, MessageError
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -29,12 +28,12 @@ def read_imu(message: Imu) -> Vector3:
     """Return the linear acceleration (m/s^2) of an IMU message, in the IMU's frame.
 
     Raises:
-        MessageError: a component is not finite.
+        MessageError: a component is not finite or beyond `LARGEST`.
     """
     vector = message.linear_acceleration
     measured = (vector.x, vector.y, vector.z)
-    if not all(math.isfinite(component) for component in measured):
-        raise MessageError(f"linear acceleration is {measured}, expected finite numbers")
+    if not all(-LARGEST <= component <= LARGEST for component in measured):
+        raise MessageError(f"linear acceleration is {measured}, expected finite numbers of at most {LARGEST:g}")
     return measured
 
 

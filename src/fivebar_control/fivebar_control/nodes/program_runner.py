@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
+from typing import Any
 
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, String
 
@@ -32,12 +33,15 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     output_topic,
 )
-from fivebar_description.ros.messages import stamp_of
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.outside_text import LONGEST_TEXT, one_line
+from fivebar_description.ros.messages import checked_stamp, goal_message, new_request_id, received_joint_state
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import Sender
 from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.status_texts import read_goal_status
 from fivebar_description.strict_yaml import InputError
 
 PERIOD = 0.02
@@ -62,6 +66,7 @@ class ProgramRunner(GraphNode):
         self._rate_hz = settings.rate_hz
         self._begin_sample = settings.begin_sample
         self._newest: bytes | None = None
+        self._asked = ""
         self._program: ProgramRun | None = None
         self._published = ""
         self._fault = ALL_WELL
@@ -69,7 +74,7 @@ class ProgramRunner(GraphNode):
         self._goal = self.advertise(GOAL)
         self._payload = self.advertise(PAYLOAD)
         self._status = self.advertise(PROGRAM_STATUS)
-        self.listen(GOAL_STATUS, self._on_goal_status)
+        self.listen(GOAL_STATUS, self.reading(GOAL_STATUS, read_goal_status, self._on_goal_status))
         self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
         self.listen(PROGRAM, self._on_program, awaited=False)
         self.create_subscription(JointState, JOINT_STATES.name, self._keep, best_effort(1), raw=True)
@@ -92,7 +97,12 @@ class ProgramRunner(GraphNode):
         """Return the sample of the newest joint states, None before the first."""
         if self._newest is None or not self._run.holds:
             return None
-        return self._run.sample(stamp_of(deserialize_message(self._newest, JointState)))
+        try:
+            return self._run.sample(checked_stamp(received_joint_state(self._newest)))
+        except MessageError as error:
+            self._newest = None
+            self.drop(JOINT_STATES, str(error))
+            return None
 
     def _advance(self) -> None:
         """Carry out what is due."""
@@ -118,22 +128,22 @@ class ProgramRunner(GraphNode):
 
     def _do(self, action: Action) -> None:
         if isinstance(action, Move):
-            fields = goal_fields_of(action)
-            self._goal.publish(JointState(name=list(fields), position=list(fields.values())))
+            self._asked = new_request_id()
+            self._goal.publish(goal_message(goal_fields_of(action), self._asked))
         elif isinstance(action, Carry):
             self._payload.publish(Float64(data=action.payload))
         elif isinstance(action, SetOutput):
             self._outputs_by_pin[action.pin].publish(Bool(data=action.on))
 
-    def _on_goal_status(self, message: String) -> None:
-        if self._program is not None:
-            self._program.on_goal(json.loads(message.data))
+    def _on_goal_status(self, status: dict[str, Any]) -> None:
+        if self._program is not None and status.get("id") == self._asked:
+            self._program.on_goal(status)
             self._publish_status()
 
     def _on_safety_state(self, message: String) -> None:
-        self._fault = message.data
-        if self._program is not None and message.data != ALL_WELL:
-            self._program.stop(message.data)
+        self._fault = one_line(message.data)
+        if self._program is not None and self._fault != ALL_WELL:
+            self._program.stop(self._fault)
             self._publish_status()
 
     def _on_program(self, message: String) -> None:
@@ -147,17 +157,20 @@ class ProgramRunner(GraphNode):
                 raise InputError(f"{ON_TOPIC}: another program runs: expected it to end first, as by an empty text")
             if self._fault != ALL_WELL:
                 raise InputError(f"{ON_TOPIC}: a fault stops the robot: {self._fault}: reset it first")
+            if len(message.data) > LONGEST_TEXT:
+                raise InputError(f"{ON_TOPIC}: {len(message.data)} characters: expected at most {LONGEST_TEXT}")
             self._begin(read_program(message.data, ON_TOPIC), 0)
         except InputError as error:
             self.drop(PROGRAM, str(error))
-            self._status.publish(String(data=json.dumps({"state": ProgramState.REFUSED, "reason": str(error)})))
+            status = {"state": ProgramState.REFUSED, "reason": one_line(str(error)), "pid": os.getpid()}
+            self._status.publish(String(data=json.dumps(status)))
             return
         self._publish_status()
 
     def _publish_status(self) -> None:
         """Publish how far the program has come, where that has changed."""
         status = {"state": ProgramState.IDLE} if self._program is None else self._program.status()
-        text = json.dumps(status)
+        text = json.dumps({**status, "pid": os.getpid()})
         if text != self._published:
             self._published = text
             self._status.publish(String(data=text))

@@ -48,7 +48,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
-from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
 from fivebar_description.parameters import laden
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.robot_file import known_sensors_of, load_robot, tolerances_of
@@ -231,8 +231,8 @@ class StateEstimatorNode(SamplingNode):
             return
         vector = message.angular_velocity
         turning = (vector.x, vector.y, vector.z)
-        if not all(map(math.isfinite, turning)):
-            self.drop(IMU_DATA, f"angular velocity is {turning}, expected finite numbers")
+        if not all(-LARGEST <= one <= LARGEST for one in turning):
+            self.drop(IMU_DATA, f"angular velocity is {turning}, expected finite numbers of at most {LARGEST:g}")
             return
         self._keep(IMU_DATA, IMU_FRAME, message, self._imu.turn_rate(turning))
 

@@ -30,9 +30,9 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
 )
-from fivebar_description.joint_sample import joint_sample
+from fivebar_description.joint_sample import LARGEST, MessageError, joint_sample
 from fivebar_description.robot_file import load_robot
-from fivebar_description.ros.messages import JointMessage, stamp_of
+from fivebar_description.ros.messages import JointMessage, checked_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -44,6 +44,25 @@ PICTURES = 16
 
 FRESH_PICTURES = 2
 """That wait at most in real time."""
+
+
+LARGEST_PICTURE = 1 << 26
+"""Largest number of pixels of a picture."""
+
+MORE_THAN_FITS = "encoding {}, {} x {} pixels, {} bytes a row, {} in all: expected a picture of mono8"
+
+
+def checked_picture(message: Image) -> int:
+    """Return the stamp (ns) of a picture.
+
+    Raises:
+        MessageError: it is none of mono8, its sizes contradict each other, or its stamp is impossible.
+    """
+    width, height, step, size = message.width, message.height, message.step, len(message.data)
+    whole = 0 < width <= step and height > 0 and size == step * height <= LARGEST_PICTURE
+    if message.encoding != "mono8" or not whole:
+        raise MessageError(MORE_THAN_FITS.format(repr(message.encoding[:20]), width, height, step, size))
+    return checked_stamp(message)
 
 
 class VisionListener(GraphNode):
@@ -97,11 +116,14 @@ class VisionListener(GraphNode):
         if self._calibration is not None:
             return
         sized = message.width > 0 and message.height > 0
-        if message.distortion_model != LENS_MODEL or len(message.d) != 5 or not (message.k[0] > 0.0 and sized):
+        if message.distortion_model != LENS_MODEL or len(message.d) != 5 or not sized:
             self.drop(CAMERA_INFO, f"distortion model {message.distortion_model!r}, expected {LENS_MODEL}")
             return
         k = message.k
         optics = Optics(*(float(one) for one in (k[0], k[4], k[2], k[5], *message.d)))
+        if not (all(-LARGEST <= one <= LARGEST for one in optics) and k[0] > 0.0 and k[4] > 0.0):
+            self.drop(CAMERA_INFO, f"optics {tuple(optics)}, expected finite numbers and focal lengths above 0")
+            return
         self._calibration = CameraCalibration(message.width, message.height, optics, math.nan, 0)
         self._restart()
         early, self._early = self._early, []
@@ -114,13 +136,14 @@ class VisionListener(GraphNode):
         if self._calibration is None:
             self._early = [*self._early[1 - PICTURES :], message]
             return
-        if message.encoding != "mono8" or len(message.data) != message.step * message.height:
-            self.drop(CAMERA_IMAGE, f"encoding {message.encoding!r}, expected a picture of mono8")
+        try:
+            stamp = checked_picture(message)
+        except MessageError as error:
+            self.drop(CAMERA_IMAGE, str(error))
             return
         tracker = self._tracker_of(message.width, message.height, self._calibration)
         if tracker is None:
             return
-        stamp = stamp_of(message)
         if stamp != self._last_stamp or self._last is None:
             picture = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)[:, : message.width]
             self._last = reading_of(tracker, self._camera, picture)

@@ -22,6 +22,12 @@ and speed that the motion may use, and the radius (m) within which it rounds the
 MOST_VIA = 20
 """Via points of a request."""
 
+MOST_FIELDS = len(GOAL_NAMES) + 3 * MOST_VIA
+"""Fields of a request."""
+
+SHORTEST_MOTION, LONGEST_MOTION = 1e-3, 86_400.0
+"""Durations (s) that a request may ask for."""
+
 VIA_NAME = re.compile(r"via([1-9][0-9]?)_(x|y|blend_radius)")
 """Fields of a via point, the first of which is number 1: where it is (m), and where they differ, its blend radius."""
 
@@ -55,6 +61,8 @@ def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
     Raises:
         GoalRefused: a name is unknown, given twice or missing, or a number is impossible.
     """
+    if len(names) > MOST_FIELDS:
+        raise GoalRefused(f"{len(names)} names: expected at most {MOST_FIELDS}")
     if len(names) != len(values):
         raise GoalRefused(f"{len(names)} names and {len(values)} positions: expected one position per name")
     known = {name for name in names if name in GOAL_NAMES or VIA_NAME.fullmatch(name)}
@@ -70,8 +78,10 @@ def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
         raise GoalRefused(f"goal ({x}, {y}): expected finite coordinates in m")
     assembly, mode1, mode2 = (_sign(name, given.get(name, 0.0)) for name in ("assembly_mode", "mode1", "mode2"))
     duration = given.get("duration", 0.0)
-    if not 0.0 <= duration < math.inf:
-        raise GoalRefused(f"duration {duration}: expected seconds, or 0 for as it comes")
+    if not (duration == 0.0 or SHORTEST_MOTION <= duration <= LONGEST_MOTION):
+        raise GoalRefused(
+            f"duration {duration}: expected {SHORTEST_MOTION:g} to {LONGEST_MOTION:g} s, or 0 for as it comes"
+        )
     torque, speed = (given.get(name, 0.0) or 1.0 for name in ("torque_share", "speed_share"))
     if not (0.0 < torque <= 1.0 and 0.0 < speed <= 1.0):
         raise GoalRefused(f"torque_share {torque}, speed_share {speed}: expected numbers above 0, at most 1")

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import time
 import traceback
 from collections.abc import Callable, Mapping
@@ -334,7 +335,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
                 self._outcome = "completed"
             elif sample > 0 and not self._session.active:
                 self._outcome = "failed"
-        status = {"state": self._outcome, "sample": sample, "samples": self._last_sample}
+        status = {"state": self._outcome, "sample": sample, "samples": self._last_sample, "pid": os.getpid()}
         if self._progress is not None:
             self._progress.publish(String(data=json.dumps(status)))
 

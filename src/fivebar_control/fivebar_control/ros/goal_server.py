@@ -16,10 +16,14 @@ from fivebar_control.ros.goal_conditions import GOALS, GROUPS, ParameterGroup, c
 from fivebar_control.ros.motion_parameters import DeclaredMotion
 from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_description.interface import GOAL, GOAL_STATUS
+from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import specs_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
+
+LONGEST_ID = 64
+"""Largest number of characters of a request's id, which `goal/status` names."""
 
 NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
@@ -50,6 +54,7 @@ class GoalServer:
         self._sample = -1
         self._held = False
         self._goal: Goal | None = None
+        self._id = ""
         self._arrival: int | None = None
         self._payload = self._planned_payload = 0.0
         self._status = node.advertise(GOAL_STATUS)
@@ -87,6 +92,10 @@ class GoalServer:
         self._payload = payload
 
     def _on_goal(self, message: JointState) -> None:
+        request_id = one_line(message.header.frame_id, LONGEST_ID)
+        if request_id and request_id == self._id:
+            # published again because no status has arrived yet: one is on its way
+            return
         try:
             goal = read_goal(list(message.name), list(message.position))
             if not self._open:
@@ -100,10 +109,10 @@ class GoalServer:
             self._planning.ask(order._replace(payload=self._payload))
             self._planned_payload = self._payload
         except GoalRefused as refusal:
-            self._report("refused", list(message.position[:2]), reason=str(refusal))
+            self._report("refused", list(message.position[:2]), request_id, reason=one_line(str(refusal)))
             return
-        self._goal = goal
-        self._report("planning", [goal.x, goal.y])
+        self._goal, self._id = goal, request_id
+        self._report("planning", [goal.x, goal.y], request_id)
 
     def _take_answer(self, goal: Goal) -> None:
         planned = self._planning.answer(self._wait)
@@ -118,6 +127,7 @@ class GoalServer:
         self._report(
             "moving",
             [goal.x, goal.y],
+            self._id,
             first_sample=first,
             last_sample=self._arrival,
             waypoints=[list(point) for point in planned.course.waypoints],
@@ -139,10 +149,12 @@ class GoalServer:
         assert self._goal is not None
         goal, self._goal, self._arrival = self._goal, None, None
         self._queue.cancel()
-        self._report(state, [goal.x, goal.y], **({"reason": reason} if reason else {}))
+        self._report(state, [goal.x, goal.y], self._id, **({"reason": reason} if reason else {}))
 
-    def _report(self, state: str, goal: list[float], **more: Any) -> None:
+    def _report(self, state: str, goal: list[float], request_id: str, **more: Any) -> None:
         content = {"state": state, "goal": [value if abs(value) < 1e6 else None for value in goal], **more}
+        if request_id:
+            content["id"] = request_id
         self._status.publish(String(data=json.dumps(content)))
 
 

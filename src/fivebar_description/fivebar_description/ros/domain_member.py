@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import rclpy
 from rclpy.context import Context
@@ -16,10 +17,14 @@ from rclpy.signals import SignalHandlerOptions
 
 from fivebar_description.interface import Topic
 from fivebar_description.interrupts import interrupts_deferred
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.outside_text import one_line
 from fivebar_description.ros.messages import message_class
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
 from fivebar_description.ros_environment import check_ros_environment
+
+R = TypeVar("R")
 
 LOOK_PERIOD = 0.05
 """Polling period (s) of a condition that is waited for."""
@@ -36,6 +41,8 @@ class DomainMember:
         """
         check_ros_environment()
         use_local_network_only()
+        self.refused: Counter[str] = Counter()
+        """Messages that were left out because they could not be read, by topic."""
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(name, namespace=namespace, context=self._context)
@@ -45,6 +52,21 @@ class DomainMember:
     def listen(self, topic: Topic, callback: Callable[[Any], None]) -> None:
         """Subscribe to a topic of the graph."""
         self.node.create_subscription(message_class(topic), topic.name, callback, qos_profile(topic.qos))
+
+    def listen_to_texts(self, topic: Topic, read: Callable[[str], R], take: Callable[[R], None]) -> None:
+        """Pass on what a reader finds in the texts of a topic; one that it refuses is counted and left out."""
+
+        def receive(message: Any) -> None:
+            try:
+                found = read(message.data)
+            except MessageError as error:
+                self.refused[topic.name] += 1
+                if self.refused[topic.name] == 1:
+                    self.node.get_logger().warning(f"left out a message on {topic.name}: {one_line(str(error))}")
+                return
+            take(found)
+
+        self.listen(topic, receive)
 
     def advertise(self, topic: Topic) -> Publisher[Any]:
         """Return a publisher of a topic of the graph."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import secrets
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from fivebar_description.interface import BASE_FRAME, NANOSECONDS, Topic
+from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS, Topic
 from fivebar_description.joint_sample import JointSample, MessageError, checked_fields
 
 
@@ -27,6 +28,18 @@ def stamp_of(message: Any) -> int:
         return message.stamp_ns
     stamp = message.header.stamp
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def checked_stamp(message: Any) -> int:
+    """Return a message's stamp in integer nanoseconds.
+
+    Raises:
+        MessageError: it is no time that a node could have taken.
+    """
+    stamp_ns = stamp_of(message)
+    if not 0 <= stamp_ns <= LATEST_STAMP_NS:
+        raise MessageError(f"stamp {stamp_ns} ns, expected 0 to {LATEST_STAMP_NS} ns")
+    return stamp_ns
 
 
 def to_stamp(stamp_ns: int) -> Time:
@@ -53,14 +66,47 @@ def joint_state(
     return message
 
 
+def new_request_id() -> str:
+    """Return an id for a request, by which its statuses are told from those of others."""
+    return secrets.token_hex(8)
+
+
+def goal_message(fields: Mapping[str, float], request_id: str) -> JointState:
+    """Return a request for a motion with fields by name; `goal/status` names the id with each of its statuses."""
+    message = JointState(name=list(fields), position=list(fields.values()))
+    message.header.frame_id = request_id
+    return message
+
+
 JointMessage: TypeAlias = JointState | JointSample
 
 
 def sampled(message: JointState) -> JointSample:
-    """Return a received JointState as a sample, which is cheaper to read for several readers."""
+    """Return a received JointState as a sample, which is cheaper to read for several readers.
+
+    Raises:
+        MessageError: its stamp is impossible.
+    """
     return JointSample(
-        stamp_of(message), tuple(message.name), tuple(message.position), tuple(message.velocity), tuple(message.effort)
+        checked_stamp(message),
+        tuple(message.name),
+        tuple(message.position),
+        tuple(message.velocity),
+        tuple(message.effort),
     )
+
+
+def received_joint_state(data: bytes) -> JointState:
+    """Return the JointState in bytes that were received.
+
+    Raises:
+        MessageError: there is none.
+    """
+    try:
+        message: JointState = deserialize_message(data, JointState)
+    except (RuntimeError, UnicodeError) as error:
+        raise MessageError(f"{len(data)} bytes that are no JointState") from error
+    return message
 
 
 class SampleReader:
@@ -78,10 +124,7 @@ class SampleReader:
         """
         sample = None if self._last is None else self._last.alike(data)
         if sample is None:
-            try:
-                sample = sampled(deserialize_message(data, JointState))
-            except (RuntimeError, UnicodeError) as error:
-                raise MessageError(f"{len(data)} bytes that are no JointState") from error
+            sample = sampled(received_joint_state(data))
         self._last = sample
         return sample
 

@@ -19,6 +19,7 @@ from std_msgs.msg import String
 
 from fivebar_description.interface import DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
 from fivebar_description.joint_sample import JointSample, MessageError
+from fivebar_description.outside_text import one_line
 from fivebar_description.ros.messages import JointMessage, SampleReader, message_class
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
@@ -47,6 +48,7 @@ DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
 
 S = TypeVar("S", bound=tuple[Any, ...])
+R = TypeVar("R")
 
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -231,10 +233,23 @@ class GraphNode(Node):
         """Create a timer with a period (s) of the steady clock."""
         return self.create_timer(period, callback, clock=self._steady)
 
+    def reading(self, topic: Topic, read: Callable[[str], R], take: Callable[[R], None]) -> Callable[[String], None]:
+        """Return a callback that passes on what a reader finds in a text, and drops a text that it refuses."""
+
+        def receive(message: String) -> None:
+            try:
+                found = read(message.data)
+            except MessageError as error:
+                self.drop(topic, str(error))
+                return
+            take(found)
+
+        return receive
+
     def drop(self, topic: Topic, reason: str) -> None:
         """Count a discarded message and log a throttled warning."""
         self._drops += 1
-        self._last_drop = f"{topic.name}: {reason}"
+        self._last_drop = f"{topic.name}: {one_line(reason)}"
         self.get_logger().warning(
             f"dropped a message on {self._last_drop} ({self._drops} so far)",
             throttle_duration_sec=WARNING_PERIOD,

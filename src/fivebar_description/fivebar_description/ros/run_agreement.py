@@ -22,6 +22,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.joint_sample import MessageError
+from fivebar_description.process_names import describe_process
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
@@ -62,7 +63,8 @@ class RunAgreement:
         """Called when a run with another epoch begins."""
         node.agreement = self
         # made before the inputs, so that what was published first is also known first
-        node.create_subscription(String, RUN_PLAN.name, self._on_plan, qos_profile(RUN_PLAN.qos))
+        on_plan = node.reading(RUN_PLAN, read_plan, self._take_plan)
+        node.create_subscription(String, RUN_PLAN.name, on_plan, qos_profile(RUN_PLAN.qos))
         self._follow()
 
     @property
@@ -116,27 +118,16 @@ class RunAgreement:
         return moment_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
 
     def _follow(self) -> None:
-        self._node.create_subscription(String, RUN_EPOCH.name, self._on_epoch, qos_profile(RUN_EPOCH.qos))
+        on_epoch = self._node.reading(RUN_EPOCH, read_epoch, self._take_epoch)
+        self._node.create_subscription(String, RUN_EPOCH.name, on_epoch, qos_profile(RUN_EPOCH.qos))
 
-    def _on_plan(self, message: String) -> None:
-        try:
-            plan = read_plan(message.data)
-        except ValueError as error:
-            self._node.drop(RUN_PLAN, str(error))
-            return
+    def _take_plan(self, plan: RunPlan) -> None:
         self._plan = plan
         found = difference(self._own, plan)
         self.problem = "" if found is None else f"plan_differs: {found}"
         if found is not None:
-            self._node.get_logger().error(f"refuses to answer: {found}")
-
-    def _on_epoch(self, message: String) -> None:
-        try:
-            epoch_ns = read_epoch(message.data)
-        except ValueError as error:
-            self._node.drop(RUN_EPOCH, str(error))
-            return
-        self._take_epoch(epoch_ns)
+            source = "" if plan.pid is None else f"; that plan is of {describe_process(plan.pid)}"
+            self._node.get_logger().error(f"refuses to answer: {found}{source}")
 
     def _take_epoch(self, epoch_ns: int | None) -> None:
         self.begun = epoch_ns is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Collection
 
 from std_msgs.msg import String
@@ -45,5 +46,6 @@ class RunProgress:
             "samples": self._samples,
             "overruns": self.overruns,
             "latency_ms": self.latency.summary(),
+            "pid": os.getpid(),
         }
         self._status.publish(String(data=json.dumps(status)))

@@ -479,6 +479,7 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "dropped_messages",
         "error_tolerance_m",
         "within_tolerance",
+        "stray_messages",
     ]
 
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
 from fivebar_bringup.live.recovery import advice
 from fivebar_bringup.live.run_state import OFF, node_level, run_state
-from fivebar_bringup.nodes.diagnostics_listener import LEVELS
+from fivebar_bringup.nodes.diagnostics_listener import LEVELS, LONGEST_NAME, MOST_NODES
 from fivebar_description.interface import (
     ALL_WELL,
     DIAGNOSTICS,
@@ -22,8 +21,12 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     Topic,
 )
+from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
+from fivebar_description.status_texts import read_goal_status, read_run_status
+
+R = TypeVar("R")
 
 QUEUE_DEPTH = 50
 
@@ -44,27 +47,25 @@ class GraphStates:
         self._texts: dict[str, str] = {}
         self._faults: dict[str, str] = {}
         self._nodes: dict[str, tuple[float, str, str]] = {}
+        self._run: dict[str, Any] = {}
 
-        def follow(topic: Topic, then: Callable[[str], None]) -> None:
-            def note(message: String) -> None:
-                self._texts[topic.name] = message.data
-                then(message.data)
+        def follow(topic: Topic, read: Callable[[str], R], take: Callable[[R], None]) -> None:
+            node.create_subscription(String, topic.name, node.reading(topic, read, take), qos_profile(topic.qos))
 
-            node.create_subscription(String, topic.name, note, qos_profile(topic.qos))
-
-        def follow_faults(topic: Topic) -> None:
+        def follow_state(topic: Topic) -> None:
             def note(text: str) -> None:
+                self._texts[topic.name] = text
                 # drives that are switched off still have the fault that they had before
                 if not text.startswith(OFF):
                     self._faults[topic.name] = text
                 changed()
 
-            follow(topic, note)
+            follow(topic, one_line, note)
 
-        follow_faults(SAFETY_STATE)
-        follow_faults(DRIVES_STATE)
-        follow(RUN_STATUS, lambda text: None)
-        follow(GOAL_STATUS, lambda text: on_goal(_object(text)))
+        follow_state(SAFETY_STATE)
+        follow_state(DRIVES_STATE)
+        follow(RUN_STATUS, read_run_status, self._on_run)
+        follow(GOAL_STATUS, read_goal_status, on_goal)
         node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, QUEUE_DEPTH)
 
     def as_json(self) -> dict[str, Any]:
@@ -80,7 +81,7 @@ class GraphStates:
         drives = self._texts.get(DRIVES_STATE.name)
         # the viewer itself goes on
         silence = min((age for name, age, *_ in nodes if name != self._own), default=None)
-        state = run_state(_object(self._texts.get(RUN_STATUS.name, "{}")), faults, drives, silence)
+        state = run_state(self._run, faults, drives, silence)
         return {
             "nodes": [
                 {"name": name, "level": node_level(level, age, state.word), "message": message, "age": age}
@@ -92,15 +93,13 @@ class GraphStates:
             "faults": [{"text": text, **advice(text)._asdict()} for text in faults],
         }
 
+    def _on_run(self, status: dict[str, Any]) -> None:
+        self._run = status
+
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._nodes[status.name] = (time.monotonic(), LEVELS.get(status.level, "stale"), status.message)
-
-
-def _object(text: str) -> Any:
-    """Return the JSON object in a text of another node, {} where it is none."""
-    try:
-        content = json.loads(text)
-    except ValueError:
-        return {}
-    return content if isinstance(content, dict) else {}
+            known = status.name in self._nodes
+            if len(status.name) > LONGEST_NAME or not (known or len(self._nodes) < MOST_NODES):
+                continue
+            level = LEVELS.get(status.level, "stale")
+            self._nodes[status.name] = (time.monotonic(), level, one_line(status.message))

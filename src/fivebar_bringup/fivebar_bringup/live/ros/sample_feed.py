@@ -5,7 +5,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Mapping
 
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -21,10 +20,11 @@ from fivebar_description.interface import (
     START_STAMP_NS,
     SUPERVISOR_NAMES,
     SUPERVISOR_STATE,
+    Topic,
 )
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.parameters import FiveBar
-from fivebar_description.ros.messages import read_fields
+from fivebar_description.ros.messages import read_fields, received_joint_state
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import best_effort, qos_profile
 from fivebar_description.run_plan import read_epoch
@@ -54,8 +54,10 @@ class SampleFeed:
             (REFERENCE, self._references),
             (SUPERVISOR_STATE, self._supervisor),
         ):
-            node.create_subscription(JointState, topic.name, self._keeper(messages), best_effort(QUEUE_DEPTH), raw=True)
-        node.create_subscription(String, RUN_EPOCH.name, self._on_epoch, qos_profile(RUN_EPOCH.qos))
+            keep = self._keeper(topic, messages)
+            node.create_subscription(JointState, topic.name, keep, best_effort(QUEUE_DEPTH), raw=True)
+        on_epoch = node.reading(RUN_EPOCH, read_epoch, self._on_epoch)
+        node.create_subscription(String, RUN_EPOCH.name, on_epoch, qos_profile(RUN_EPOCH.qos))
 
     def reference(self) -> tuple[float, float] | None:
         """Return the newest reference (m), None where there is none."""
@@ -86,8 +88,11 @@ class SampleFeed:
             self._shown = stamps[-1]
         return rows
 
-    def _keeper(self, messages: Messages) -> Callable[[bytes], None]:
+    def _keeper(self, topic: Topic, messages: Messages) -> Callable[[bytes], None]:
         def keep(data: bytes) -> None:
+            if len(data) < STAMP_PLACE + STAMP.size:
+                self._node.drop(topic, f"{len(data)} bytes that are no JointState")
+                return
             seconds, nanoseconds = STAMP.unpack_from(data, STAMP_PLACE)
             stamp = seconds * NANOSECONDS + nanoseconds
             if stamp < self._shown - NANOSECONDS:
@@ -96,12 +101,7 @@ class SampleFeed:
 
         return keep
 
-    def _on_epoch(self, message: String) -> None:
-        try:
-            epoch_ns = read_epoch(message.data)
-        except ValueError as error:
-            self._node.drop(RUN_EPOCH, str(error))
-            return
+    def _on_epoch(self, epoch_ns: int | None) -> None:
         # while no run is on, the samples of the last one are still shown
         if epoch_ns is not None and epoch_ns != self._epoch_ns:
             self._epoch_ns = epoch_ns
@@ -120,6 +120,6 @@ def _read(data: bytes | None, names: tuple[str, ...], *fields: str) -> tuple[flo
     if data is None:
         return None
     try:
-        return sum(read_fields(deserialize_message(data, JointState), names, fields, allow_nan=True), ())
+        return sum(read_fields(received_joint_state(data), names, fields, allow_nan=True), ())
     except MessageError:
         return None

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name
 from fivebar_description.interface import NANOSECONDS, RUN_EPOCH, START_STAMP_NS, Topic, sample_of_stamp
+from fivebar_description.joint_sample import MessageError
 from fivebar_description.run_plan import read_epoch
+from fivebar_description.topic_contents import SEQUENCES, belongs, content_of
+
+T = TypeVar("T")
 
 FloatArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -20,7 +25,6 @@ _JOINT_STATE = "sensor_msgs/msg/JointState"
 _IMU = "sensor_msgs/msg/Imu"
 _FLOAT64 = "std_msgs/msg/Float64"
 _STRING = "std_msgs/msg/String"
-_SEQUENCES = ("position", "velocity", "effort")
 _VECTORS = {"orientation": "xyzw", "angular_velocity": "xyz", "linear_acceleration": "xyz"}
 
 
@@ -32,12 +36,23 @@ class RawTopic(NamedTuple):
     messages: list[bytes]
 
 
+class Decoded(NamedTuple):
+    """The messages of a topic that belong to it, where each stands among the raw ones, and how many do not."""
+
+    messages: list[Any]
+    places: list[int]
+    strays: int
+
+
 class Recording:
     """The content of a bag. A topic is decoded on first access.
 
     Every accessor takes a topic of the graph's interface and raises :class:`BagError` if the bag does not have the
-    topic or has it with another type, if a message cannot be decoded, or if the topic has no such content. A topic
+    topic or has it with another type, if no message can be decoded, or if the topic has no such content. A topic
     without messages gives empty arrays.
+
+    Whoever can publish on a topic is recorded too. Messages that cannot be decoded, or have other names, lengths or
+    stamps than the topic's, are left out as strays, as long as others belong to it.
     """
 
     def __init__(
@@ -49,7 +64,7 @@ class Recording:
         """Custom data from metadata.yaml, e.g. the number of dropped messages; empty if the recorder was killed."""
         self._topics = topics
         self._namespace = namespace
-        self._decoded: dict[str, list[Any]] = {}
+        self._decoded: dict[str, Decoded] = {}
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -63,7 +78,15 @@ class Recording:
 
     def log_times(self, topic: Topic) -> IntArray:
         """Return when each message was recorded, int64[n] in nanoseconds."""
-        return np.array(self._raw(topic).log_times, dtype=np.int64)
+        times = self._raw(topic).log_times
+        if topic.type == _JOINT_STATE:
+            times = [times[place] for place in self._decode(topic).places]
+        return np.array(times, dtype=np.int64)
+
+    @property
+    def strays(self) -> int:
+        """How many messages are left out, of the topics that have been read so far."""
+        return sum(one.strays for one in self._decoded.values())
 
     def stamps(self, topic: Topic) -> IntArray:
         """Return the stamps in the messages' headers, int64[n] in nanoseconds."""
@@ -79,10 +102,7 @@ class Recording:
         """Stamp (ns) of sample 0: that of the last run in the bag, which others began before it have not."""
         if not self.count(RUN_EPOCH):
             return START_STAMP_NS
-        try:
-            epochs = [read_epoch(text) for text in self.texts(RUN_EPOCH)]
-        except ValueError as error:
-            raise self._error(RUN_EPOCH, str(error)) from error
+        epochs = self.read_texts(RUN_EPOCH, read_epoch)
         return next((epoch for epoch in reversed(epochs) if epoch is not None), START_STAMP_NS)
 
     def samples(self, topic: Topic, rate_hz: int) -> IntArray:
@@ -96,7 +116,7 @@ class Recording:
         if topic.type != _JOINT_STATE:
             raise self._error(topic, "its messages have no joint names")
         names = dict.fromkeys(tuple(message.name) for message in self._messages(topic))
-        if len(names) > 1:
+        if len({tuple(sorted(one)) for one in names}) > 1:
             raise self._error(topic, f"names change within the recording: {', '.join(map(str, names))}")
         return next(iter(names), ())
 
@@ -109,8 +129,13 @@ class Recording:
         """
         messages = self._messages(topic)
         values: list[Any] = [getattr(message, name, None) for message in messages]
-        if topic.type == _JOINT_STATE and name in _SEQUENCES:
-            self.joint_names(topic)
+        if topic.type == _JOINT_STATE and name in SEQUENCES:
+            names = self.joint_names(topic)
+            values = [_in_order(message, name, names) for message in messages]
+            width = max(map(len, values), default=0)
+            if content_of(topic) is not None:
+                # a field may be filled in some messages only
+                values = [value if len(value) else [math.nan] * width for value in values]
             try:
                 return np.array(values, dtype=np.float64).reshape(len(values), len(values[0]) if values else 0)
             except ValueError:
@@ -129,6 +154,18 @@ class Recording:
             raise self._error(topic, "its messages are not texts")
         return [message.data for message in self._messages(topic)]
 
+    def read_texts(self, topic: Topic, read: Callable[[str], T]) -> list[T]:
+        """Return what a reader finds in the texts of a topic; those that it refuses are left out, if not all are."""
+        found, refused = [], None
+        for text in self.texts(topic):
+            try:
+                found.append(read(text))
+            except MessageError as error:
+                refused = error
+        if refused is not None and not found:
+            raise self._error(topic, str(refused)) from refused
+        return found
+
     def _raw(self, topic: Topic) -> RawTopic:
         raw = self._topics.get(absolute_name(topic, self._namespace))
         if raw is None:
@@ -138,13 +175,39 @@ class Recording:
         return raw
 
     def _messages(self, topic: Topic) -> list[Any]:
+        return self._decode(topic).messages
+
+    def _decode(self, topic: Topic) -> Decoded:
         raw = self._raw(topic)
         if topic.name not in self._decoded:
-            try:
-                self._decoded[topic.name] = [TYPESTORE.deserialize_cdr(data, raw.type) for data in raw.messages]
-            except Exception as error:  # the decoder raises many kinds of exception on corrupt bytes
-                raise self._error(topic, f"a message cannot be decoded ({type(error).__name__}: {error})") from error
+            self._decoded[topic.name] = self._belonging(topic, raw)
         return self._decoded[topic.name]
+
+    def _belonging(self, topic: Topic, raw: RawTopic) -> Decoded:
+        """Return the messages that belong to a topic, or all that can be decoded where none does."""
+        decoded: list[tuple[int, Any]] = []
+        problem: Exception | None = None
+        for place, data in enumerate(raw.messages):
+            try:
+                decoded.append((place, TYPESTORE.deserialize_cdr(data, raw.type)))
+            except Exception as error:  # the decoder raises many kinds of exception on corrupt bytes
+                problem = error
+        if problem is not None and not decoded:
+            what = f"a message cannot be decoded ({type(problem).__name__}: {problem})"
+            raise self._error(topic, what) from problem
+        content = content_of(topic) if raw.type == _JOINT_STATE else None
+        fitting = decoded if content is None else [one for one in decoded if belongs(one[1], content)]
+        kept = fitting or decoded
+        return Decoded([one for _, one in kept], [place for place, _ in kept], len(raw.messages) - len(kept))
 
     def _error(self, topic: Topic, what: str) -> BagError:
         return BagError(self.path, " ".join(f"{absolute_name(topic, self._namespace)}: {what}".split()))
+
+
+def _in_order(message: Any, field: str, names: tuple[str, ...]) -> Sequence[float]:
+    """Return a field of a JointState in the order of some names; as it is where it has another length."""
+    values: Sequence[float] = getattr(message, field)
+    given = tuple(message.name)
+    if given == names or len(values) != len(names):
+        return values
+    return [values[given.index(name)] for name in names]

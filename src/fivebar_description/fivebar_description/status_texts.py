@@ -1,0 +1,111 @@
+"""The statuses that nodes publish as JSON on String topics: their fields, and readers that refuse everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fivebar_description.outside_text import (
+    Field,
+    either,
+    is_count,
+    is_none,
+    is_number,
+    is_text,
+    list_of,
+    one_line,
+    one_of,
+    read_object,
+)
+
+RUN_STATES = ("running", "completed", "failed")
+"""States of a run."""
+
+GOAL_STATES = ("planning", "moving", "arrived", "refused", "stopped")
+"""States of a request for a motion."""
+
+PROGRAM_STATES = ("idle", "running", "completed", "refused", "stopped")
+"""States of a program."""
+
+LONGEST_REASON = 2000
+"""Largest number of characters of a reason that is kept."""
+
+PID = Field(is_count, "a process id")
+"""The process that publishes a status, by which its launcher knows it."""
+
+_PERCENTILES = ("p50", "p99", "max")
+
+_NUMBERS = list_of(is_number)
+
+
+def _is_latency(value: Any) -> bool:
+    return isinstance(value, dict) and all(is_number(value.get(name)) for name in _PERCENTILES)
+
+
+RUN_STATUS_FIELDS = {
+    "state": Field(one_of(RUN_STATES), f"one of {', '.join(RUN_STATES)}", needed=True),
+    "sample": Field(is_count, "a number of a sample", needed=True),
+    "samples": Field(is_count, "a number of samples", needed=True),
+    "overruns": Field(is_count, "a number of samples"),
+    "latency_ms": Field(either(is_none, _is_latency), f"null or {', '.join(_PERCENTILES)} in ms"),
+    "pid": PID,
+}
+
+PROGRAM_STATUS_FIELDS = {
+    "state": Field(one_of(PROGRAM_STATES), f"one of {', '.join(PROGRAM_STATES)}", needed=True),
+    "program": Field(is_text, "a name"),
+    "step": Field(is_text, "the place of a step"),
+    "line": Field(is_count, "a number"),
+    "done": Field(is_count, "a number"),
+    "of": Field(is_count, "a number"),
+    "reason": Field(is_text, "a text"),
+    "pid": PID,
+}
+
+GOAL_STATUS_FIELDS = {
+    "state": Field(one_of(GOAL_STATES), f"one of {', '.join(GOAL_STATES)}", needed=True),
+    "goal": Field(list_of(either(is_none, is_number), 0, 1, 2), "coordinates in m"),
+    "id": Field(is_text, "a text"),
+    "reason": Field(is_text, "a text"),
+    "first_sample": Field(is_count, "a number of a sample"),
+    "last_sample": Field(is_count, "a number of a sample"),
+    "waypoints": Field(list_of(list_of(is_number, 2)), "pairs of coordinates in m"),
+    "durations_s": Field(_NUMBERS, "durations in s"),
+    "blend_radius": Field(_NUMBERS, "radii in m"),
+    "time_law": Field(is_text, "a name"),
+    "payload_kg": Field(is_number, "a mass in kg"),
+}
+
+
+def _read(text: str, fields: Mapping[str, Field]) -> dict[str, Any]:
+    content = read_object(text, fields)
+    if "reason" in content:
+        content["reason"] = one_line(content["reason"], LONGEST_REASON)
+    return content
+
+
+def read_run_status(text: str) -> dict[str, Any]:
+    """Return the content of a text of `run/status`.
+
+    Raises:
+        MessageError: it is not that of a run.
+    """
+    return _read(text, RUN_STATUS_FIELDS)
+
+
+def read_program_status(text: str) -> dict[str, Any]:
+    """Return the content of a text of `program/status`.
+
+    Raises:
+        MessageError: it is not that of a program.
+    """
+    return _read(text, PROGRAM_STATUS_FIELDS)
+
+
+def read_goal_status(text: str) -> dict[str, Any]:
+    """Return the content of a text of `goal/status`.
+
+    Raises:
+        MessageError: it is not that of a request.
+    """
+    return _read(text, GOAL_STATUS_FIELDS)

@@ -1,0 +1,133 @@
+"""Messages of random and mutated kinds beside a running graph change nothing in it, and the run keeps its result."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from fivebar_command import RUN_DEADLINE, FivebarCommand
+from graph_probe import Bench
+from hostile_messages import HostileMessages
+from std_msgs.msg import String
+
+from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.bag.recording import Recording
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    ESTIMATE_COVARIANCE,
+    ESTIMATE_NAMES,
+    GOAL,
+    GOAL_STATUS,
+    GROUND_TRUTH,
+    JOINT_STATES,
+    JOINTS,
+    MOTOR_STATES,
+    PROGRAM_STATUS,
+    RUN_EPOCH,
+    RUN_PLAN,
+    RUN_READY,
+    RUN_STATUS,
+    TORQUE_COMMAND,
+    TORQUE_REQUESTED,
+    VISION_NAMES,
+    VISION_PLATFORM,
+)
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.ros.domain_member import DomainMember
+from fivebar_description.run_plan import epoch_text, plan_text, read_epoch, read_plan
+
+TEXTS = {
+    RUN_STATUS: json.dumps({"state": "completed", "sample": 7, "samples": 9, "overruns": 3, "pid": 1}),
+    RUN_READY: '{"node": "plant"}',
+    RUN_PLAN: plan_text({"rate_hz": 500}),
+    RUN_EPOCH: epoch_text(1_000_000_000),
+    GOAL_STATUS: json.dumps({"state": "arrived", "goal": [0.0, 0.1]}),
+    PROGRAM_STATUS: json.dumps({"state": "completed", "reason": "none"}),
+}
+JOINT_TOPICS = {
+    GOAL: ("x", "y"),
+    GROUND_TRUTH: JOINTS,
+    TORQUE_REQUESTED: ACTIVE_JOINTS,
+    MOTOR_STATES: ACTIVE_JOINTS,
+    ESTIMATE_COVARIANCE: ESTIMATE_NAMES,
+    VISION_PLATFORM: VISION_NAMES,
+}
+READERS = {RUN_PLAN: read_plan, RUN_EPOCH: read_epoch}
+"""Topics on which a text that is understood would be believed: only what is refused is sent there."""
+
+
+def torques(bag: Recording) -> dict[int, bytes]:
+    """Return the first torque of each stamp, as bytes."""
+    stamps, efforts = bag.stamps(TORQUE_COMMAND), bag.field(TORQUE_COMMAND, "effort")
+    _, first = np.unique(stamps, return_index=True)
+    return {int(stamps[place]): efforts[place].tobytes() for place in first}
+
+
+def is_believed(topic: object, message: object) -> bool:
+    if topic not in READERS:
+        return False
+    if not isinstance(message, String):
+        # damaged bytes may be a valid text after all
+        return True
+    try:
+        READERS[topic](message.data)
+    except MessageError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("count", "segment"),
+    [(1500, 2.0), pytest.param(20_000, 30.0, marks=pytest.mark.extra)],
+    ids=["short", "full"],
+)
+def test_messages_outside_the_chain_change_no_torque(tmp_path: Path, count: int, segment: float) -> None:
+    scenario = tmp_path / "scenario.yaml"
+    waypoints = [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]]
+    content = {"name": "attacked", "waypoints": waypoints, "segment_duration": segment, "force": True}
+    scenario.write_text(yaml.safe_dump(content), encoding="utf-8")
+    last = 1_000_000_000 + round(2 * segment * 1e9)
+    messages = HostileMessages(seed=35)
+    with Bench(tmp_path / "bench") as bench, DomainMember("rogue", bench.domain) as rogue:
+        heard: list[int] = []
+        rogue.listen(JOINT_STATES, lambda message: heard.append(message.header.stamp.sec))
+        publishers = {topic: rogue.advertise(topic) for topic in (*TEXTS, *JOINT_TOPICS)}
+        attacked = FivebarCommand(
+            tmp_path / "run", "run", str(scenario), "--json", "--out", "out", "--domain", str(bench.domain),
+            domain=bench.domain,
+        )  # fmt: skip
+        try:
+            assert rogue.wait_for(lambda: heard, RUN_DEADLINE)
+            topics = [*TEXTS, *JOINT_TOPICS]
+            sent = 0
+            while sent < count:
+                topic = topics[sent % len(topics)]
+                message = messages.texts(TEXTS[topic]) if topic in TEXTS else messages.joints(JOINT_TOPICS[topic])
+                if is_believed(topic, message):
+                    topics = topics[1:] + topics[:1]
+                    continue
+                publishers[topic].publish(message)
+                sent += 1
+            assert attacked.status is None, attacked.stderr
+            assert attacked.finish() == 0, attacked.stderr
+            assert "Traceback" not in attacked.stderr
+        finally:
+            attacked.close()
+    summary = attacked.json()
+    assert summary["faults"] == []
+    assert summary["stray_messages"] > 0
+    clean = FivebarCommand(tmp_path / "clean", "simulate", str(scenario), "--json", "--out", "out")
+    try:
+        assert clean.finish() == 0, clean.stderr
+    finally:
+        clean.close()
+    expected = torques(read_bag(tmp_path / "clean" / "out" / "bag"))
+    assert len(expected) == round(2 * segment * 500) + 1
+    assert max(expected) == last
+    assert torques(read_bag(tmp_path / "run" / "out" / "bag")) == expected
+    logs = "".join(path.read_text(encoding="utf-8") for path in (tmp_path / "run" / "out" / "logs").iterdir())
+    assert "Traceback" not in logs
+    assert "dropped a message on run/plan" in logs
