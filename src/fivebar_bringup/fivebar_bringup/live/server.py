@@ -10,11 +10,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from tornado.httpserver import HTTPServer
+from tornado.http1connection import HTTP1Connection
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
+from fivebar_bringup.live.bounded_server import BoundedServer
 from fivebar_bringup.live.commands import Command, CommandRefused, read_command
 
 ADDRESS = "127.0.0.1"
@@ -51,6 +52,7 @@ class LiveServer:
         self.greetings: dict[str, str] = {}
         """Messages that every new page gets first, by kind."""
         self._clients: set[_Live] = set()
+        self.http: BoundedServer | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ended: asyncio.Event | None = None
         self._running = threading.Event()
@@ -111,7 +113,7 @@ class LiveServer:
         self._loop, self._ended = asyncio.get_running_loop(), asyncio.Event()
         settings: dict[str, Any] = {"websocket_max_message_size": LARGEST, "websocket_ping_interval": 20}
         handlers = [("/", _Page, {"server": self}), ("/live", _Live, {"server": self})]
-        server = HTTPServer(Application(handlers, log_function=lambda handler: None, **settings))
+        server = self.http = BoundedServer(Application(handlers, log_function=lambda handler: None, **settings))
         server.add_sockets(self._sockets)
         self._running.set()
         await self._ended.wait()
@@ -135,6 +137,8 @@ class _Guarded(RequestHandler):
             raise HTTPError(403, reason="unknown host")
         if not secrets.compare_digest(self.get_query_argument("token", "").encode(), self.server.token.encode()):
             raise HTTPError(403, reason="the token in the address is missing or wrong")
+        if self.server.http is not None and isinstance(self.request.connection, HTTP1Connection):
+            self.server.http.admit(self.request.connection.stream)
 
     def set_default_headers(self) -> None:
         self.set_header("Cache-Control", "no-store")

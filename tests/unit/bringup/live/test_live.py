@@ -6,7 +6,9 @@ import asyncio
 import html
 import json
 import re
+import socket
 from collections.abc import Coroutine, Iterator
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,8 @@ import pytest
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
+from fivebar_bringup.live import bounded_server
+from fivebar_bringup.live.bounded_server import MOST_CONNECTIONS
 from fivebar_bringup.live.commands import Command, CommandRefused, read_command
 from fivebar_bringup.live.page import live_page, live_scene
 from fivebar_bringup.live.recovery import ADVICE, UNKNOWN, advice
@@ -134,6 +138,43 @@ def test_the_server_ends_with_its_pages(server: LiveServer) -> None:
 
     assert done(look()) is None
     assert not server._thread.is_alive()
+
+
+def test_connections_without_the_token_keep_nobody_out(server: LiveServer) -> None:
+    """Far more half-open connections than the server holds: silent ones, begun requests, and bytes that are none."""
+    begun = (b"", b"GET / HTTP/1.1\r\nHost: x\r\n", b"\x00\xff" * 100)
+
+    async def look() -> tuple[Any, Any]:
+        page = await connect(server, server.token, own(server))
+        for number in range(4 * MOST_CONNECTIONS):
+            half_open = stack.enter_context(socket.create_connection(("127.0.0.1", server.port), 10.0))
+            half_open.sendall(begun[number % len(begun)])
+        answer = await fetch(server, f"?token={server.token}")
+        server.send('{"plan": 1}')
+        return answer.body, await page.read_message()
+
+    with ExitStack() as stack:
+        assert done(look()) == (b"<p>the page</p>", '{"plan": 1}')
+        assert server.http is not None
+        assert server.http.connections <= MOST_CONNECTIONS
+
+
+def test_a_request_that_is_not_completed_in_time_is_dropped(
+    received: Received, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounded_server, "LONGEST_REQUEST", 0.2)
+    server = LiveServer("<p>the page</p>", 0, received.append)
+    unfinished = f"GET /?token={server.token} HTTP/1.1\r\nHost: "
+    try:
+        for begun in (b"", unfinished.encode(), b"A" * 20_000):
+            # the other end closes it, with or without saying why
+            connection = socket.create_connection(("127.0.0.1", server.port), 30.0)
+            with connection, suppress(ConnectionResetError, BrokenPipeError):
+                connection.sendall(begun)
+                while connection.recv(4096):
+                    pass
+    finally:
+        server.stop()
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ from fivebar_description.interface import (
     IMU_ERROR,
     JOINT_STATES,
     JOINTS,
+    RUN_EPOCH,
     RUN_STATUS,
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
@@ -276,6 +277,35 @@ def test_recording_says_what_it_does_not_have(tmp_path: Path) -> None:
             request()
         assert str(caught.value).startswith(f"{tmp_path / 'run'}: ")
         assert "\n" not in str(caught.value)
+
+
+def test_messages_of_others_are_left_out_and_counted(tmp_path: Path) -> None:
+    """Whoever publishes on a topic is recorded; the graph's own messages are read all the same."""
+    still = (0.0, 0.0)
+    strays = [
+        serialize.joint_state(1, ["q11"] * 300, effort=[1.0] * 300),
+        serialize.joint_state(1, ["q11", "q22"], effort=still),
+        serialize.joint_state(1, ["q11", "q21"], effort=[1.0]),
+        serialize.joint_state(1, ["q11", "q21"]),
+        serialize.joint_state(1, ["q11", "q21"], effort=still)[:40],
+        b"",
+    ]
+    with BagWriter(tmp_path / "run", [TORQUE_COMMAND, RUN_EPOCH]) as writer:
+        for number, stray in enumerate(strays):
+            writer.write(TORQUE_COMMAND, 10 * number, stray)
+            writer.write(
+                TORQUE_COMMAND, 10 * number + 1, serialize.joint_state(number, ["q11", "q21"], effort=[number, -1.0])
+            )
+        writer.write(TORQUE_COMMAND, 90, serialize.joint_state(90, ["q21", "q11"], still, effort=[-1.0, 90.0]))
+        for text in ("[" * 5000, '{"epoch_ns": 5}', "x"):
+            writer.write(RUN_EPOCH, 95, serialize.string(text))
+    recording = read_bag(tmp_path / "run")
+    assert recording.stamps(TORQUE_COMMAND).tolist() == [0, 1, 2, 3, 4, 5, 90]
+    assert recording.log_times(TORQUE_COMMAND).tolist() == [1, 11, 21, 31, 41, 51, 90]
+    assert recording.field(TORQUE_COMMAND, "effort").tolist() == [[number, -1.0] for number in (0, 1, 2, 3, 4, 5, 90)]
+    assert np.isnan(recording.field(TORQUE_COMMAND, "position")).tolist() == [[True] * 2] * 6 + [[False] * 2]
+    assert recording.epoch_ns == 5
+    assert recording.strays == len(strays)
 
 
 def test_names_are_absolute_in_the_namespace(tmp_path: Path) -> None:
