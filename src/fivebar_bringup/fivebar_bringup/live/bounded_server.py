@@ -29,16 +29,15 @@ class BoundedServer(HTTPServer):
         # HTTPServer is made by `initialize`
         self._admitted: dict[IOStream, bool] = {}
 
-    def initialize(self, application: Application, **settings: Any) -> None:
+    def initialize(self, *arguments: Any, **settings: Any) -> None:
         """Set the limits."""
-        super().initialize(
-            application,
-            idle_connection_timeout=LONGEST_REQUEST,
-            body_timeout=LONGEST_REQUEST,
-            max_header_size=LARGEST_HEADER,
-            max_body_size=LARGEST_BODY,
-            **settings,
-        )
+        limits: dict[str, Any] = {
+            "idle_connection_timeout": LONGEST_REQUEST,
+            "body_timeout": LONGEST_REQUEST,
+            "max_header_size": LARGEST_HEADER,
+            "max_body_size": LARGEST_BODY,
+        }
+        super().initialize(*arguments, **limits | settings)
 
     def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
         """Take a new connection, where there is room or can be made."""

@@ -129,7 +129,7 @@ class Summary:
     dropped_messages: int | None
     error_tolerance_m: float
     within_tolerance: bool
-    stray_messages: int = 0
+    stray_messages: int
 
     @property
     def completed(self) -> bool:
