@@ -30,7 +30,7 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
     if recording.count(GOAL_STATUS) == 0:
         return plan
     try:
-        statuses = recording.read_texts(GOAL_STATUS, read_goal_status)
+        statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False)
         moved = [status for status in statuses if status["state"] == "moving" and status.keys() >= MOVES]
         segments: list[AnySegment] = list(plan.path.segments)
         crossings = list(plan.crossings)

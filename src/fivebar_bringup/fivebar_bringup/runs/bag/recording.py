@@ -79,7 +79,7 @@ class Recording:
     def log_times(self, topic: Topic) -> IntArray:
         """Return when each message was recorded, int64[n] in nanoseconds."""
         times = self._raw(topic).log_times
-        if topic.type == _JOINT_STATE:
+        if topic.type in (_JOINT_STATE, _STRING):
             times = [times[place] for place in self._decode(topic).places]
         return np.array(times, dtype=np.int64)
 
@@ -154,15 +154,24 @@ class Recording:
             raise self._error(topic, "its messages are not texts")
         return [message.data for message in self._messages(topic)]
 
-    def read_texts(self, topic: Topic, read: Callable[[str], T]) -> list[T]:
-        """Return what a reader finds in the texts of a topic; those that it refuses are left out, if not all are."""
+    def read_texts(self, topic: Topic, read: Callable[[str], T], needed: bool = True) -> list[T]:
+        """Return what a reader finds in the texts of a topic; those that it refuses are left out.
+
+        Where it refuses all of them that is an error, unless the graph itself may have published none.
+        """
         found, refused = [], None
-        for text in self.texts(topic):
+        try:
+            texts = self.texts(topic)
+        except BagError:
+            if needed:
+                raise
+            return []
+        for text in texts:
             try:
                 found.append(read(text))
             except MessageError as error:
                 refused = error
-        if refused is not None and not found:
+        if refused is not None and not found and needed:
             raise self._error(topic, str(refused)) from refused
         return found
 
