@@ -5,6 +5,7 @@ Every run of the installed command takes seconds of processor time to load modul
 
 from __future__ import annotations
 
+import importlib
 import multiprocessing
 import os
 
@@ -13,6 +14,22 @@ from forked_node import close_inherited
 from fivebar_bringup.cli.main import main as run_command
 from fivebar_bringup.runs import node_processes
 from fivebar_bringup.runs.node_starter import StartRequest, start
+
+LOADED = (
+    "numba",
+    "fivebar_bringup.report.gallery",
+    "fivebar_bringup.report.report",
+    "fivebar_bringup.runs.admission",
+    "fivebar_bringup.runs.offline",
+    "fivebar_bringup.runs.run",
+    "fivebar_bringup.studies.goto.program",
+    "fivebar_bringup.studies.goto.stand",
+    "fivebar_bringup.studies.goto.transfer_report",
+)
+"""What commands load in their bodies, beside the nodes."""
+
+for name in LOADED:
+    importlib.import_module(name)
 
 
 def main() -> None:
