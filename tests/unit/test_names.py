@@ -1,0 +1,152 @@
+"""The tests of a module are found by its name, or in the table here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1]
+SRC = TESTS.parent / "src"
+PACKAGES = ("fivebar_description", "fivebar_control", "fivebar_sim", "fivebar_bringup")
+
+ELSEWHERE = {
+    "unit/test_parsers_refuse.py": ("fivebar_description.strict_yaml", "fivebar_description.outside_text"),
+    "unit/test_robot_doc.py": ("fivebar_control.hardware.board_file",),
+    "unit/test_run_table_doc.py": ("fivebar_description.run_quantities",),
+    "unit/test_settings_doc.py": ("fivebar_bringup.settings_page",),
+    "unit/description/test_messages.py": ("fivebar_description.joint_sample",),
+    "unit/description/test_robot_description.py": ("fivebar_description.mass_split",),
+    "unit/description/test_robot_file.py": ("fivebar_description.physical_bounds",),
+    "unit/description/test_watches.py": (
+        "fivebar_description.ros.latency_watch",
+        "fivebar_description.ros.rate_watch",
+    ),
+    "unit/control/estimation/test_ekf_ambiguity.py": ("fivebar_control.estimation.mirror",),
+    "unit/control/estimation/test_ekf_encoder.py": (
+        "fivebar_description.passive_encoder",
+        "fivebar_sim.passive_encoder",
+    ),
+    "unit/control/estimation/test_measurement_rows.py": ("fivebar_description.tolerances",),
+    "unit/control/estimation/test_readings.py": ("fivebar_description.known_sensors",),
+    "unit/control/hardware/test_configuration.py": ("fivebar_control.hardware.drive_setup",),
+    "unit/control/hardware/test_inner_loop.py": ("fivebar_control.hardware.board_units",),
+    "unit/control/hardware/test_waiting_session.py": ("fivebar_control.hardware.drive_session",),
+    "unit/control/laws/test_multi_model.py": ("fivebar_control.trajectory.criterion",),
+    "unit/control/laws/test_robot_sizes.py": (
+        "fivebar_bringup.robot_defaults",
+        "fivebar_description.known_drives",
+        "fivebar_description.tuning",
+    ),
+    "unit/control/planning/test_compiled_screen.py": (
+        "fivebar_control.machine_code",
+        "fivebar_control.trajectory.desired",
+    ),
+    "unit/control/planning/test_passage.py": ("fivebar_bringup.studies.passage_study",),
+    "unit/control/planning/test_tube.py": ("fivebar_bringup.simulation.uncompiled",),
+    "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
+    "unit/control/trajectory/test_passage_torques.py": ("fivebar_control.trajectory.way",),
+    "unit/control/trajectory/test_path.py": ("fivebar_control.trajectory.time_law",),
+    "unit/control/trajectory/test_planner.py": ("fivebar_control.trajectory.locus_search",),
+    "unit/control/vision/test_camera_calibration.py": (
+        "fivebar_control.vision.camera_file",
+        "fivebar_control.vision.native_output",
+    ),
+    "unit/control/vision/test_localisation.py": (
+        "fivebar_control.vision.detector",
+        "fivebar_control.vision.sight",
+        "fivebar_description.camera_model",
+        "fivebar_sim.vision.markers",
+        "fivebar_sim.vision.renderer",
+    ),
+    "unit/bringup/runs/test_bag.py": ("fivebar_description.topic_contents",),
+    "unit/bringup/studies/test_bench.py": ("fivebar_bringup.nodes.bare_chain",),
+    "launch/test_launch_files.py": ("fivebar_bringup.ros.launched_run",),
+    "system/test_camera_by_the_clock.py": ("fivebar_control.nodes.vision_listener",),
+    "system/test_law_from_elsewhere.py": ("fivebar_control.nodes.law_controller",),
+    "unit/sim/test_boards.py": ("fivebar_sim.emulated_hardware", "fivebar_sim.serving"),
+    "unit/sim/test_camera_frames.py": ("fivebar_sim.vision.sights",),
+    "unit/sim/test_motor_board.py": ("fivebar_control.hardware.drive_interface", "fivebar_description.board_file"),
+    "unit/bringup/report/test_analysis.py": ("fivebar_bringup.simulation.offline",),
+    "unit/bringup/runs/test_injection.py": ("fivebar_sim.hardware_kinds",),
+    "unit/bringup/runs/test_rehearsal_effects.py": ("fivebar_sim.emulation_file",),
+    "unit/bringup/runs/test_results.py": ("fivebar_bringup.studies.study_directory",),
+    "unit/bringup/simulation/test_engine.py": (
+        "fivebar_bringup.simulation.case",
+        "fivebar_bringup.simulation.outcome",
+    ),
+    "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_bringup.simulation.vision",),
+    "unit/bringup/studies/test_benchmark.py": ("fivebar_bringup.studies.intervals",),
+    "unit/bringup/studies/test_calibrated_crossings.py": ("fivebar_bringup.simulation.guided",),
+    "unit/bringup/studies/test_reproduce.py": (
+        "fivebar_bringup.simulation.run_in_memory",
+        "fivebar_bringup.studies.vision_accuracy",
+    ),
+    "unit/bringup/test_entry.py": ("fivebar_bringup.cli.main", "fivebar_bringup.cli.words"),
+    "unit/bringup/test_file_format.py": ("fivebar_bringup.file_schemas",),
+    "unit/bringup/test_scenario_settings.py": ("fivebar_description.shared_settings",),
+    "unit/bringup/test_version.py": ("fivebar_bringup.cli.app",),
+    "ros/test_dextar_bridge.py": ("fivebar_control.ros.drive_bridge",),
+    "ros/test_domain_member.py": ("fivebar_description.ros.qos",),
+    "ros/test_goals.py": ("fivebar_bringup.nodes.goal_client", "fivebar_control.ros.goal_server"),
+    "ros/test_motkin_bridge.py": ("fivebar_control.ros.inner_loop_targets",),
+    "ros/test_answers.py": (
+        "fivebar_control.nodes.ctc_controller",
+        "fivebar_control.nodes.imu_listener",
+        "fivebar_control.nodes.unified_controller",
+        "fivebar_control.nodes.vhc_controller",
+        "fivebar_control.ros.controller_node",
+        "fivebar_description.ros.sampling_node",
+    ),
+    "ros/test_node_parameters.py": ("fivebar_control.ros.motion_parameters", "fivebar_control.ros.node_settings"),
+    "ros/test_plant_node.py": ("fivebar_sim.ros.node_settings", "fivebar_sim.ros.run_progress"),
+    "ros/test_run_plan.py": ("fivebar_control.nodes.trajectory_generator", "fivebar_description.ros.run_agreement"),
+    "ros/test_signals.py": ("fivebar_description.ros.exit_timer",),
+    "ros/test_viewer.py": (
+        "fivebar_bringup.cli.viewing",
+        "fivebar_bringup.live.ros.graph_states",
+        "fivebar_bringup.live.ros.parameter_query",
+        "fivebar_bringup.live.ros.sample_feed",
+        "fivebar_bringup.live.ros.triggers",
+    ),
+    "ros/test_diagnostics.py": ("fivebar_bringup.cli.status", "fivebar_bringup.nodes.diagnostics_listener"),
+    "ros/test_foreign_statuses.py": (
+        "fivebar_bringup.nodes.run_monitor",
+        "fivebar_description.process_names",
+        "fivebar_description.status_texts",
+    ),
+    "system/test_command.py": (
+        "fivebar_bringup.cli.guide",
+        "fivebar_bringup.cli.running",
+        "fivebar_bringup.cli.studies",
+    ),
+    "unit/bringup/studies/test_maps.py": ("fivebar_control.workspace.fields", "fivebar_control.workspace.loci"),
+    "unit/sim/test_mujoco.py": ("fivebar_sim.mujoco_model", "fivebar_sim.mujoco_motion"),
+}
+"""Where modules are tested that a test of another name covers."""
+
+
+def modules() -> set[str]:
+    """Every module of the packages by its full name, but those that only name a package or run one."""
+    found = (path for package in PACKAGES for path in (SRC / package / package).rglob("*.py"))
+    return {
+        ".".join(path.relative_to(SRC).with_suffix("").parts[1:])
+        for path in found
+        if path.stem not in ("__init__", "__main__")
+    }
+
+
+def is_found(module: str, names: set[str]) -> bool:
+    """Whether the name of a test begins or ends with that of the module or of its folder, be it singular or plural."""
+    *_, folder, own = module.split(".")
+    told = {own} if folder in ("ros", "nodes") else {own, folder}
+    words = {one for name in told for one in (name, f"{name}s", name.removesuffix("s"))}
+    starts, ends = tuple(f"{word}_" for word in words), tuple(f"_{word}" for word in words)
+    return any(name in words or name.startswith(starts) or name.endswith(ends) for name in names)
+
+
+def test_every_module_has_a_test_that_is_found_by_its_name() -> None:
+    names = {path.stem.removeprefix("test_") for path in TESTS.rglob("test_*.py")}
+    listed = {module for tested in ELSEWHERE.values() for module in tested}
+    unfound = {module for module in modules() if not is_found(module, names)}
+    assert not unfound - listed, "expected a test named after the module or its folder, or a line in ELSEWHERE"
+    assert not listed - unfound, "expected no line in ELSEWHERE: the module is gone, or a test has its name"
+    assert not {path for path in ELSEWHERE if not (TESTS / path).is_file()}
