@@ -84,6 +84,12 @@ NamespaceOption = Annotated[
     str, typer.Option(metavar="NAME", help="Namespace of all nodes, for several robots in one domain [default: none]")
 ]
 
+RecordedNamespaceOption = Annotated[
+    str | None,
+    typer.Option(
+        "--namespace", metavar="NAME", help="Namespace of the topics in the bag [default: the one that has the robot's]"
+    ),
+]
 RealtimeOption = Annotated[
     bool, typer.Option("--realtime", help="Follow the clock instead of waiting for every node (lockstep).")
 ]

@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.app import (
+    JsonOption,
+    RecordedNamespaceOption,
+    command,
+    input_errors,
+)
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.interrupts import keyboard_interrupts
 
 if TYPE_CHECKING:
@@ -50,6 +56,7 @@ def calibrate(
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/calibrate-ROBOT-DATE-TIME]"),
     ] = None,
+    namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate lengths, bases, encoder zeros and IMU of the robot in BAG, and write them as a robot file.
@@ -63,9 +70,10 @@ def calibrate(
     from fivebar_bringup.studies.calibrate.page import quality_rows
 
     with input_errors(), keyboard_interrupts():
-        result = calibrate_bag(bags[0], robot, touched, encoders_only, camera)
+        within = None if namespace is None else read_namespace(namespace)
+        result = calibrate_bag(bags[0], robot, touched, encoders_only, camera, None, within)
         for bag in bags[1:]:
-            result = calibrate_bag(bag, robot, None, encoders_only, camera, result)
+            result = calibrate_bag(bag, robot, None, encoders_only, camera, result, within)
         directory = write_calibration(result, out, drives)
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))

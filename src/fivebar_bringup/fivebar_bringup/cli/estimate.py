@@ -9,8 +9,14 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.app import (
+    JsonOption,
+    RecordedNamespaceOption,
+    command,
+    input_errors,
+)
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.interrupts import keyboard_interrupts
 
 
@@ -34,6 +40,7 @@ def estimate(
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/estimate-NAME-DATE-TIME]"),
     ] = None,
+    namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run the record in BAG through the estimator again, with other settings, and show how consistent it is.
@@ -45,7 +52,8 @@ def estimate(
     from fivebar_bringup.studies.estimate.estimate import estimate_bag, write_estimation
 
     with input_errors(), keyboard_interrupts():
-        estimation = estimate_bag(bag, file, settings or [], scenario)
+        within = None if namespace is None else read_namespace(namespace)
+        estimation = estimate_bag(bag, file, settings or [], scenario, within)
         directory = write_estimation(estimation, out)
     if as_json:
         print(json.dumps(estimation.as_json(), indent=2, allow_nan=False))

@@ -10,8 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.app import (
+    JsonOption,
+    RecordedNamespaceOption,
+    command,
+    input_errors,
+)
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -55,6 +61,7 @@ def identify(
             " write the robot's file with the bandwidth that they allow.",
         ),
     ] = False,
+    namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Identify inertias, mass and friction of the robot in BAG, and write them as a parameter file.
@@ -66,15 +73,16 @@ def identify(
     from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
 
     with input_errors(), keyboard_interrupts():
+        within = None if namespace is None else read_namespace(namespace)
         if cogging is not None and resonance:
             raise InputError("--resonance: expected without --cogging")
         if resonance:
-            _find_resonance(bag, robot, out, as_json)
+            _find_resonance(bag, robot, out, as_json, within)
             return
         if cogging is not None:
-            _map(bag, robot, cogging, out, as_json)
+            _map(bag, robot, cogging, out, as_json, within)
             return
-        findings = identify_bag(bag, robot)
+        findings = identify_bag(bag, robot, within)
         directory = write_identification(findings, out)
     if as_json:
         print(json.dumps(findings.as_json(), indent=2, allow_nan=False))
@@ -90,7 +98,7 @@ def identify(
     printer.print(f"parameter file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
 
 
-def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: bool) -> None:
+def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: bool, namespace: str | None) -> None:
     """Print the transmissions, and write the robot's file.
 
     Raises:
@@ -99,7 +107,7 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     from fivebar_bringup.studies.identify.resonance import resonance_of_bag, write_resonance
     from fivebar_bringup.studies.identify.result import INTERVALS
 
-    result = resonance_of_bag(bag, robot)
+    result = resonance_of_bag(bag, robot, namespace)
     file = write_resonance(result, out)
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))
@@ -121,7 +129,7 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     printer.print(f"parameter file {file}, {change}", soft_wrap=True)
 
 
-def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: bool) -> None:
+def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: bool, namespace: str | None) -> None:
     """Print the maps of the motors.
 
     Raises:
@@ -131,7 +139,7 @@ def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: 
 
     if out is not None:
         raise InputError("--out: expected without --cogging, whose map is printed")
-    motors = map_bag(bag, robot, _periods(cogging))
+    motors = map_bag(bag, robot, _periods(cogging), namespace)
     if as_json:
         print(json.dumps({"motors": [motor.as_json() for motor in motors]}, indent=2, allow_nan=False))
     else:

@@ -19,6 +19,7 @@ from fivebar_bringup.cli.app import (
     OwnDomainOption,
     PageOption,
     RealtimeOption,
+    RecordedNamespaceOption,
     ScenarioArgument,
     command,
     input_errors,
@@ -225,6 +226,7 @@ def report(
     ],
     gif: Annotated[bool, typer.Option("--gif", help="Also write the robot's motion as animation.gif.")] = False,
     mp4: Annotated[bool, typer.Option("--mp4", help="Also write animation.mp4, which needs ffmpeg.")] = False,
+    namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Recreate figures, page and summary of the run in DIR from its bag; with OTHER, a page that plays both runs.
@@ -240,9 +242,10 @@ def report(
     with input_errors():
         if others:
             _overlay(run_directory, others, gif or mp4, as_json)
-        summary = write_report(run_directory)
+        within = None if namespace is None else read_namespace(namespace)
+        summary = write_report(run_directory, namespace=within)
         for suffix in [name for name, wanted in (("gif", gif), ("mp4", mp4)) if wanted]:
-            path = write_animation(run_directory, suffix)
+            path = write_animation(run_directory, suffix, within)
             if not as_json:
                 Printer().print(f"animation: {path}", soft_wrap=True)
     _finish(run_directory, summary, as_json)

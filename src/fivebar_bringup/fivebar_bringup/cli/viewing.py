@@ -20,6 +20,7 @@ from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.errors import InputError
+from fivebar_description.interpreter import module_command
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
         return
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         viewer = subprocess.Popen(
-            [sys.executable, "-m", VIEWER, "--ros-args", *remapping(namespace), "-p", "told_on_input:=true"],
+            [*module_command(VIEWER), "--ros-args", *remapping(namespace), "-p", "told_on_input:=true"],
             env={**os.environ, "ROS_DOMAIN_ID": str(chosen)},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

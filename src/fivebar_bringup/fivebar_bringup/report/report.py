@@ -19,16 +19,17 @@ from fivebar_description.interrupts import interrupts_allowed
 from fivebar_description.strict_yaml import InputError
 
 
-def write_report(run: RunDirectory, with_page: bool = True) -> Summary:
+def write_report(run: RunDirectory, with_page: bool = True, namespace: str | None = None) -> Summary:
     """Write summary, figures and page of a run into its directory, each file in one step, and return the summary.
 
-    Without the page only the summary is written. A block that defers interrupts defers none of the page.
+    Without the page only the summary is written. A block that defers interrupts defers none of the page. `namespace` is
+    that of the topics, None for the one that the bag has.
 
     Raises:
         InputError: the directory does not hold a run, or cannot be written to.
         BagError: the bag cannot be read or does not hold a run of the scenario.
     """
-    recorded = _read(run)
+    recorded = _read(run, namespace)
     summary = recorded.analysis.summary
     # first and by itself: it is there whatever becomes of the page
     write_results(run.path, {run.summary.name: json_text(summary.as_json())}, {})
@@ -71,17 +72,17 @@ def write_overlay(first: RunDirectory, second: RunDirectory) -> tuple[Path, tupl
     return page, summaries
 
 
-def read_analysis(run: RunDirectory) -> RunAnalysis:
+def read_analysis(run: RunDirectory, namespace: str | None = None) -> RunAnalysis:
     """Read a run from its directory.
 
     Raises:
         InputError: the directory does not hold a run.
         BagError: the bag cannot be read or does not hold a run of the scenario.
     """
-    return _read(run).analysis
+    return _read(run, namespace).analysis
 
 
-def write_animation(run: RunDirectory, suffix: str) -> Path:
+def write_animation(run: RunDirectory, suffix: str, namespace: str | None = None) -> Path:
     """Write a picture of a run that moves into its directory, as `gif` or `mp4`, and return its path.
 
     Raises:
@@ -91,7 +92,7 @@ def write_animation(run: RunDirectory, suffix: str) -> Path:
     """
     from fivebar_bringup.report.animation import animate
 
-    analysis = read_analysis(run)
+    analysis = read_analysis(run, namespace)
     if not analysis.series.sample.size:
         raise InputError(f"{run.path}: the bag holds no sample of the run, so nothing would move")
     path = run.path / f"animation.{suffix}"
@@ -106,10 +107,10 @@ class _Recorded(NamedTuple):
     faults: list[FaultMark]
 
 
-def _read(run: RunDirectory) -> _Recorded:
+def _read(run: RunDirectory, namespace: str | None = None) -> _Recorded:
     scenario = run.read_scenario()
     timing = read_timing(run.timing)
-    recording = read_bag(run.bag)
+    recording = read_bag(run.bag, namespace)
     plan = plan_with_requests(recording, scenario)
     series = read_series(recording, scenario, plan)
     summary = summarize(recording, series, scenario, timing, plan)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Mapping
 
 from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
+from fivebar_description.interpreter import module_command
 from fivebar_description.ros_environment import domain_of_environment
 
-COMMAND = (sys.executable, "-m", "fivebar_bringup.cli.entry")
+COMMAND = tuple(module_command("fivebar_bringup.cli.entry"))
 
 
 def run_command(

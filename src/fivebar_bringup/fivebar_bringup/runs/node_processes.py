@@ -8,7 +8,6 @@ import os
 import select
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from pathlib import Path
 from fivebar_bringup.runs.node_starter import NodeCommand, StartRequest
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_description.interpreter import module_command
 
 STARTER = "fivebar_bringup.runs.node_starter"
 
@@ -125,7 +125,7 @@ def _fork(request: StartRequest, domain: int) -> None:
         NodesNotStarted: it has failed.
     """
     starter = subprocess.Popen(
-        [sys.executable, "-m", STARTER, json.dumps(request.as_dict())],
+        [*module_command(STARTER), json.dumps(request.as_dict())],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         # the starter loads numpy, whose linear algebra otherwise starts threads that a fork does not copy

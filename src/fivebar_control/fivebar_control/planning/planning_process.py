@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from functools import lru_cache
 from multiprocessing.connection import Connection, Pipe
 from typing import Any, NamedTuple, cast
@@ -27,6 +26,7 @@ from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import kept_clear_of
+from fivebar_description.interpreter import module_command
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import laden
 from fivebar_description.robot_file import RobotFile, read_robot
@@ -122,7 +122,7 @@ class PlanningProcess:
         # not forked, since a process with threads, as a node is, must not be
         connection, far_end = Pipe()
         self._process = subprocess.Popen(
-            [sys.executable, "-m", WORKER, str(far_end.fileno())],
+            [*module_command(WORKER), str(far_end.fileno())],
             stdin=subprocess.DEVNULL,
             pass_fds=(far_end.fileno(),),
             # an interrupt is for the parent, who then ends this process

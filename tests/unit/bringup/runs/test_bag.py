@@ -27,6 +27,7 @@ from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name, type_
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.bag.tail import PAGE
 from fivebar_bringup.runs.bag.writer import RECORDING_RECORD, BagWriter
+from fivebar_bringup.studies.identify.reading import joint_columns
 from fivebar_description.interface import (
     FAULTS,
     IMU_DATA,
@@ -321,8 +322,43 @@ def test_a_bag_of_several_robots_is_refused(tmp_path: Path) -> None:
     topics = [JOINT_STATES, JOINT_STATES._replace(name="left/joint_states")]
     with BagWriter(tmp_path / "run", topics):
         pass
-    with pytest.raises(BagError, match="several namespaces, /, /left: expected one"):
+    with pytest.raises(BagError, match="several namespaces, /, /left: expected one, by --namespace"):
         read_bag(tmp_path / "run")
+
+
+def other_robot(stamp: int) -> bytes:
+    return serialize.joint_state(stamp, ["shoulder", "elbow"], [1.0, 2.0])
+
+
+def test_another_robot_beside_ours_is_passed_over(tmp_path: Path) -> None:
+    """By the names of the joints, whatever the namespaces are and which of them comes first."""
+    for number, (own, other) in enumerate((("", "ur5"), ("left", ""), ("ur5", "arm"))):
+        path = tmp_path / str(number)
+        theirs, ours = (Topic(f"/{name}/joint_states".replace("//", "/"), JOINT_STATES.type) for name in (other, own))
+        with BagWriter(path, [theirs, ours]) as writer:
+            writer.write(theirs, 1, other_robot(1))
+            writer.write(ours, 2, serialize.joint_state(2, JOINTS, [0.1, 0.2, 0.3, 0.4]))
+        assert read_bag(path).field(JOINT_STATES, "position").tolist() == [[0.1, 0.2, 0.3, 0.4]]
+        with pytest.raises(BagError, match="joint_states: has no q11"):
+            joint_columns(read_bag(path, other), JOINT_STATES, JOINTS, "position")
+
+
+def test_joints_are_found_by_their_names_among_others(tmp_path: Path) -> None:
+    """A gripper on the same topic, in messages of its own or in ours, and joints in another order."""
+    path = tmp_path / "run"
+    with BagWriter(path, [JOINT_STATES]) as writer:
+        writer.write(JOINT_STATES, 5, serialize.joint_state(10, ["gripper"], [9.0]))
+        writer.write(JOINT_STATES, 6, serialize.joint_state(11, JOINTS, [0.1, 0.2, 0.3, 0.4]))
+        writer.write(JOINT_STATES, 7, serialize.joint_state(12, ["gripper"], [9.0]))
+        mixed = ["gripper", "q22", "q21", "q12", "q11"]
+        writer.write(
+            JOINT_STATES, 8, serialize.joint_state(13, mixed, [9.0, 0.8, 0.7, 0.6, 0.5], (), [9.0, 4, 3, 2, 1])
+        )
+    bag = read_bag(path)
+    assert bag.joint_names(JOINT_STATES) == JOINTS
+    assert bag.stamps(JOINT_STATES).tolist() == [11, 13]
+    assert bag.log_times(JOINT_STATES).tolist() == [6, 8]
+    assert bag.field(JOINT_STATES, "position").tolist() == [[0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8]]
 
 
 def test_other_stamped_messages_can_be_recorded_too(tmp_path: Path) -> None:

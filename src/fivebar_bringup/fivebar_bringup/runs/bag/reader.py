@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from rosbags.rosbag2 import Reader
 
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.runs.bag.recording import RawTopic, Recording
+from fivebar_bringup.runs.bag.definitions import TYPESTORE
+from fivebar_bringup.runs.bag.recording import RawTopic, Recording, has_names
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, RUN_READY
+from fivebar_description.topic_contents import Content, content_of
 
 __all__ = ["RawTopic", "Recording", "read_bag"]
 
 
 ALWAYS_RECORDED = (JOINT_STATES, MOTOR_STATES, RUN_READY)
 """Topics by which the namespace of a run is found, the first that a bag has."""
+
+
+SEARCHED = 1000
+"""Messages of a topic among which the robot's joints are looked for."""
 
 
 def read_bag(directory: Path, namespace: str | None = None) -> Recording:
@@ -40,17 +47,32 @@ def read_bag(directory: Path, namespace: str | None = None) -> Recording:
     return Recording(directory, topics, custom_data, _found(directory, topics) if namespace is None else namespace)
 
 
-def _found(directory: Path, topics: Iterable[str]) -> str:
-    """Return the namespace of a bag with these topics (absolute names), "" for none; BagError for several."""
+def _found(directory: Path, topics: Mapping[str, RawTopic]) -> str:
+    """Return the namespace of the robot's run in a bag, "" for none; BagError where several runs are in it.
+
+    A namespace whose joint states are of another robot is none of a run.
+    """
     for known in ALWAYS_RECORDED:
         end = f"/{known.name}"
-        namespaces = sorted(name.removesuffix(end) for name in topics if name.endswith(end))
-        if len(namespaces) > 1:
-            shown = ", ".join(namespace or "/" for namespace in namespaces)
-            raise BagError(directory, f"holds the runs of several namespaces, {shown}: expected one")
-        if namespaces:
-            return namespaces[0]
+        named = sorted(name.removesuffix(end) for name in topics if name.endswith(end))
+        own = [namespace for namespace in named if _is_own(topics[f"{namespace}{end}"], content_of(known))]
+        if len(own) > 1:
+            shown = ", ".join(namespace or "/" for namespace in own)
+            raise BagError(directory, f"holds the runs of several namespaces, {shown}: expected one, by --namespace")
+        if own:
+            return own[0]
     return ""
+
+
+def _is_own(topic: RawTopic, content: Content | None) -> bool:
+    """Return whether a topic is of a run: one of joint states has the robot's, unless it has no message."""
+    if content is None or not topic.messages:
+        return True
+    with suppress(Exception):  # the decoder raises many kinds of exception on corrupt bytes
+        some = (TYPESTORE.deserialize_cdr(data, topic.type) for data in topic.messages[:SEARCHED])
+        return any(has_names(message, content.names) for message in some)
+    # what is wrong with it is said by whoever reads it
+    return True
 
 
 def _read(directory: Path) -> tuple[dict[str, RawTopic], dict[str, str], int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -205,12 +206,31 @@ class Recording:
             what = f"a message cannot be decoded ({type(problem).__name__}: {problem})"
             raise self._error(topic, what) from problem
         content = content_of(topic) if raw.type == _JOINT_STATE else None
+        if content is not None:
+            decoded = [(place, _restricted(message, content.names)) for place, message in decoded]
         fitting = decoded if content is None else [one for one in decoded if belongs(one[1], content)]
         kept = fitting or decoded
         return Decoded([one for _, one in kept], [place for place, _ in kept], len(raw.messages) - len(kept))
 
     def _error(self, topic: Topic, what: str) -> BagError:
         return BagError(self.path, " ".join(f"{absolute_name(topic, self._namespace)}: {what}".split()))
+
+
+def _restricted(message: Any, names: tuple[str, ...]) -> Any:
+    """Return a JointState without the joints of others, such as a gripper's; as it is where some of `names` lack."""
+    given = list(message.name)
+    if len(given) == len(names) or not has_names(message, names):
+        return message
+    places = [given.index(name) for name in names]
+    fields = {
+        field: values[places] if len(values := getattr(message, field)) == len(given) else values for field in SEQUENCES
+    }
+    return dataclasses.replace(message, name=list(names), **fields)
+
+
+def has_names(message: Any, names: Sequence[str]) -> bool:
+    """Return whether a JointState is of these quantities, and maybe of others."""
+    return set(names) <= set(message.name)
 
 
 def _in_order(message: Any, field: str, names: tuple[str, ...]) -> Sequence[float]:

@@ -35,6 +35,7 @@ def calibrate_bag(
     encoders_only: bool = False,
     camera: bool = True,
     known: CalibrationResult | None = None,
+    namespace: str | None = None,
 ) -> CalibrationResult:
     """Calibrate the robot of a bag or of a run's directory, starting from the run's robot file or a given one.
 
@@ -45,12 +46,13 @@ def calibrate_bag(
         encoders_only: use the motors' turning points on the Type 2 locus alone.
         camera: use the platform's positions by a camera, where the bag has them.
         known: the calibration from earlier bags of the same robot.
+        namespace: of the topics, None for the one that the bag has.
 
     Raises:
         InputError: the bag, the robot or the motion is unsuitable.
         BagError: the bag cannot be read or lacks a topic.
     """
-    source = find_bag(path)
+    source = find_bag(path, namespace)
     start = read_start(source, robot)
     if known is not None and (encoders_only or start.five_bar() != known.start.five_bar()):
         raise InputError(f"{source.bag}: expected the robot of {known.bag} before its calibration, and a gyroscope")
@@ -59,7 +61,7 @@ def calibrate_bag(
     if scenario is not None and scenario.tolerances != EXACT:
         declared = scenario.tolerances
     tolerances = PUT_TOGETHER if declared == EXACT else declared
-    recording = read_bag(source.bag)
+    recording = read_bag(source.bag, namespace)
     record = read_record(recording, with_imu=not encoders_only)
     points = () if touched is None else read_touched(touched, record)
     imu = ImuSettings() if scenario is None else scenario.imu

@@ -17,6 +17,7 @@ from fivebar_description.interface import (
     ACTIVE_JOINTS,
     IMU_DATA,
     JOINT_STATES,
+    JOINTS,
     MOTOR_STATES,
     NANOSECONDS,
     PASSIVE_STATES,
@@ -87,7 +88,11 @@ def read_passive(recording: Recording, leg: int) -> PassiveReadings | None:
     """Return the readings of the encoder on a leg's passive joint, None where the bag has none."""
     if not recording.count(PASSIVE_STATES):
         return None
-    angles = recording.field(PASSIVE_STATES, "position")[:, 0]
+    joint = JOINTS[2 * leg - 1]
+    names = recording.joint_names(PASSIVE_STATES)
+    if joint not in names:
+        raise BagError(recording.path, f"/{PASSIVE_STATES.name}: has no {joint}, only {', '.join(names)}")
+    angles = recording.field(PASSIVE_STATES, "position")[:, names.index(joint)]
     known = np.isfinite(angles)
     return PassiveReadings(leg, _since_start(recording, recording.stamps(PASSIVE_STATES))[known], angles[known])
 

@@ -82,7 +82,11 @@ def _yes(same: bool) -> str:
 
 
 def estimate_bag(
-    path: Path, file: Path | None, settings: Sequence[str], scenario: Path | None = None
+    path: Path,
+    file: Path | None,
+    settings: Sequence[str],
+    scenario: Path | None = None,
+    namespace: str | None = None,
 ) -> EstimationComparison:
     """Estimate a bag, or that of a run's directory, with the recorded settings and with others.
 
@@ -91,12 +95,13 @@ def estimate_bag(
         file: YAML with sections `ekf` and `tolerances`, if any.
         settings: single ones, `SECTION.NAME=VALUE`.
         scenario: of a bag that lies in no run.
+        namespace: of the topics, None for the one that the bag has.
 
     Raises:
         InputError: bag, scenario or settings are unsuitable.
         BagError: the bag cannot be read or lacks a topic.
     """
-    source = find_bag(path)
+    source = find_bag(path, namespace)
     if source.run is None and scenario is None:
         raise InputError(f"--scenario: expected that of the recorded run: {source.bag} lies in no run")
     if source.run is not None and scenario is not None:

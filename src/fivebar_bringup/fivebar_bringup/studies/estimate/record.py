@@ -74,7 +74,7 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
         BagError: the bag cannot be read, or lacks a topic.
         InputError: the run's timing cannot be read.
     """
-    recording = read_bag(source.bag)
+    recording = read_bag(source.bag, source.namespace)
     rate_hz = scenario.rate_hz
     samples, rows = _samples(recording, MOTOR_STATES, rate_hz)
     if not samples.size:

@@ -17,14 +17,14 @@ ROBOT_FILE = "identified.yaml"
 """The parameter file that `robot:` in a scenario takes."""
 
 
-def identify_bag(path: Path, robot: str | None = None) -> IdentificationResult:
+def identify_bag(path: Path, robot: str | None = None, namespace: str | None = None) -> IdentificationResult:
     """Identify the robot of a bag or of a run's directory, starting from the run's parameter file or a given one.
 
     Raises:
         InputError: the bag, the robot or the motion is unsuitable.
         BagError: the bag cannot be read or lacks a topic.
     """
-    source = find_bag(path)
+    source = find_bag(path, namespace)
     start = read_start(source, robot)
     record = read_record(source, start)
     try:
@@ -34,19 +34,22 @@ def identify_bag(path: Path, robot: str | None = None) -> IdentificationResult:
     return IdentificationResult(start, source.bag, record.rate_hz, len(record.angles), found)
 
 
-def map_bag(path: Path, robot: str | None, harmonics: Sequence[int]) -> tuple[MotorMap, MotorMap]:
+def map_bag(
+    path: Path, robot: str | None, harmonics: Sequence[int], namespace: str | None = None
+) -> tuple[MotorMap, MotorMap]:
     """Map the motors of the robot of a bag, whose lengths, inertias and mass are those of its file or of a given one.
 
     Args:
         path: a bag, or the directory of a run.
         robot: name or file of the robot, None for that of the run.
         harmonics: periods of cogging in a turn.
+        namespace: of the topics, None for the one that the bag has.
 
     Raises:
         InputError: the bag, the robot or the motion is unsuitable.
         BagError: the bag cannot be read or lacks a topic.
     """
-    source = find_bag(path)
+    source = find_bag(path, namespace)
     start = read_start(source, robot)
     try:
         return map_motors(start.five_bar(), read_record(source, start), harmonics)

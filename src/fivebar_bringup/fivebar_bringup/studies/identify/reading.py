@@ -30,14 +30,15 @@ MOST_MISSING = 10
 
 
 class Source(NamedTuple):
-    """Where a record comes from: the bag, and the run's directory if it lies in one."""
+    """Where a record comes from: the bag, the run's directory if it lies in one, and the namespace of its topics."""
 
     bag: Path
     run: RunDirectory | None
+    namespace: str | None = None
 
 
-def find_bag(path: Path) -> Source:
-    """Return the bag that a path names: a bag, or the directory of a run.
+def find_bag(path: Path, namespace: str | None = None) -> Source:
+    """Return the bag that a path names: a bag, or the directory of a run; `namespace` is that of its topics, if known.
 
     Raises:
         InputError: there is neither.
@@ -46,11 +47,11 @@ def find_bag(path: Path) -> Source:
         raise InputError(f"{path}: no such directory: expected a bag or the directory of a run")
     if (path / "metadata.yaml").is_file():
         run = RunDirectory(path.resolve().parent)
-        return Source(path, run if run.scenario.is_file() else None)
+        return Source(path, run if run.scenario.is_file() else None, namespace)
     run = RunDirectory(path)
     if not run.bag.is_dir():
         raise InputError(f"{path}: holds neither a bag (metadata.yaml) nor a run ({run.bag.name}/)")
-    return Source(run.bag, run if run.scenario.is_file() else None)
+    return Source(run.bag, run if run.scenario.is_file() else None, namespace)
 
 
 def read_start(source: Source, robot: str | None) -> RobotFile:
@@ -75,7 +76,7 @@ def read_record(source: Source, start: RobotFile) -> Record:
         BagError: the bag cannot be read or does not have the topics.
         InputError: they hold no numbers, no torques, no grid of stamps, or another robot's joints.
     """
-    recording = read_bag(source.bag)
+    recording = read_bag(source.bag, source.namespace)
     topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
     period, numbers = _grid(recording, topic)
     motors = [

@@ -76,14 +76,14 @@ class ResonanceResult(NamedTuple):
         }
 
 
-def resonance_of_bag(path: Path, robot: str | None = None) -> ResonanceResult:
+def resonance_of_bag(path: Path, robot: str | None = None, namespace: str | None = None) -> ResonanceResult:
     """Find the transmissions of the robot of a bag or of a run's directory.
 
     Raises:
         InputError: the bag, the robot or the motion is unsuitable, or no resonance is visible.
         BagError: the bag cannot be read or lacks a topic.
     """
-    source = find_bag(path)
+    source = find_bag(path, namespace)
     start = read_start(source, robot)
     try:
         found = find_resonance(start.five_bar(), read_record(source, start))
