@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from graph_probe import DDS_VARIABLES, Bench, node_modules
+from fivebar_command import RUN_DEADLINE
+from graph_probe import COMMAND, DDS_VARIABLES, Bench, node_modules
 from middle_motion import MiddleMotion
 
 from fivebar_description.interface import JOINT_STATES, SUPERVISOR_SIGMA, SUPERVISOR_STATE
@@ -193,3 +194,17 @@ def test_a_message_wakes_no_other_thread_of_its_writer(bench: Bench, motion: Mid
             probe.ask([(JOINT_STATES, motion.joint_states_message(sample))], [SUPERVISOR_STATE], sample)
         wakeups.append(event_wakeups(supervisor.pid) - before)
     assert min(wakeups) < 1.5 * EXCHANGES, wakeups
+
+
+def test_a_run_whose_nodes_cannot_hear_each_other_says_so(bench: Bench, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    words = ["run", "middle", "--domain", str(bench.domain), "--no-page", "--json", "--out", str(out)]
+    process = bench.fork(COMMAND, words, ROS_AUTOMATIC_DISCOVERY_RANGE="OFF")
+    assert process.wait(RUN_DEADLINE) == 2
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert summary["faults"] == ["nodes_missing"]
+    (detail,) = summary["fault_details"]
+    assert detail.startswith("nodes_missing: no node of the run is heard: ROS_AUTOMATIC_DISCOVERY_RANGE is OFF")
+    assert detail in summary["not_completed_because"]
+    # less than a node waits for the others
+    assert summary["wall_s"] < 30.0

@@ -42,6 +42,10 @@ class RunMonitor(DomainMember):
         self.listen_to_texts(FAULTS, one_line, self.faults.append)
         self._faults = self.advertise(FAULTS)
 
+    def sees_nodes(self) -> bool:
+        """Return whether any other node has been found in the domain."""
+        return len(self.node.get_node_names()) > 1
+
     def publish_fault(self, fault: str) -> None:
         """Publish a fault; thread-safe."""
         self._faults.publish(String(data=fault))

@@ -16,6 +16,7 @@ from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
+from fivebar_description.network import discovery_hint
 
 if TYPE_CHECKING:
     from fivebar_bringup.nodes.run_monitor import RunMonitor
@@ -32,6 +33,11 @@ ABORT_TIMEOUT = 2.0
 FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
 plant waits for a torque."""
+
+SILENCE = 6.0
+"""Time (s) within which a node is heard that looks for the others; discovery takes a tenth of it."""
+
+MISSING = "nodes_missing"
 
 INTERRUPTED = f"{INTERRUPTED_FAULT}: stopped by a signal to the launcher"
 
@@ -109,8 +115,19 @@ def run_graph(
                     if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
                 }
                 with watch_processes(watched, monitor.publish_fault), interrupts_allowed():
-                    _watch(processes, monitor, faults, progress, list(kills), followed)
+                    _watch(
+                        processes,
+                        monitor,
+                        faults,
+                        progress,
+                        list(kills),
+                        followed,
+                        _Silence(processes, monitor, domain),
+                    )
                 status = monitor.status
+            if any(fault.startswith(MISSING) for fault in monitor.faults):
+                lacking = [one for process in processes.values() for one in process.not_ready()]
+                faults += [f"{MISSING}: {one}" for one in lacking]
         except NodesNotStarted as error:
             faults.append(str(error))
         except KeyboardInterrupt:
@@ -129,6 +146,7 @@ def _watch(
     progress: Progress,
     kills: list[Kill],
     followed: Callable[[Mapping[str, Any]], bool],
+    silence: _Silence,
 ) -> None:
     """Follow the run until plant or motion has ended, or until a node has died and a fault has been published."""
     died: set[str] = set()
@@ -141,6 +159,10 @@ def _watch(
         if monitor.status:
             progress(sample, monitor.status["samples"])
         if followed(monitor.program):
+            return
+        unheard = silence.fault()
+        if unheard is not None:
+            faults.append(unheard)
             return
         while kills and sample >= kills[0].sample:
             processes[kills.pop(0).process].send(signal.SIGKILL)
@@ -160,6 +182,28 @@ def _watch(
     monitor.take_one(POLL_PERIOD)
     if processes[pace].status not in (0, 1):
         faults.append(f"node_died: {pace} {processes[pace].how_it_ended()}")
+
+
+class _Silence:
+    """Notices that the nodes of a run look for each other and cannot be heard."""
+
+    def __init__(self, processes: Mapping[str, NodeProcess], monitor: RunMonitor, domain: int) -> None:
+        self._processes = processes
+        self._monitor = monitor
+        self._domain = domain
+        self._heard = False
+        self._since: float | None = None
+
+    def fault(self) -> str | None:
+        """Return the fault once all nodes have begun and none has been heard for some time."""
+        self._heard = self._heard or bool(self._monitor.status) or self._monitor.sees_nodes()
+        if self._heard or not all(process.has_begun for process in self._processes.values()):
+            return None
+        now = time.monotonic()
+        self._since = self._since if self._since is not None else now
+        if now - self._since < SILENCE:
+            return None
+        return f"{MISSING}: no node of the run is heard: {discovery_hint(self._domain)}"
 
 
 STOP_ORDER = ((PLANT, *BRIDGES), (), (EMULATED_ROBOT,), (RECORDER,))

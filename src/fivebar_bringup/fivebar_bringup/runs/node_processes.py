@@ -25,6 +25,9 @@ PR_SET_CHILD_SUBREAPER = 36
 REGULAR = "[INFO]"
 """How a log line begins that reports nothing wrong."""
 
+WAITS, NOT_READY, READY = ": waits for ", "not ready: ", "ready: all inputs are there"
+"""What a node logs once it looks for the others, while it lacks some of them, and once it has all."""
+
 PIPE_SIZE = 65536
 
 
@@ -58,11 +61,30 @@ class NodeProcess:
     def last_line(self) -> str:
         """Return the last line that the node printed, except those of its regular course; "" where its log is gone."""
         try:
-            lines = self._log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+            lines = self._text().strip().splitlines()
         except OSError:
             return ""
         lines = [line for line in lines if not line.startswith(REGULAR)]
         return lines[-1] if lines else ""
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether a node of the process looks for the others."""
+        return WAITS in self._text()
+
+    def not_ready(self) -> list[str]:
+        """Return what the nodes of the process have logged that they lack, those that became ready left out."""
+        lacking: dict[str, str] = {}
+        for line in self._text().splitlines():
+            name, _, text = line.rpartition(" [")[2].partition("]: ")
+            if text.startswith(NOT_READY):
+                lacking[name] = f"{name}: {text.removeprefix(NOT_READY)}"
+            elif text.startswith(READY):
+                lacking.pop(name, None)
+        return list(lacking.values())
+
+    def _text(self) -> str:
+        return self._log.read_text(encoding="utf-8", errors="replace")
 
     def send(self, number: signal.Signals) -> None:
         """Send a signal, if the process still runs."""

@@ -11,6 +11,7 @@ import can
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import Bus
 from fivebar_control.hardware.fault import DriveError
+from fivebar_description.network import can_problem
 
 WAKE_PERIOD = 0.1
 """Longest time (s) until the receiving thread notices that it should end."""
@@ -34,7 +35,7 @@ def open_bus(bus: Bus) -> can.BusABC:
     try:
         return can.Bus(**options)
     except (can.CanError, OSError, ValueError) as error:
-        raise DriveError(Fault("bus_missing", f"{bus.interface} {bus.channel}: {error}")) from error
+        raise DriveError(Fault("bus_missing", can_problem(bus.interface, bus.channel, error))) from error
 
 
 class CanPort:

@@ -17,6 +17,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from fivebar_description.interrupts import STOP_SIGNALS, service_signals
+from fivebar_description.network import PROFILE_VARIABLES
 from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import ProcessTopics
@@ -48,7 +49,6 @@ MIDDLEWARE_LEFT = "the middleware did not shut down: all messages had been deliv
 SWITCH_INTERVAL = 2e-4
 """Switch interval (s) of Python's global interpreter lock; the default of 5 ms is more than two periods at 500 Hz."""
 
-PROFILE_VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 FAST_DDS = "rmw_fastrtps"
 """How the names of the ROS middlewares on Fast DDS begin; the default of Jazzy is one of them."""
 

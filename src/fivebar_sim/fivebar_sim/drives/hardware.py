@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import can
 
+from fivebar_description.network import can_problem
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.drives.commands import execute
 from fivebar_sim.drives.configuration import EmulationFile
@@ -28,7 +29,7 @@ class DrivesOnBus:
         try:
             self._bus = open_bus(file.bus)
         except (can.CanError, OSError) as error:
-            raise InputError(f"{file.bus.interface} {file.bus.channel}: {' '.join(str(error).split())}") from error
+            raise InputError(can_problem(file.bus.interface, file.bus.channel, error)) from error
         self.emulation = Emulation(file, self._bus)
         self.place = f"{file.bus.interface} {file.bus.channel}"
         self.resolution = max(math.tau / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
