@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -65,3 +66,19 @@ def test_a_platform_too_light_for_its_links_is_refused(tmp_path: Path) -> None:
     ):
         loaded(tmp_path, **bench, plant={"mass_scale": 0.1})
     loaded(tmp_path, **bench, plant={"mass_scale": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("sections", "refusal"),
+    [
+        ({"segment_duration": 5e-324}, "segment_duration: 5e-324: expected at least 0.0001"),
+        ({"segment_duration": [1e-300]}, "segment_duration.0: 1e-300: expected at least 0.0001"),
+        ({"segment_duration": "1,5"}, "segment_duration: '1,5': expected a number or a list, with a point in place of"),
+        ({"plant": {"friction": {"presliding": 5e-324}}}, "presliding: 5e-324: expected 0, or at least 1e-09 rad"),
+    ],
+)
+def test_numbers_at_the_edge_of_what_floats_hold_are_refused(
+    tmp_path: Path, sections: dict[str, Any], refusal: str
+) -> None:
+    with pytest.raises(InputError, match=re.escape(refusal)):
+        loaded(tmp_path, **sections)

@@ -15,6 +15,14 @@ from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
 
+LEAST_PRESLIDING = 1e-9
+"""Deflection (rad) below which a bristle has no finite stiffness."""
+
+
+def _none_or_elastic(deflection: float) -> str | None:
+    sound = deflection == 0.0 or deflection >= LEAST_PRESLIDING
+    return None if sound else f"expected 0, or at least {LEAST_PRESLIDING:g} rad"
+
 
 class FrictionEffects(NamedTuple):
     """How friction differs from the robot file's Coulomb friction, which is smoothed by tanh and the same at any speed.
@@ -47,6 +55,7 @@ class FrictionEffects(NamedTuple):
             "rad",
             at_least=0.0,
             at_most=0.1,
+            check=_none_or_elastic,
         ),
     ] = 0.0
     presliding_damping: Annotated[
