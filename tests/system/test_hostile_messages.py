@@ -112,7 +112,7 @@ def test_messages_outside_the_chain_change_no_torque(tmp_path: Path, count: int,
                 publishers[topic].publish(message)
                 sent += 1
             assert attacked.status is None, attacked.stderr
-            assert attacked.finish() == 0, attacked.stderr
+            assert attacked.finish() == 0, attacked.stderr + attacked.stdout
             assert "Traceback" not in attacked.stderr
         finally:
             attacked.close()

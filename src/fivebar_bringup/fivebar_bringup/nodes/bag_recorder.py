@@ -68,17 +68,19 @@ class BagRecorder(GraphNode):
 
     def _record(self, topic: Topic) -> None:
         def count_lost(information: Any) -> None:
-            # a picture or a report of health less is no loss of data, nor is a state that a later one has replaced
-            if topic not in (*PICTURES, DIAGNOSTICS) and topic.qos != STATE_QOS:
-                self._lost[topic.name] = information.total_count
+            self._lost[topic.name] = information.total_count
 
+        # a picture or a report of health less is no loss of data, nor is a state that a later one has replaced; an
+        # executor hears of lost messages as often as the square of their number, so of these it hears nothing
+        counted = topic not in (*PICTURES, DIAGNOSTICS) and topic.qos != STATE_QOS
+        events = SubscriptionEventCallbacks(message_lost=count_lost) if counted else None
         self.listen(
             topic,
             self._receiver(topic),
             QUEUE_DEPTH,
             awaited=topic not in (*RECORDED_BESIDES, *WORK_TOPICS),
             raw=True,
-            event_callbacks=SubscriptionEventCallbacks(message_lost=count_lost),
+            event_callbacks=events,
         )
 
     def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
