@@ -26,7 +26,6 @@ from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.interface import STATE_QOS, TORQUE_COMMAND, Topic
 from fivebar_description.share import share_file
 
@@ -176,8 +175,7 @@ def test_a_motor_board_needs_a_port(launch: Launch) -> None:
 
 def test_drives_on_a_bus_wait_for_the_operator(launch: Launch) -> None:
     # there is no such bus here: nothing opens it before the operator configures the bridge
-    scenario = {**load_scenario("middle_robot").model_dump(mode="json"), "rate_hz": 500}
-    call = launch("robot", scenario, "hardware:=socketcan")
+    call = launch("robot", "middle_robot", "hardware:=socketcan")
     end = time.monotonic() + RUN_DEADLINE
     while "dextar_bridge" not in call.processes().values():
         assert call.status is None, call.output

@@ -285,13 +285,16 @@ def test_an_emergency_stop_needs_reset_and_enable(rig: Rig) -> None:
 
 
 def test_malformed_commands_move_nothing(rig: Rig) -> None:
+    rig.command(0, (1.0, 1.0))
+    rig.probe.wait_for(lambda: "torque_command: the drives are not enabled" in rig.process.stderr, "a warning")
     activated(rig)
     rig.probe.wait_for(lambda: len(rig.states) > 1, "sample 0")
     for effort in ((float("nan"), 0.0), (float("inf"), 0.0), (1.0,), ()):
         stamp = rig.probe.epoch_ns
         rig.probe.publish(TORQUE_COMMAND, joint_state(stamp, ACTIVE_JOINTS, effort=effort))
     rig.command(7, (1.0, 1.0))
-    rig.probe.wait_for_dropped(BRIDGE, 5)
+    rig.probe.wait_for_dropped(BRIDGE, 6)
+    assert "stamp of sample 7, expected that of sample 0" in rig.process.stderr
     assert {tuple(message.effort) for message in rig.states} == {(0.0, 0.0)}
     assert rig.faults() == []
 

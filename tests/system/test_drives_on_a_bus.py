@@ -5,6 +5,7 @@ The drives are emulated, in a process of their own, as real ones are; the comman
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,9 +18,12 @@ from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 
 from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES, drive_file
 from fivebar_bringup.runs.rehearsal import write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
+from fivebar_control.hardware.configuration import drives_path
+from fivebar_description.errors import InputError
 from fivebar_description.interface import MOTOR_STATES, TORQUE_COMMAND
 
 pytestmark = pytest.mark.clock
@@ -124,9 +128,22 @@ def test_the_operator_begins_it_and_it_ends_with_a_fault_or_the_operator(laborat
 
 
 def test_nothing_waits_for_an_operator_where_the_drives_have_another_rate(tmp_path: Path) -> None:
-    call = FivebarCommand(tmp_path, "run", "middle_robot", "--hardware", "socketcan", "--out", "out")
+    own = tmp_path / "own.yaml"
+    shutil.copy(drives_path(DEFAULT_DRIVES), own)
+    options = ("--hardware", "socketcan", "--drives", str(own), "--out", "out")
+    call = FivebarCommand(tmp_path, "run", "middle_robot", *options)
     assert call.finish() == 2
-    assert call.stderr == (
-        "fivebar: dextar_socketcan: sync_period_us 2000: expected that of the scenario's rate_hz 100\n"
-    )
+    assert call.stderr == f"fivebar: {own}: sync_period_us 2000: expected that of the scenario's rate_hz 100\n"
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("rate_hz", [100, 500, 800])
+def test_the_template_of_drives_has_the_rate_of_the_scenario(rate_hz: int) -> None:
+    scenario = load_scenario("middle_robot").model_copy(update={"rate_hz": rate_hz})
+    assert drive_file(scenario, DEFAULT_DRIVES).sync_period_us * rate_hz == 1_000_000
+
+
+def test_the_template_of_drives_is_refused_at_a_rate_that_its_bus_cannot_have() -> None:
+    scenario = load_scenario("middle_robot").model_copy(update={"rate_hz": 1000})
+    with pytest.raises(InputError, match="sync_period_us 2000: expected that of the scenario's rate_hz 1000"):
+        drive_file(scenario, DEFAULT_DRIVES)

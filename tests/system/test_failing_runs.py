@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import time
 from collections.abc import Callable
@@ -112,6 +113,17 @@ def test_an_interrupted_run_ends_in_order(graph_run: Callable[..., GraphRun], nu
     run.expect_no_torque()
     assert tuple(run.bag().field(TORQUE_COMMAND, "effort")[-1]) == ZERO
     assert run.bag().custom_data["dropped"] == "0", dict(run.bag().custom_data)
+    run.command.expect_no_process(0.0)
+
+
+def test_a_run_whose_directory_is_deleted_ends_in_one_line(graph_run: Callable[..., GraphRun]) -> None:
+    run = graph_run()
+    run.wait_for_sample(150)
+    shutil.rmtree(run.out)
+    run.probe.wait_for(lambda: run.command.status is not None, "the end of the run", deadline=RUN_DEADLINE)
+    assert run.command.finish() == 2
+    assert run.command.stderr == f"fivebar: {run.out}: cannot be used for the results: No such file or directory\n"
+    run.expect_no_torque()
     run.command.expect_no_process(0.0)
 
 

@@ -255,3 +255,8 @@ def sample_of_stamp(stamp_ns: int, rate_hz: int, epoch_ns: int = START_STAMP_NS)
     """Return the sample number that a stamp names; None where it is not on the grid of `rate_hz` from the epoch on."""
     sample, rest = divmod(stamp_ns - epoch_ns, NANOSECONDS // rate_hz)
     return sample if rest == 0 and sample >= 0 else None
+
+
+def unexpected_sample(sample: int | None, expected: int) -> str:
+    """Return in words that a message's stamp is that of another sample, or of none, than the one expected."""
+    return f"stamp of {'no sample' if sample is None else f'sample {sample}'}, expected that of sample {expected}"

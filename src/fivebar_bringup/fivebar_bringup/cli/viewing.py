@@ -21,6 +21,7 @@ from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.errors import InputError
 from fivebar_description.interpreter import module_command
+from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
             stdout=subprocess.PIPE,
             # Ctrl-C is for the run, at whose end the page ends
             start_new_session=True,
-            preexec_fn=end_with_parent,
+            preexec_fn=_begin_viewer,
         )
         try:
             address = _wait_for_line(viewer, ADDRESS, START_TIMEOUT)
@@ -131,6 +132,12 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
             except subprocess.TimeoutExpired:
                 viewer.kill()
                 viewer.wait()
+
+
+def _begin_viewer() -> None:
+    """End with the run; an interrupt waits until the node handles it, see `run_nodes`, as those of a run do."""
+    end_with_parent()
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
 
 
 def _wait_for_line(process: subprocess.Popen[bytes], beginning: str, seconds: float) -> str | None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_bringup.runs.bridges import BRIDGE, bridge_of
 from fivebar_bringup.runs.rehearsal import check_drivable, write_board_file
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.hardware.configuration import DriveFile, load_drives
+from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, load_drives
 from fivebar_description.strict_yaml import InputError, yaml_text
 from fivebar_description.text_file import write_file
 
@@ -46,6 +46,8 @@ def write_real_drives(scenario: Scenario, drives: RealDrives, path: Path) -> Non
 def drive_file(scenario: Scenario, configuration: str) -> DriveFile:
     """Return the configuration, by name or path, of drives on a bus that a scenario can be run on.
 
+    The shipped one is a template, whose period is that of the scenario; a file of one's own has to agree with it.
+
     Raises:
         InputError: it cannot; the text says what to change.
     """
@@ -53,6 +55,9 @@ def drive_file(scenario: Scenario, configuration: str) -> DriveFile:
     if bridge_of(scenario) != BRIDGE:
         raise InputError(f"{scenario.name}: robot {scenario.robot}: expected one whose drives are on a CAN bus")
     file = load_drives(configuration)
+    period, rest = divmod(MICROSECONDS, scenario.rate_hz)
+    if configuration == DEFAULT_DRIVES and not rest and period > file.gather_deadline_us:
+        file = file.model_copy(update={"sync_period_us": period})
     if file.rate_hz != scenario.rate_hz:
         raise InputError(
             f"{configuration}: sync_period_us {file.sync_period_us}: expected that of the scenario's rate_hz"

@@ -41,6 +41,7 @@ from fivebar_description.interface import (
     RUN_READY,
     RUN_STATUS,
     TORQUE_COMMAND,
+    unexpected_sample,
 )
 from fivebar_description.joint_sample import MessageError, joint_sample
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
@@ -301,7 +302,8 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         sample = self._run.sample(stamp_of(message))
         target = None if self._targets is None else self._targets.of(stamp_of(message))
         if not self._session.command(sample, (tau1, tau2), time.monotonic(), target):
-            self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._session.sample}")
+            reason = unexpected_sample(sample, self._session.sample)
+            self.drop(TORQUE_COMMAND, reason if self._session.active else "the drives are not enabled")
         elif self._session.overdue:
             self._tick()
 

@@ -30,6 +30,7 @@ from fivebar_description.interface import (
     START_STAMP_NS,
     TORQUE_COMMAND,
     VISION_PLATFORM,
+    unexpected_sample,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
 from fivebar_description.parameters import laden
@@ -248,7 +249,7 @@ class PlantNode(GraphNode):
             self.drop(TORQUE_COMMAND, str(error))
             return
         if sample is None or sample > self._sample or sample < self._latest[0]:
-            self.drop(TORQUE_COMMAND, f"stamp of sample {sample}, expected that of sample {self._sample}")
+            self.drop(TORQUE_COMMAND, unexpected_sample(sample, self._sample))
             return
         if sample == self._sample > self._latest[0]:
             self._progress.latency.note(time.monotonic() - self._published)
