@@ -51,6 +51,8 @@ class BagRecorder(GraphNode):
             raise InputError(f"bag_recorder: directory: {directory}: cannot be made: {error.strerror}") from error
         self._lost: dict[str, int] = {}
         self._failed = False
+        self._due = 0.0
+        """When the next checkpoint is due while the queues are emptied (monotonic, s)."""
         self._faults = self.advertise(FAULTS)
         for topic in topics:
             self._record(topic)
@@ -58,8 +60,11 @@ class BagRecorder(GraphNode):
         self.every(CHECKPOINT_PERIOD, self._checkpoint)
 
     def stop(self) -> None:
-        """Record queued messages and close the bag, with the number of lost messages."""
-        self.drain()
+        """Record queued messages and close the bag, with the number of lost messages.
+
+        Checkpoints go on meanwhile: on a busy machine it may take long, and whoever waits sees that the bag grows.
+        """
+        self.drain(self._checkpoint_when_due)
         lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
         try:
             self._bag.close({"dropped": str(sum(self._lost.values())), **lost})
@@ -90,7 +95,12 @@ class BagRecorder(GraphNode):
 
         return receive
 
+    def _checkpoint_when_due(self) -> None:
+        if time.monotonic() >= self._due:
+            self._checkpoint()
+
     def _checkpoint(self) -> None:
+        self._due = time.monotonic() + CHECKPOINT_PERIOD
         try:
             self._bag.checkpoint()
         except OSError as error:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fivebar_bringup.runs.bridges import BRIDGES
@@ -26,7 +28,11 @@ STOP_TIMEOUT = 15.0
 """Time (s) in which a node must have stopped; longer than it takes to deliver its last messages and to shut down."""
 
 RECORDER_STOP_TIMEOUT = 60.0
-"""The same for the recorder, which first writes what it has received: that may be much on a busy machine."""
+"""The same for the recorder, from the last time that its bag has grown: it first writes what it has received, which may
+be much on a busy machine."""
+
+PROGRESS_PERIOD = 1.0
+"""Time (s) between two looks at whether a node that is stopping still works."""
 
 ABORT_TIMEOUT = 2.0
 
@@ -135,7 +141,7 @@ def run_graph(
             faults.append(INTERRUPTED)
         finally:
             wall_s = time.monotonic() - began
-            faults += stop_all(processes)
+            faults += stop_all(processes, run.bag)
     return GraphOutcome(wall_s, status.get("overruns"), status.get("latency_ms"), faults, published)
 
 
@@ -212,24 +218,33 @@ samples, so that stopping the others causes no fault; the drives after their bri
 records all final messages."""
 
 
-def stop_all(processes: dict[str, NodeProcess]) -> list[str]:
-    """Stop all nodes in order; return what went wrong."""
+def stop_all(processes: dict[str, NodeProcess], bag: Path) -> list[str]:
+    """Stop all nodes in order, the recorder once its bag grows no more; return what went wrong."""
     named = {name for names in STOP_ORDER for name in names}
     faults = []
     for names in STOP_ORDER:
         group = [process for name, process in processes.items() if (name in names if names else name not in named)]
-        faults += _stop(group, RECORDER_STOP_TIMEOUT if RECORDER in names else STOP_TIMEOUT)
+        if RECORDER in names:
+            faults += _stop(group, RECORDER_STOP_TIMEOUT, lambda: _size(bag))
+        else:
+            faults += _stop(group, STOP_TIMEOUT)
     return faults
 
 
-def _stop(processes: Iterable[NodeProcess], timeout: float) -> list[str]:
+def _stop(processes: Iterable[NodeProcess], timeout: float, progress: Callable[[], int] = lambda: 0) -> list[str]:
+    """Stop processes that may take some time (s), from the last change of their progress on."""
     stopping = [process for process in processes if process.status is None]
     for process in stopping:
         process.send(signal.SIGINT)
-    deadline = time.monotonic() + timeout
+    deadline, seen = time.monotonic() + timeout, progress()
     faults = []
     for process in stopping:
-        if not process.wait(deadline):
+        while not process.wait(min(deadline, time.monotonic() + PROGRESS_PERIOD)):
+            if (now := progress()) != seen:
+                deadline, seen = time.monotonic() + timeout, now
+            if time.monotonic() >= deadline:
+                break
+        if process.status is None:
             # on SIGABRT a node writes to its log where each of its threads is
             process.send(signal.SIGABRT)
             if not process.wait(time.monotonic() + ABORT_TIMEOUT):
@@ -238,3 +253,11 @@ def _stop(processes: Iterable[NodeProcess], timeout: float) -> list[str]:
         elif process.status != 0:
             faults.append(f"node_failed: {process.name} {process.how_it_ended()}")
     return faults
+
+
+def _size(folder: Path) -> int:
+    """Return how many bytes the files of a folder have; 0 where it is gone."""
+    try:
+        return sum(entry.stat().st_size for entry in os.scandir(folder))
+    except OSError:
+        return 0

@@ -168,13 +168,20 @@ class GraphNode(Node):
 
         self.add_post_set_parameters_callback(changed)
 
-    def drain(self) -> None:
-        """Process queued messages before shutdown; for nodes that only listen."""
+    def drain(self, after_each: Callable[[], None] = lambda: None) -> None:
+        """Process queued messages before shutdown, and none that are published meanwhile for ever; for listeners only.
+
+        `after_each` is called after each message.
+        """
         for subscription in (*self._inputs, *self._besides):
             handle = subscription.handle
             with handle:
-                while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is not None:
+                for _ in range(subscription.qos_profile.depth):
+                    taken = handle.take_message(subscription.msg_type, subscription.raw)
+                    if taken is None:
+                        break
                     subscription.callback(taken[0])
+                    after_each()
 
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""

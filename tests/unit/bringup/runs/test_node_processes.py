@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from fivebar_bringup.runs import launcher
 from fivebar_bringup.runs.graph.node_spec import NodeSpec
 from fivebar_bringup.runs.launcher import stop_all
 from fivebar_bringup.runs.node_processes import STARTER, NodeProcess, NodesNotStarted, start_processes
@@ -66,6 +67,15 @@ PROGRAMS = {
                 ctypes.PyDLL(None).pause()  # with the lock of the interpreter
         def main():
             run.run_nodes([Stuck])
+    """,
+    "writes_on": """
+        import pathlib, signal, sys, time
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        def main():
+            signal.sigwait([signal.SIGINT])
+            for size in range(10):
+                pathlib.Path(sys.argv[-1]).with_name(f"part{size}").write_text("more")
+                time.sleep(0.1)
     """,
     "waits": "import signal\ndef main():\n    print('waiting', flush=True)\n    signal.pause()",
 }
@@ -150,11 +160,29 @@ def test_a_node_whose_middleware_does_not_end_has_done_its_work(
     end = time.monotonic() + DEADLINE
     while "made" not in log.read_text(encoding="utf-8") and time.monotonic() < end:
         time.sleep(0.02)
-    assert stop_all(processes) == []
+    assert stop_all(processes, run.bag) == []
     assert processes["never_taken_apart"].status == 0
     text = log.read_text(encoding="utf-8")
     assert "stopped" in text
     assert text.endswith(f": {MIDDLEWARE_LEFT}\n")
+
+
+@pytest.mark.parametrize("program", ["writes_on", "waits"])
+def test_a_recorder_is_waited_for_as_long_as_its_bag_grows(
+    run: RunDirectory, processes: dict[str, NodeProcess], monkeypatch: pytest.MonkeyPatch, program: str
+) -> None:
+    """It takes a second, and may take half of that between two parts; the other one ignores the signal."""
+    monkeypatch.setattr(launcher, "RECORDER_STOP_TIMEOUT", 0.5)
+    monkeypatch.setattr(launcher, "PROGRESS_PERIOD", 0.02)
+    start_processes([spec(program)], run, DOMAIN, processes)
+    recorders = {launcher.RECORDER: processes[program]}
+    # the parts are beside the file of parameters
+    faults = stop_all(recorders, run.parameters)
+    if program == "writes_on":
+        assert faults == []
+        assert len(list(run.parameters.glob("part*"))) == 10
+    else:
+        assert [fault.partition(":")[0] for fault in faults] == ["node_stuck"]
 
 
 def test_where_the_starter_fails_nothing_runs(
