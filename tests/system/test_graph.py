@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import os
 import signal
-import sys
 from collections.abc import Callable
 from importlib.metadata import distribution
 from pathlib import Path
@@ -19,6 +18,7 @@ from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import run_command
 from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
 from fivebar_description.interface import TOPICS
+from fivebar_description.interpreter import module_command
 
 LAUNCH_FILES = Path(__file__).parents[2] / "src/fivebar_bringup/launch"
 
@@ -123,15 +123,25 @@ def test_a_launch_file_starts_what_the_command_starts(name: str) -> None:
     ],
 )
 def test_a_launched_run_is_that_of_the_command(mode: Mode, hardware: Hardware, words: list[str]) -> None:
+    start, parent = module_command("fivebar_bringup.cli.entry"), ["--parent", str(os.getpid())]
     command = run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": "7"})
-    assert list(command[:3]) == [sys.executable, "-m", "fivebar_bringup.cli.entry"]
-    parent = ["--parent", str(os.getpid())]
-    assert list(command[3:]) == [*words[:4], *parent, *words[4:]]
+    assert list(command) == [*start, *words[:4], *parent, *words[4:]]
     # ROS takes an empty variable for the domain 0, like one that is not set
-    assert run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": ""})[6] == "0"
+    domain = len(start) + 3
+    assert run_command("middle", mode, "there", hardware, {"ROS_DOMAIN_ID": ""})[domain] == "0"
     more = run_command("middle", mode, "there", hardware, {}, scene=True, namespace="robot1")
     assert {"--scene", "--namespace", "robot1"} <= set(more)
     board = run_command("middle", mode, "there", Hardware.USB, {}, drives="board.yaml", port="/dev/ttyACM0")
     assert board[-6:] == ("--drives", "board.yaml", "--port", "/dev/ttyACM0", "--out", "there")
     bus = run_command("middle", mode, "there", Hardware.SOCKETCAN, {}, drives="bus.yaml", activate=True)
-    assert bus[6:] == ("0", *parent, "--hardware", "socketcan", "--drives", "bus.yaml", "--activate", "--out", "there")
+    assert bus[domain:] == (
+        "0",
+        *parent,
+        "--hardware",
+        "socketcan",
+        "--drives",
+        "bus.yaml",
+        "--activate",
+        "--out",
+        "there",
+    )
