@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 
 from fivebar_bringup.cli import (
     benchmark,
@@ -26,6 +27,7 @@ from fivebar_bringup.cli import (
     viewing,
 )
 from fivebar_bringup.cli.app import BAD_INPUT, FAILED, app
+from fivebar_bringup.cli.exhaustion import exhaustion
 from fivebar_bringup.cli.printing import accept_any_character, complain, flush
 
 __all__ = [
@@ -71,11 +73,18 @@ def main() -> None:
         )
         complain(f"{place}{error.strerror or error}")
         sys.exit(BAD_INPUT)
+    except (MemoryError, ImportError, RuntimeError) as error:
+        exhausted = exhaustion(error)
+        if exhausted is None:
+            raise
+        complain(exhausted)
+        sys.exit(FAILED)
 
 
 def _discard_output() -> None:
     """Keep the interpreter from writing at its exit what could not be written."""
-    with open(os.devnull, "wb") as nowhere:
+    # where no more files can be opened, nothing more is written either
+    with suppress(OSError), open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), 1)
 
 

@@ -14,6 +14,8 @@ from itertools import islice
 from multiprocessing import connection
 from typing import TypeVar
 
+from fivebar_description.interrupts import STOP_SIGNALS
+
 Input = TypeVar("Input")
 Output = TypeVar("Output")
 
@@ -40,7 +42,7 @@ def share(
             progress(len(results), len(tasks))
         return results
     with _pool(workers) as pool:
-        futures = [pool.submit(function, task) for task in tasks]
+        futures = [_submit(pool, function, task) for task in tasks]
         for done, future in enumerate(as_completed(futures), start=1):
             future.result()
             progress(done, len(tasks))
@@ -63,10 +65,10 @@ def stream(function: Callable[[Input], Output], tasks: Iterable[Input], workers:
     coming = iter(tasks)
     with _pool(workers) as pool:
         # one more each, so that no process waits for its next task
-        under_way: set[Future[Output]] = {pool.submit(function, task) for task in islice(coming, 2 * workers)}
+        under_way: set[Future[Output]] = {_submit(pool, function, task) for task in islice(coming, 2 * workers)}
         while under_way:
             finished, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-            under_way |= {pool.submit(function, task) for task in islice(coming, len(finished))}
+            under_way |= {_submit(pool, function, task) for task in islice(coming, len(finished))}
             for future in finished:
                 yield future.result()
 
@@ -83,13 +85,24 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         except BaseException:
             # the pool itself would wait for cancelled work
             for worker in set(multiprocessing.active_children()) - others:
-                worker.terminate()
+                worker.kill()
             raise
 
 
+def _submit(pool: ProcessPoolExecutor, function: Callable[[Input], Output], task: Input) -> Future[Output]:
+    """Submit a task; a worker that this starts begins with the signals blocked, until it ignores them."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+    try:
+        return pool.submit(function, task)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _prepare_worker() -> None:
-    """Leave Ctrl-C to the parent, end with it, and collect garbage rarely: runs make many small tuples, no cycles."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Leave signals to the parent, end with it, and collect garbage rarely: runs make many small tuples, no cycles."""
+    for number in STOP_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
     gc.set_threshold(200_000)
     threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
 

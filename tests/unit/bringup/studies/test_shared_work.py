@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import multiprocessing
+import os
 from collections.abc import Iterator
 from contextlib import closing
 from itertools import count, islice
@@ -11,6 +12,7 @@ from itertools import count, islice
 import pytest
 
 from fivebar_bringup.studies.shared_work import stream
+from fivebar_description.interrupts import STOP_SIGNALS
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -29,6 +31,21 @@ def test_an_endless_stream_is_taken_piece_by_piece_and_closed(workers: int) -> N
     # at most as many under way, and as many finished that nobody has asked for
     assert len(taken) <= 7 + 4 * workers
     assert set(multiprocessing.active_children()) <= before
+
+
+def test_workers_leave_signals_to_their_parent_from_their_start_on() -> None:
+    """As a signal to the process group reaches them, perhaps while they load their modules."""
+    before = set(multiprocessing.active_children())
+    numbers = iter(range(100))
+
+    def tasks() -> Iterator[int]:
+        for number in numbers:
+            for worker in set(multiprocessing.active_children()) - before:
+                for signal_number in STOP_SIGNALS:
+                    os.kill(worker.pid or 0, signal_number)
+            yield number
+
+    assert sorted(stream(math.factorial, tasks(), 2)) == [math.factorial(number) for number in range(100)]
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -1,0 +1,24 @@
+"""Errors by which libraries say that the system gives this process no more memory, threads or files."""
+
+from __future__ import annotations
+
+SIGNS = (
+    "can't start new thread",
+    "pthread_create failed",
+    "failed to map segment",
+    "cannot allocate memory",
+    "too many open files",
+    "resource temporarily unavailable",
+)
+"""What they contain, in any case of letters: the types of such errors differ from library to library."""
+
+
+def exhaustion(error: BaseException) -> str | None:
+    """Return in one line what has run out, None where an error has another cause."""
+    cause: BaseException | None = error
+    while cause is not None:
+        text = str(cause).splitlines()[0] if str(cause) else "out of memory"
+        if isinstance(cause, MemoryError) or any(sign in text.lower() for sign in SIGNS):
+            return f"the system gives this process no more memory, threads or files: {text}; see ulimit -a"
+        cause = cause.__cause__ or cause.__context__
+    return None
