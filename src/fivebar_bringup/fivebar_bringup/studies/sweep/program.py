@@ -33,7 +33,6 @@ DECIDING = {
         "pages/units.py",
         "simulation/*.py",
         "scenario.py",
-        "scenario_format.py",
         "robot_defaults.py",
         "studies/compare/rigs.py",
         "studies/sweep/drawing.py",
