@@ -66,7 +66,7 @@ DEFAULT_PRIORITY = 50
 
 
 class Qos(NamedTuple):
-    """Quality of service of a topic; all topics are reliable and keep the last `depth` messages."""
+    """Quality of service of a topic: all publishers are reliable and keep the last `depth` messages."""
 
     depth: int
     transient_local: bool = False
@@ -83,11 +83,19 @@ STATE_QOS = Qos(depth=1, transient_local=True)
 
 
 class Topic(NamedTuple):
-    """One topic of the graph: its name relative to the node's namespace, its message type and its QoS."""
+    """One topic of the graph.
+
+    Attributes:
+        name: relative to the node's namespace.
+        type: message type.
+        qos: quality of service.
+        from_outside: whether drivers and users publish it, who are heard whatever quality of service they offer.
+    """
 
     name: str
     type: str
     qos: Qos = CONTROL_QOS
+    from_outside: bool = False
 
 
 JOINT_STATES = Topic("joint_states", "sensor_msgs/msg/JointState")
@@ -110,23 +118,23 @@ SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_REQUESTED = Topic("torque_requested", "sensor_msgs/msg/JointState")
 TORQUE_COMMAND = Topic("torque_command", "sensor_msgs/msg/JointState")
 MOTOR_STATES = Topic("motor_states", "sensor_msgs/msg/JointState")
-PASSIVE_STATES = Topic("passive_states", "sensor_msgs/msg/JointState")
+PASSIVE_STATES = Topic("passive_states", "sensor_msgs/msg/JointState", from_outside=True)
 """Angle of the passive joint that has an encoder, stamped with the time of the reading. A topic of its own: it comes
 from a driver of its own, at its own rate, and late, while `motor_states` is what the drives answer in one cycle."""
 ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
 ESTIMATE_DISTURBANCE = Topic("estimate/disturbance", "sensor_msgs/msg/JointState")
 GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
-IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu")
+IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu", from_outside=True)
 READINGS_RELEASED = Topic("readings_released", "sensor_msgs/msg/JointState")
 """In lockstep, which late readings come with a sample: for each the name of its sensor and, as its position, the moment
 of its stamp in samples. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it
 out."""
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
-VISION_PLATFORM = Topic("vision/platform", "sensor_msgs/msg/JointState")
+VISION_PLATFORM = Topic("vision/platform", "sensor_msgs/msg/JointState", from_outside=True)
 """The platform by the camera, stamped with the time of the exposure; NaN where a picture does not show it."""
 VISION_ERROR = Topic("vision/error", "sensor_msgs/msg/JointState")
-CAMERA_IMAGE = Topic("camera/image_raw", "sensor_msgs/msg/Image", Qos(depth=16))
-CAMERA_INFO = Topic("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(depth=16))
+CAMERA_IMAGE = Topic("camera/image_raw", "sensor_msgs/msg/Image", Qos(depth=16), from_outside=True)
+CAMERA_INFO = Topic("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(depth=16), from_outside=True)
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
 SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", STATE_QOS)
 DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", STATE_QOS)
@@ -180,7 +188,7 @@ GOAL = Topic("goal", "sensor_msgs/msg/JointState")
 GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 """Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them."""
 
-PAYLOAD = Topic("payload", "std_msgs/msg/Float64", STATE_QOS)
+PAYLOAD = Topic("payload", "std_msgs/msg/Float64", STATE_QOS, from_outside=True)
 """Mass (kg) that the platform carries besides its own, from whoever makes the robot pick it up: all nodes that model
 the robot add it to the platform's."""
 PROGRAM = Topic("program", "std_msgs/msg/String")

@@ -155,10 +155,10 @@ class StateEstimatorNode(SamplingNode):
         self._sensors: set[str] = set()
         if ekf.gyro:
             self._sensors.add(IMU_FRAME)
-            self.listen(IMU_DATA, self._on_imu)
+            self.listen(IMU_DATA, self._on_imu, only_reliable=settings.awaits_readings)
         if passive.leg:
             self._sensors.add(self._joint)
-            self.listen(PASSIVE_STATES, self._on_passive)
+            self.listen(PASSIVE_STATES, self._on_passive, only_reliable=settings.awaits_readings)
         self._mode, self._count = (mode1, mode2), count_angle(drives.encoder_counts or 0)
         self._resting = self._no_rest()
         self._state = self.advertise(ESTIMATE_STATE) if self._sees else None
@@ -166,7 +166,7 @@ class StateEstimatorNode(SamplingNode):
         if self._sees:
             self.create_service(Trigger, "~/reset", self._on_reset)
             self._sensors.add(CAMERA_FRAME)
-            self.listen(VISION_PLATFORM, self._on_seen)
+            self.listen(VISION_PLATFORM, self._on_seen, only_reliable=settings.awaits_readings)
         if settings.awaits_readings:
             inputs.append(Input(READINGS_RELEASED, read_released))
         self.join(settings.rate_hz, inputs)

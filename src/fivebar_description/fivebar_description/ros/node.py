@@ -20,7 +20,8 @@ from std_msgs.msg import String
 from fivebar_description.interface import DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.outside_text import one_line
-from fivebar_description.ros.messages import JointMessage, SampleReader, message_class
+from fivebar_description.ros.hearing import Hearing, make_publisher
+from fivebar_description.ros.messages import JointMessage, SampleReader
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.qos import qos_profile
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
 
 READY_PERIOD = 0.1
 """Period (s) of the check whether every subscription of the node has a publisher."""
+
+PATIENCE = 50
+"""Checks after which a node says what it still lacks, so that it does not before others have had the time to start."""
 
 SENDER_DEPTH = 1000
 """History depth of publishers. Subscribers of the control path keep few messages, but the recorder must lose none
@@ -75,12 +79,14 @@ class GraphNode(Node):
         """Create the node; subclasses add parameters and topics."""
         super().__init__(name)
         self._specs: list[Spec] = []
-        self._inputs: list[Subscription[Any]] = []
-        self._besides: list[Subscription[Any]] = []
+        self._inputs: list[Hearing] = []
+        self._besides: list[Hearing] = []
         self._outputs: list[Publisher[Any]] = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._complete_checks = 0
         self._announced_wait = False
+        self._checks = 0
+        self._lacked = ""
         self._drops = 0
         self._last_drop = ""
         self.answered = 0
@@ -173,7 +179,7 @@ class GraphNode(Node):
 
         `after_each` is called after each message.
         """
-        for subscription in (*self._inputs, *self._besides):
+        for subscription in (part for one in (*self._inputs, *self._besides) for part in one.subscriptions):
             handle = subscription.handle
             with handle:
                 for _ in range(subscription.qos_profile.depth):
@@ -186,9 +192,7 @@ class GraphNode(Node):
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
-        publisher: Publisher[Any] = self.create_publisher(
-            message_class(topic), topic.name, qos_profile(topic.qos, depth)
-        )
+        publisher = make_publisher(self, topic, depth)
         self._outputs.append(publisher)
         sender = Serializing(publisher) if topic.type == JOINT_STATE else publisher
         if self.process_topics is None or topic.qos.transient_local:
@@ -201,19 +205,20 @@ class GraphNode(Node):
         callback: Callable[[Any], None],
         depth: int | None = None,
         awaited: bool = True,
+        only_reliable: bool = False,
         **options: Any,
     ) -> None:
         """Subscribe to a topic of the graph; where it is not awaited, the node is ready without a publisher of it.
 
+        Topics from outside are heard whatever their publishers offer, unless with `only_reliable` none may be lost.
+
         What comes on a topic of JointStates is passed on as `JointSample`, unless the options say whether it is raw.
         """
 
-        def subscribe(callback: Callable[[Any], None]) -> Subscription[Any]:
+        def subscribe(callback: Callable[[Any], None]) -> Hearing:
             if topic.type == JOINT_STATE and "raw" not in options:
                 callback, options["raw"] = self._of_samples(topic, callback), True
-            return self.create_subscription(
-                message_class(topic), topic.name, callback, qos_profile(topic.qos, depth), **options
-            )
+            return Hearing(self, topic, callback, depth, only_reliable, options)
 
         if not awaited:
             self._besides.append(subscribe(callback))
@@ -281,11 +286,27 @@ class GraphNode(Node):
                 )
             return
         self._complete_checks = self._complete_checks + 1 if complete else 0
+        self._checks += 1
+        lacking = self._lacking() if self._checks >= PATIENCE and not complete else ""
+        if lacking != self._lacked:
+            self._lacked = lacking
+            if lacking:
+                self.get_logger().warning(f"not ready: {lacking}")
         if self._complete_checks == 2:
             self._ready.publish(String(data=self.get_name()))
             self._ready_timer.cancel()
+            self._lacked = ""
             plan = f", plan {self.agreement.digest}" if self.agreement is not None and self.agreement.digest else ""
             self.get_logger().info(f"ready: all inputs are there{plan}")
+
+    def _lacking(self) -> str:
+        """Return what the node is not ready for: inputs that it does not hear, the plan, its preparation."""
+        inputs = dict.fromkeys(
+            one.problem or f"{one.topic_name} has no publisher" for one in self._inputs if not one.get_publisher_count()
+        )
+        if self.agreement is not None and not self.agreement.agrees:
+            inputs[self.agreement.problem or f"{self.resolve_topic_name(RUN_PLAN.name)} has not come"] = None
+        return "; ".join([*inputs, *([] if self.prepared() else ["it is being prepared"])])
 
     def _waited_for(self) -> list[str]:
         """Return what the node waits for before it is ready: publishers of its inputs, the plan, and other nodes."""
@@ -301,6 +322,11 @@ class GraphNode(Node):
         """Return the diagnostic level and message of the node; classes with faults override it."""
         if self.agreement is not None and self.agreement.problem:
             return DiagnosticStatus.ERROR, self.agreement.problem
+        if self._lacked:
+            return DiagnosticStatus.WARN, f"not ready: {self._lacked}"
+        unheard = next((one.problem for one in (*self._inputs, *self._besides) if one.problem), "")
+        if unheard:
+            return DiagnosticStatus.WARN, unheard
         if self._drops > self._thresholds.warn_dropped:
             return DiagnosticStatus.WARN, f"messages dropped, last: {self._last_drop}"
         return DiagnosticStatus.OK, "ok"

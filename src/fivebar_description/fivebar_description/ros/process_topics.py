@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from rclpy.subscription import Subscription
+from fivebar_description.ros.hearing import Hearing
 
 Callback = Callable[[Any], None]
 
@@ -30,9 +30,9 @@ class Sender(Protocol):
 class _Topic:
     """One topic within the process."""
 
-    def __init__(self, subscribe: Callable[[Callback], Subscription[Any]] | None = None) -> None:
+    def __init__(self, subscribe: Callable[[Callback], Hearing] | None = None) -> None:
         self.listeners: list[Callback] = []
-        self.inputs: list[list[Subscription[Any]]] = []
+        self.inputs: list[list[Hearing]] = []
         self.subscribe = subscribe
         self.has_writer = False
 
@@ -51,8 +51,8 @@ class ProcessTopics:
         self,
         topic: str,
         listener: Callback,
-        subscribe: Callable[[Callback], Subscription[Any]],
-        inputs: list[Subscription[Any]],
+        subscribe: Callable[[Callback], Hearing],
+        inputs: list[Hearing],
     ) -> None:
         """Register a callback for a topic by its full name; `inputs` receives the subscription, if one is created."""
         line = self._lines.setdefault(topic, _Topic())
