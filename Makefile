@@ -91,6 +91,10 @@ fuzz: setup ## feed every parser random input: make fuzz INPUTS=1000000; a short
 	[ -d .fuzz/packages ] || $(BIN)/pip install --quiet --no-deps --target .fuzz/packages -r tests/fuzz/requirements.lock
 	PYTHONPATH=.fuzz/packages OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/fuzz/run.py $(PARSERS) --inputs $(or $(INPUTS),20000)
 
+.PHONY: walks
+walks: setup ## count the files and functions that data passes on four ways through the code
+	@$(BIN)/python tests/support/walking.py $(WALKS)
+
 .PHONY: bench
 bench: setup ## measure speed on this machine
 	@$(BIN)/python -m fivebar_bringup.studies.bench
