@@ -5,7 +5,8 @@ which these stand, and how often the way changes from one file to another. Compi
 neither does what had been computed before and is only looked up. The counts measure how much of the code a reader has
 to know who follows the data; a test keeps them from growing unnoticed.
 
-Usage: walking.py [WALK ...] [--functions], by default all; `--functions` lists what was passed, in the order of first use.
+Usage: walking.py [WALK ...] [--functions], by default all; `--functions` lists what was passed, in the order of first
+use.
 """
 
 from __future__ import annotations
