@@ -9,10 +9,11 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from forked_node import ForkedNode
-from graph_probe import COMMAND, Bench, Probe, values_of
+from graph_probe import COMMAND, Bench, Probe, node_modules, values_of
 from middle_motion import MiddleMotion
 
-from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE
+from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE, status_name
+from fivebar_description.share import share_file
 
 
 def feed(probe: Probe, motion: MiddleMotion, samples: int) -> None:
@@ -37,6 +38,7 @@ def test_a_node_tells_its_rate_jitter_late_and_dropped_messages(bench: Bench, mo
     while len(probe.reports["/supervisor"]) < before + 2:
         feed_one(probe, motion, sample)
         sample += 1
+    assert {(one.name, one.hardware_id) for one in probe.reports["/supervisor"]} == {("/supervisor: health", "fivebar")}
     status, figures = probe.reports["/supervisor"][-1], values_of(probe.reports["/supervisor"][-1])
     assert status.level == DiagnosticStatus.OK
     assert 50 < int(figures["answered"]) <= sample
@@ -158,3 +160,14 @@ def test_the_time_between_two_runs_is_no_late_answer(bench: Bench, motion: Middl
     probe.publish(JOINT_STATES, motion.joint_states_message(1))
     _, figures = probe.report("/supervisor", lambda values: values["answered"] == "7")
     assert figures["late"] == "0"
+
+
+def test_the_aggregator_has_a_place_for_every_node() -> None:
+    """A status that is in none of the groups would be shown as "Other"."""
+    path = share_file("fivebar_bringup", "config", "diagnostic_aggregator.yaml")
+    groups = yaml.safe_load(path.read_text(encoding="utf-8"))["analyzers"]["ros__parameters"]
+    expected = [name for group in groups.values() if isinstance(group, dict) for name in group["contains"]]
+    assert sorted(expected) == sorted(status_name(f"/{node}") for node in node_modules())
+    assert {group["type"] for group in groups.values() if isinstance(group, dict)} == {
+        "diagnostic_aggregator/GenericAnalyzer"
+    }

@@ -41,6 +41,7 @@ from fivebar_description.interface import (
     RUN_READY,
     START_STAMP_NS,
     Topic,
+    node_of_status,
     sample_of_stamp,
     sample_stamp_ns,
 )
@@ -177,7 +178,7 @@ class Probe:
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self.reports[status.name].append(status)
+            self.reports[node_of_status(status.name)].append(status)
 
     def advertise(self, *topics: Topic, depth: int | None = None) -> None:
         """Make the publishers of topics, so that others can discover them."""

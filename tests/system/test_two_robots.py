@@ -4,19 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 from fivebar_command import FivebarCommand
+from rosbags.rosbag2 import Reader
 
 from fivebar_bringup.report.report import write_report
-from fivebar_bringup.runs.bag.definitions import absolute_name
+from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name
 from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_description.interface import DIAGNOSTICS, GOAL, GOAL_STATUS, JOINT_STATES, RUN_READY
+from fivebar_description.interface import (
+    BASE_FRAME,
+    DIAGNOSTICS,
+    GOAL,
+    GOAL_STATUS,
+    IMU_FRAME,
+    JOINT_STATES,
+    RUN_READY,
+    frame_prefix,
+)
 
 SCENARIO = "name: short\nwaypoints: [[0.0, 0.15], [0.0, {y}]]\nsegment_duration: 0.2\nforce: true\n"
 SAMPLES = 101
+
+STAMPED = ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
+
+
+def frames_of(bag: Path) -> set[str]:
+    """Return the frames of all recorded messages that have one."""
+    with Reader(bag) as reader:
+        stamped = [one for one in reader.connections if one.msgtype in STAMPED]
+        messages = (TYPESTORE.deserialize_cdr(data, one.msgtype) for one, _, data in reader.messages(stamped))
+        return {message.header.frame_id for message in messages}
 
 
 def test_two_robots_run_in_one_domain(tmp_path: Path) -> None:
@@ -46,6 +68,11 @@ def test_two_robots_run_in_one_domain(tmp_path: Path) -> None:
         assert {absolute_name(GOAL, name), absolute_name(GOAL_STATUS, name)} <= set(bag.topics)
         assert len(set(bag.texts(RUN_READY))) == len(bag.texts(RUN_READY))
         assert write_report(RunDirectory(tmp_path / name / "out"), with_page=False).outcome == "succeeded"
+        frames = frames_of(tmp_path / name / "out" / "bag")
+        assert frames == {f"{name}/{BASE_FRAME}", f"{name}/{IMU_FRAME}"}
+        # robot_state_publisher puts the same name before the frames of the URDF
+        links = {link.get("name") for link in ElementTree.fromstring(described_robot()).iter("link")}
+        assert frames <= {f"{frame_prefix(name)}{link}" for link in links}
         heights.append(bag.field(JOINT_STATES, "position")[-1])
     assert not np.allclose(heights[0], heights[1], atol=1e-3)
 

@@ -16,7 +16,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from fivebar_bringup.runs.description import described_robot, rviz_configuration
-from fivebar_description.robot_description import frame_prefix
+from fivebar_description.interface import frame_prefix
 
 
 def start_view(context):

@@ -46,7 +46,17 @@ IMU_FRAME = "imu"
 """Frame of `imu/data`, fixed to the distal link of leg 2 at the platform."""
 
 CAMERA_FRAME = "camera"
-"""Frame of the pictures: x to the right, y down, z along the optical axis."""
+"""Frame of the camera's body, and its name among the late readings."""
+
+PICTURE_FRAME = "camera_optical"
+"""Frame of the pictures: x to the right, y down, z along the optical axis, as REP-103 has it."""
+
+
+def frame_prefix(namespace: str) -> str:
+    """Return what stands before the frames of a robot in a namespace, "robot1/"; "" without one."""
+    name = namespace.strip("/")
+    return f"{name}/" if name else ""
+
 
 START_STAMP_NS = 1_000_000_000
 """Stamp of sample 0 in lockstep, where time is simulated. Not zero, because a zero stamp means "not set" in ROS."""
@@ -209,6 +219,23 @@ def output_topic(pin: str) -> Topic:
 
 DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(depth=10))
 """Rates, counts and health of every node; one topic for all robots of a domain, as its tools expect."""
+
+HARDWARE = "fivebar"
+"""Hardware id on /diagnostics; in a namespace with its name in front, as of a frame."""
+
+TASK = "health"
+"""What a node reports on /diagnostics."""
+
+
+def status_name(node: str) -> str:
+    """Return the name of a node's status on /diagnostics, from the node's absolute name."""
+    return f"{node}: {TASK}"
+
+
+def node_of_status(name: str) -> str:
+    """Return the node (absolute name) that a status on /diagnostics is of; that of another program is left as it is."""
+    return name.removesuffix(f": {TASK}")
+
 
 RECORDED_BESIDES = (GOAL, GOAL_STATUS, DIAGNOSTICS)
 """What a bag holds besides, without the recorder waiting for it."""

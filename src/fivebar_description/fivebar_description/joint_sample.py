@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Iterable, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS
 
 LARGEST = 1e100
 """Largest magnitude that is accepted: sums and squares of larger values would overflow."""
+
+
+LAYOUTS = 256
+"""Layouts of messages that are remembered: more than a graph has."""
 
 
 class MessageError(ValueError):
@@ -25,9 +29,10 @@ class JointSample:
         stamp_ns: stamp (ns).
         name: of the quantities.
         position, velocity, effort: a value for each of them, or empty.
+        frame: its frame.
     """
 
-    __slots__ = ("_read", "effort", "name", "position", "stamp_ns", "velocity")
+    __slots__ = ("_read", "effort", "frame", "name", "position", "stamp_ns", "velocity")
 
     def __init__(
         self,
@@ -36,12 +41,14 @@ class JointSample:
         position: tuple[float, ...],
         velocity: tuple[float, ...],
         effort: tuple[float, ...],
+        frame: str = BASE_FRAME,
     ) -> None:
         self.stamp_ns = stamp_ns
         self.name = name
         self.position = position
         self.velocity = velocity
         self.effort = effort
+        self.frame = frame
         self._read: dict[Any, tuple[tuple[float, ...], ...]] = {}
 
     def read(self, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool) -> tuple[tuple[float, ...], ...]:
@@ -52,12 +59,13 @@ class JointSample:
             found = self._read[key] = checked_fields(self, names, fields, allow_nan)
         return found
 
-    def cdr(self) -> bytes:
-        """Return the JointState in CDR, as a publisher serialises it."""
+    def cdr(self, frame: str | None = None) -> bytes:
+        """Return the JointState in CDR, as a publisher serialises it; in another frame than its own if one is given."""
         position, velocity, effort = self.position, self.velocity, self.effort
-        layout = _layout(self.name, len(position), len(velocity), len(effort))
+        frame = self.frame if frame is None else frame
+        layout = _layout(frame, self.name, len(position), len(velocity), len(effort))
         seconds, nanoseconds = divmod(self.stamp_ns, NANOSECONDS)
-        head = _HEAD, seconds, nanoseconds, _names(self.name)
+        head = _HEAD, seconds, nanoseconds, _names(frame, self.name)
         return layout.pack(*head, len(position), *position, len(velocity), *velocity, len(effort), *effort)
 
     def alike(self, data: bytes) -> JointSample | None:
@@ -66,12 +74,14 @@ class JointSample:
         None where it may differ in anything else; which values are filled belongs to that.
         """
         counts = len(self.position), len(self.velocity), len(self.effort)
-        layout = _layout(self.name, *counts)
+        layout = _layout(self.frame, self.name, *counts)
         if len(data) < layout.size:
             return None
         head, seconds, nanoseconds, names, *fields = layout.unpack_from(data)
         velocity, effort = counts[0] + 1, counts[0] + counts[1] + 2
-        if (head, names) != (_HEAD, _names(self.name)) or (fields[0], fields[velocity], fields[effort]) != counts:
+        if (head, names) != (_HEAD, _names(self.frame, self.name)):
+            return None
+        if (fields[0], fields[velocity], fields[effort]) != counts:
             return None
         if not 0 <= seconds * NANOSECONDS + nanoseconds <= LATEST_STAMP_NS:
             return None
@@ -81,6 +91,7 @@ class JointSample:
             tuple(fields[1:velocity]),
             tuple(fields[velocity + 1 : effort]),
             tuple(fields[effort + 1 :]),
+            self.frame,
         )
 
 
@@ -99,10 +110,10 @@ def joint_sample(
     return JointSample(stamp_ns, tuple(names), tuple(position), tuple(velocity), tuple(effort))
 
 
-@cache
-def _names(names: tuple[str, ...]) -> bytes:
+@lru_cache(LAYOUTS)
+def _names(frame: str, names: tuple[str, ...]) -> bytes:
     """Return the frame and the sequence of names, aligned for the number that follows."""
-    return _word(BASE_FRAME) + struct.pack("<I", len(names)) + b"".join(map(_word, names))
+    return _word(frame) + struct.pack("<I", len(names)) + b"".join(map(_word, names))
 
 
 def _word(text: str) -> bytes:
@@ -110,11 +121,11 @@ def _word(text: str) -> bytes:
     return struct.pack("<I", len(word)) + word + b"\0" * (-len(word) % 4)
 
 
-@cache
-def _layout(names: tuple[str, ...], *lengths: int) -> struct.Struct:
+@lru_cache(LAYOUTS)
+def _layout(frame: str, names: tuple[str, ...], *lengths: int) -> struct.Struct:
     """Return the layout of a JointState in CDR with fields of these lengths; doubles are aligned to 8 bytes."""
-    place = 8 + len(_names(names))
-    layout = f"<4siI{len(_names(names))}s"
+    place = 8 + len(_names(frame, names))
+    layout = f"<4siI{len(_names(frame, names))}s"
     for length in lengths:
         place += 4
         padding = -place % 8 if length else 0

@@ -21,7 +21,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from fivebar_description.imu import ImuSettings
-from fivebar_description.interface import BASE_FRAME, IMU_FRAME
+from fivebar_description.interface import BASE_FRAME, CAMERA_FRAME, IMU_FRAME, PICTURE_FRAME
 from fivebar_description.mass_split import Body, MassSplit, split_masses
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.robot_file import DistalLinks, Links
@@ -35,8 +35,6 @@ SIDES = ("left", "right")
 
 PLATFORM_FRAME, LOOP_FRAME = "platform", "left_tip"
 """Frames that the closed loop brings together: the end of the distal link of leg 2, and that of leg 1."""
-
-CAMERA_FRAME = "camera"
 
 PITCH, THICKNESS = 0.010, 0.008
 """Height from one layer to the next, and of a link (m)."""
@@ -90,12 +88,6 @@ def link_width(robot: FiveBar) -> float:
     """Return the width of the links (m)."""
     shortest = min(length for leg in (robot.leg1, robot.leg2) for length in (leg.proximal, leg.distal))
     return min(LARGEST_WIDTH, WIDTH_SHARE * shortest)
-
-
-def frame_prefix(namespace: str) -> str:
-    """Return what stands before the frames of a robot in a namespace, "robot1/"; "" without one."""
-    name = namespace.strip("/")
-    return f"{name}/" if name else ""
 
 
 def robot_description(
@@ -182,7 +174,7 @@ def _camera(root: Element, robot: FiveBar) -> None:
     camera = _frame(root, CAMERA_FRAME, BASE_FRAME, place, (0.0, 0.5 * math.pi, 0.5 * math.pi))
     _shape(camera, "sensor", _box((0.02, 0.04, 0.03)), (-0.01, 0.0, 0.0), collides=False)
     # by the convention of ROS for pictures: z into the picture, x to its right
-    _frame(root, "camera_optical", CAMERA_FRAME, (0.0, 0.0, 0.0), (-0.5 * math.pi, 0.0, -0.5 * math.pi))
+    _frame(root, PICTURE_FRAME, CAMERA_FRAME, (0.0, 0.0, 0.0), (-0.5 * math.pi, 0.0, -0.5 * math.pi))
 
 
 def _bar(root: Element, name: str, length: float, width: float, colour: str, body: Body) -> Element:

@@ -22,7 +22,7 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.imu import ImuSettings
-from fivebar_description.interface import BASE_FRAME, IMU_FRAME, JOINTS
+from fivebar_description.interface import BASE_FRAME, CAMERA_FRAME, IMU_FRAME, JOINTS, PICTURE_FRAME
 from fivebar_description.mass_split import split_masses
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import LOOP_FRAME, PLATFORM_FRAME, link_width, robot_description
@@ -82,7 +82,9 @@ def test_it_is_a_tree_of_the_named_frames_with_the_joints_of_joint_states(tree: 
     assert len(set(links)) == len(links)
     assert len(parents) == len(joints) == len(links) - 1
     assert set(links) - set(parents) == {BASE_FRAME}
-    assert {IMU_FRAME, PLATFORM_FRAME, LOOP_FRAME, "left_motor", "right_motor", "camera"} <= set(links)
+    assert {IMU_FRAME, PLATFORM_FRAME, LOOP_FRAME, "left_motor", "right_motor", CAMERA_FRAME, PICTURE_FRAME} <= set(
+        links
+    )
     assert parents[IMU_FRAME] == PLATFORM_FRAME
     assert tuple(joint.get("name") for joint in joints if joint.get("type") == "revolute") == JOINTS
     declared = {material.get("name") for material in tree.findall("material")}

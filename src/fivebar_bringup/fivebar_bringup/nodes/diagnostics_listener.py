@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from fivebar_description.interface import DIAGNOSTICS
+from fivebar_description.interface import DIAGNOSTICS, node_of_status
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.domain_member import DomainMember
 
@@ -56,9 +56,9 @@ class DiagnosticsListener(DomainMember):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name not in self._reports and len(self._reports) >= MOST_NODES:
+            name = one_line(node_of_status(status.name), LONGEST_NAME)
+            if name not in self._reports and len(self._reports) >= MOST_NODES:
                 continue
             figures = {one_line(pair.key, LONGEST_NAME): one_line(pair.value) for pair in status.values[:MOST_FIGURES]}
             level = LEVELS.get(status.level, "stale")
-            name = one_line(status.name, LONGEST_NAME)
             self._reports[name] = time.monotonic(), NodeReport(name, level, one_line(status.message), figures)

@@ -33,7 +33,6 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.joint_sample import MessageError
-from fivebar_description.robot_description import frame_prefix
 from fivebar_description.ros.messages import checked_stamp, read_fields, received_joint_state, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import best_effort
@@ -86,7 +85,7 @@ class Scene(GraphNode):
         super().__init__("scene")
         self._motion = declare_motion(self)
         self._settings = self.declare_settings(SceneSettings)
-        self._frame = self._settings.frame_id or frame_prefix(self.get_namespace()) + BASE_FRAME
+        self._frame = self._settings.frame_id or self.frame(BASE_FRAME)
         self._zones = float(self.get_parameter("min_authority").value) > 0.0
         self._period_ns = round(NANOSECONDS / self._settings.pictures_per_second)
         self._trail = Trail(self._settings.trail_points)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_description.imu import ImuSettings
-from fivebar_description.interface import BASE_FRAME
-from fivebar_description.robot_description import frame_prefix, robot_description
+from fivebar_description.interface import BASE_FRAME, frame_prefix
+from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import read_robot
 from fivebar_description.share import share_file
 

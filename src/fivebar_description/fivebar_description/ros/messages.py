@@ -93,6 +93,7 @@ def sampled(message: JointState) -> JointSample:
         tuple(message.position),
         tuple(message.velocity),
         tuple(message.effort),
+        message.header.frame_id,
     )
 
 

@@ -17,7 +17,16 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from std_msgs.msg import String
 
-from fivebar_description.interface import DIAGNOSTICS, RUN_PLAN, RUN_READY, Topic
+from fivebar_description.interface import (
+    BASE_FRAME,
+    DIAGNOSTICS,
+    HARDWARE,
+    RUN_PLAN,
+    RUN_READY,
+    Topic,
+    frame_prefix,
+    status_name,
+)
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.hearing import Hearing, make_publisher
@@ -59,14 +68,15 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
 class Serializing:
-    """Publishes samples in the place of a JointState as bytes, without making a message first."""
+    """Publishes samples in the place of a JointState as bytes, without making a message first, in the robot's frame."""
 
-    def __init__(self, publisher: Publisher[Any]) -> None:
+    def __init__(self, publisher: Publisher[Any], frame: str) -> None:
         self._publisher = publisher
+        self._frame = frame
 
     def publish(self, message: JointMessage, /) -> None:
         """Publish a message."""
-        self._publisher.publish(message.cdr() if isinstance(message, JointSample) else message)
+        self._publisher.publish(message.cdr(self._frame) if isinstance(message, JointSample) else message)
 
 
 class GraphNode(Node):
@@ -189,12 +199,16 @@ class GraphNode(Node):
                     subscription.callback(taken[0])
                     after_each()
 
+    def frame(self, name: str) -> str:
+        """Return a frame of the URDF as it is named in the namespace of this node's robot."""
+        return frame_prefix(self.get_namespace()) + name
+
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
         publisher = make_publisher(self, topic, depth)
         self._outputs.append(publisher)
-        sender = Serializing(publisher) if topic.type == JOINT_STATE else publisher
+        sender = Serializing(publisher, self.frame(BASE_FRAME)) if topic.type == JOINT_STATE else publisher
         if self.process_topics is None or topic.qos.transient_local:
             return sender
         return self.process_topics.advertise(self.resolve_topic_name(topic.name), sender)
@@ -352,9 +366,9 @@ class GraphNode(Node):
         }
         status = DiagnosticStatus(
             level=level,
-            name=self.get_fully_qualified_name(),
+            name=status_name(self.get_fully_qualified_name()),
             message=message,
-            hardware_id="fivebar",
+            hardware_id=frame_prefix(self.get_namespace()) + HARDWARE,
             values=[KeyValue(key=name, value=str(value)) for name, value in metrics.items()],
         )
         array = DiagnosticArray(status=[status])

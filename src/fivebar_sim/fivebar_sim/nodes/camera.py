@@ -11,12 +11,12 @@ from sensor_msgs.msg import CameraInfo, Image
 from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
 from fivebar_description.camera_model import LENS_MODEL
 from fivebar_description.interface import (
-    CAMERA_FRAME,
     CAMERA_IMAGE,
     CAMERA_INFO,
     GROUND_TRUTH,
     JOINTS,
     NANOSECONDS,
+    PICTURE_FRAME,
     VISION_NAMES,
     VISION_PLATFORM,
 )
@@ -61,7 +61,7 @@ class CameraNode(GraphNode):
         self._run = RunAgreement(self, settings.rate_hz, {"robot": robot_value(settings.robot)})
         self._run.on_begin = self._restart
         self._restart()
-        self._info = _camera_info(self._settings)
+        self._info = _camera_info(self._settings, self.frame(PICTURE_FRAME))
         self._by_the_clock = settings.by_the_clock
         if self._by_the_clock:
             os.nice(LOW_PRIORITY)
@@ -109,22 +109,22 @@ class CameraNode(GraphNode):
             return
         self._info.header.stamp = to_stamp(stamp)
         self._infos.publish(self._info)
-        self._images.publish(_image(one.picture, stamp))
+        self._images.publish(_image(one.picture, stamp, self.frame(PICTURE_FRAME)))
 
 
-def _image(picture: Picture, stamp_ns: int) -> Image:
+def _image(picture: Picture, stamp_ns: int, frame: str) -> Image:
     height, width = picture.shape
     message = Image(height=height, width=width, encoding="mono8", is_bigendian=0, step=width)
     message.header.stamp = to_stamp(stamp_ns)
-    message.header.frame_id = CAMERA_FRAME
+    message.header.frame_id = frame
     message.data = array("B", picture.tobytes())
     return message
 
 
-def _camera_info(settings: CameraSettings) -> CameraInfo:
+def _camera_info(settings: CameraSettings, frame: str) -> CameraInfo:
     optics = settings.optics()
     message = CameraInfo(height=settings.height, width=settings.width, distortion_model=LENS_MODEL)
-    message.header.frame_id = CAMERA_FRAME
+    message.header.frame_id = frame
     message.d = optics.distortion().tolist()
     message.k = optics.matrix().ravel().tolist()
     message.r = np.eye(3).ravel().tolist()

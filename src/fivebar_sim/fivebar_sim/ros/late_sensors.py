@@ -32,6 +32,7 @@ class LateSensors:
     ) -> None:
         """Advertise the topics on behalf of a node; the seed is that of losses and of the encoder's phase."""
         self._run = run
+        self._imu_frame = node.frame(IMU_FRAME)
         self._rate_hz = rate_hz
         self._settings = imu
         self.passive = passive
@@ -52,7 +53,7 @@ class LateSensors:
         message.header.stamp = to_stamp(
             late_stamp_ns(sample, self._rate_hz, self._settings.clock_offset, self._run.epoch_ns)
         )
-        message.header.frame_id = IMU_FRAME
+        message.header.frame_id = self._imu_frame
         # -1 means that there is no orientation (sensor_msgs/Imu)
         message.orientation_covariance[0] = -1.0
         return message

@@ -20,6 +20,7 @@ from fivebar_description.interface import (
     RUN_STATUS,
     SAFETY_STATE,
     Topic,
+    node_of_status,
 )
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
@@ -98,8 +99,9 @@ class GraphStates:
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            known = status.name in self._nodes
-            if len(status.name) > LONGEST_NAME or not (known or len(self._nodes) < MOST_NODES):
+            name = node_of_status(status.name)
+            known = name in self._nodes
+            if len(name) > LONGEST_NAME or not (known or len(self._nodes) < MOST_NODES):
                 continue
             level = LEVELS.get(status.level, "stale")
-            self._nodes[status.name] = (time.monotonic(), level, one_line(status.message))
+            self._nodes[name] = (time.monotonic(), level, one_line(status.message))
