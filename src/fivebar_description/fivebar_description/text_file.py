@@ -48,7 +48,7 @@ def read_bytes(path: Path, largest: int = LARGEST_TABLE) -> bytes:
         raise InputError(f"{path}: is not the name of a file") from error
     try:
         status = os.fstat(descriptor)
-        kind = KINDS.get(stat.S_IFMT(status.st_mode))
+        kind = _kind(status)
         if kind is not None:
             raise InputError(f"{path}: is {kind}: expected a file")
         # the size that is known may be less than what is read, as in /proc
@@ -62,6 +62,19 @@ def read_bytes(path: Path, largest: int = LARGEST_TABLE) -> bytes:
     if size > largest:
         raise InputError(f"{path}: {size} bytes: expected at most {largest}")
     return content
+
+
+def endless_kind(path: Path) -> str | None:
+    """Return what a path is that may have no end or never begin, such as "a pipe"; None for files and directories."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return None if stat.S_ISDIR(status.st_mode) else _kind(status)
+
+
+def _kind(status: os.stat_result) -> str | None:
+    return KINDS.get(stat.S_IFMT(status.st_mode))
 
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:

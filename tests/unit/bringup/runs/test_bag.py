@@ -636,6 +636,16 @@ def damage(path: Path, offset: int) -> None:
     path.write_bytes(content)
 
 
+def replace_by_pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def replace_by_device(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("/dev/zero")
+
+
 def with_nameless_topic(path: Path) -> None:
     """Have the metadata promise no messages, of a single topic that has no name."""
     topic = "{topic_metadata: {name: , type: a/msg/B, serialization_format: cdr}, message_count: 0}"
@@ -665,6 +675,10 @@ def with_nameless_topic(path: Path) -> None:
             id="fewer messages",
         ),
         pytest.param(with_nameless_topic, id="a topic without a name"),
+        pytest.param(lambda run: replace_by_pipe(run / "run_0.mcap"), id="a pipe"),
+        pytest.param(lambda run: replace_by_pipe(run / "metadata.yaml"), id="metadata that is a pipe"),
+        pytest.param(lambda run: replace_by_device(run / "run_0.mcap"), id="a device"),
+        pytest.param(lambda run: replace_by_device(run / "metadata.yaml"), id="metadata that is a device"),
     ],
 )
 def test_broken_bag_is_one_line_that_names_it(bag: tuple[Path, Messages], break_bag: Callable[[Path], object]) -> None:

@@ -87,6 +87,22 @@ def test_what_is_no_file_of_results_is_refused(text: str, words: str, tmp_path: 
     assert called.stderr.count("\n") == 1
 
 
+def test_a_byte_order_mark_changes_no_score(tmp_path: Path) -> None:
+    text = (
+        "crossing,rig,controller,fault,mode_changes,error_peak,error_final,torque\n"
+        "1,ideal,unified,,1,0.00012311395721962791,4.54251373248706e-06,2.0\n"
+        "2,ideal,unified,,1,5.2548293202637005e-06,1.111061509387434e-06,0.6024017541\n"
+        "0,ideal,unified,,1,1.1479975499427722e-05,4.5237035405911515e-07,0.7253980064261953\n"
+    )
+    outputs = []
+    for mark in ("", "\ufeff"):
+        file = tmp_path / "mine.csv"
+        file.write_text(mark + text, encoding="utf-8")
+        outputs.append(CliRunner().invoke(app, ["benchmark", "--score", str(file), "--json"]).output)
+    (score,) = json.loads(outputs[0])["scores"]
+    assert (score["successes"], outputs[1]) == (3, outputs[0])
+
+
 def test_what_is_not_known_of_a_run_may_be_missing_from_its_result() -> None:
     text = HEAD + "0,ideal,mine,not_started,0,nan,nan,nan\n" + "999,ideal,mine,,1,inf,inf,inf\n"
     first, last = read_results(text, "mine.csv")

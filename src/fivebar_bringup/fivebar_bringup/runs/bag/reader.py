@@ -12,6 +12,7 @@ from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.bag.definitions import TYPESTORE
 from fivebar_bringup.runs.bag.recording import RawTopic, Recording, has_names
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, RUN_READY
+from fivebar_description.text_file import endless_kind
 from fivebar_description.topic_contents import Content, content_of
 
 __all__ = ["RawTopic", "Recording", "read_bag"]
@@ -29,13 +30,18 @@ def read_bag(directory: Path, namespace: str | None = None) -> Recording:
     """Read all messages of a bag into memory; `namespace` is that of the recorded topics, None for the one it has.
 
     Raises :class:`BagError`, one line that begins with the path, if the directory or its metadata.yaml is missing, or
-    if a file of the bag is missing, truncated or damaged.
+    if a file of the bag is missing, truncated, damaged or none, such as a pipe.
     """
     if not directory.is_dir():
         raise BagError(directory, "no such directory")
     metadata = directory / "metadata.yaml"
     if not metadata.is_file():
-        raise BagError(metadata, "missing, so this is not a bag")
+        kind = endless_kind(metadata)
+        raise BagError(metadata, "missing, so this is not a bag" if kind is None else f"is {kind}: expected a file")
+    for file in sorted(directory.iterdir()):
+        # the reader would wait for a writer, or read for ever
+        if (kind := endless_kind(file)) is not None:
+            raise BagError(file, f"is {kind}: expected a file")
     try:
         topics, custom_data, promised = _read(directory)
     except Exception as error:  # the reader raises many kinds of exception on damaged files, assertions included

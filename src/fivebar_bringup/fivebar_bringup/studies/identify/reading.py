@@ -45,7 +45,8 @@ def find_bag(path: Path, namespace: str | None = None) -> Source:
     """
     if not path.is_dir():
         raise InputError(f"{path}: no such directory: expected a bag or the directory of a run")
-    if (path / "metadata.yaml").is_file():
+    # what is there and is no file is refused where it is read
+    if (path / "metadata.yaml").exists():
         run = RunDirectory(path.resolve().parent)
         return Source(path, run if run.scenario.is_file() else None, namespace)
     run = RunDirectory(path)
