@@ -12,6 +12,7 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
+from fivebar_bringup.runs.node_processes import NOT_READY, WAITS
 from fivebar_description.interface import IMU_DATA, MOTOR_STATES, PAYLOAD, Topic
 from fivebar_description.ros.messages import message_class
 
@@ -79,10 +80,12 @@ def test_a_latched_message_from_before_the_node_is_heard(bench: Bench) -> None:
 
 
 def test_in_lockstep_a_sensor_that_may_lose_readings_is_not_used_but_named(bench: Bench) -> None:
-    bench.start("state_estimator", gyro=True, awaits_readings=True)
+    process = bench.start("state_estimator", gyro=True, awaits_readings=True)
     probe = bench.probe()
     probe.node.create_publisher(Imu, IMU_DATA.name, qos_profile_sensor_data)
     said(probe, "not ready: /imu/data: not heard from /probe, since the reliability differs: expected reliable")
+    # by which the launcher knows the lines of the log
+    assert all(words in process.stderr for words in (f"[state_estimator]{WAITS}", f"[state_estimator]: {NOT_READY}"))
 
 
 def test_motor_states_are_heard_with_best_effort_where_that_is_asked_for(bench: Bench) -> None:

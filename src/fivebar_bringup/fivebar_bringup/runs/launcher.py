@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -132,8 +133,7 @@ def run_graph(
                     )
                 status = monitor.status
             if any(fault.startswith(MISSING) for fault in monitor.faults):
-                lacking = [one for process in processes.values() for one in process.not_ready()]
-                faults += [f"{MISSING}: {one}" for one in lacking]
+                faults += _lacking(processes)
         except NodesNotStarted as error:
             faults.append(str(error))
         except KeyboardInterrupt:
@@ -159,9 +159,16 @@ def _watch(
     last_moment = math.inf
     # on real drives the bridge publishes the progress of the run
     pace = next(name for name in (EMULATED_ROBOT, PLANT, *BRIDGES) if name in processes)
+    told: set[str] = set()
     while processes[pace].status is None:
         monitor.take_one(POLL_PERIOD)
         sample = monitor.status.get("sample", 0)
+        if pace in BRIDGES and sample == 0:
+            # there may be no end to waiting for a sensor, or for the operator, who wants to know
+            new = [one for one in _lacking(processes) if one not in told]
+            told.update(new)
+            for text in new:
+                print(f"fivebar: {text}", file=sys.stderr)
         if monitor.status:
             progress(sample, monitor.status["samples"])
         if followed(monitor.program):
@@ -188,6 +195,11 @@ def _watch(
     monitor.take_one(POLL_PERIOD)
     if processes[pace].status not in (0, 1):
         faults.append(f"node_died: {pace} {processes[pace].how_it_ended()}")
+
+
+def _lacking(processes: Mapping[str, NodeProcess]) -> list[str]:
+    """Return what the nodes of a run lack before they are ready, as faults."""
+    return [f"{MISSING}: {one}" for process in processes.values() for one in process.not_ready()]
 
 
 class _Silence:

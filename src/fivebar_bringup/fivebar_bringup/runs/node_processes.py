@@ -60,11 +60,8 @@ class NodeProcess:
 
     def last_line(self) -> str:
         """Return the last line that the node printed, except those of its regular course; "" where its log is gone."""
-        try:
-            lines = self._text().strip().splitlines()
-        except OSError:
-            return ""
-        lines = [line for line in lines if not line.startswith(REGULAR)]
+        lines = self._text().strip().splitlines()
+        lines = [line for line in lines if not line.startswith(REGULAR) and f"]: {NOT_READY}" not in line]
         return lines[-1] if lines else ""
 
     @property
@@ -84,7 +81,11 @@ class NodeProcess:
         return list(lacking.values())
 
     def _text(self) -> str:
-        return self._log.read_text(encoding="utf-8", errors="replace")
+        """Return what the process has printed, "" where its log is gone."""
+        try:
+            return self._log.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return ""
 
     def send(self, number: signal.Signals) -> None:
         """Send a signal, if the process still runs."""

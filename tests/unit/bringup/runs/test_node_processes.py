@@ -152,6 +152,23 @@ def test_how_a_process_has_ended(run: RunDirectory, processes: dict[str, NodePro
     assert wait(waiting) == -signal.SIGKILL
 
 
+def test_what_nodes_of_a_process_lack_is_in_its_log(tmp_path: Path) -> None:
+    log = tmp_path / "control.log"
+    process = NodeProcess("control", os.getpid(), log)
+    log.write_text("loading\n", encoding="utf-8")
+    assert not process.has_begun and process.not_ready() == []
+    log.write_text(
+        "[INFO] [1.5] [blender]: waits for /reference\n"
+        "[WARN] [6.5] [blender]: not ready: /reference has no publisher\n"
+        "[WARN] [6.6] [state_estimator]: not ready: /imu/data has no publisher; /motor_states has no publisher\n"
+        "[WARN] [7.0] [state_estimator]: not ready: /imu/data has no publisher\n"
+        "[INFO] [8.0] [blender]: ready: all inputs are there, plan f8999f9ae864\n",
+        encoding="utf-8",
+    )
+    assert process.has_begun
+    assert process.not_ready() == ["state_estimator: /imu/data has no publisher"]
+
+
 def test_a_node_whose_middleware_does_not_end_has_done_its_work(
     run: RunDirectory, processes: dict[str, NodeProcess]
 ) -> None:
