@@ -12,7 +12,7 @@ from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario_files import load_scenario
 from fivebar_bringup.studies.goto.program import scenario_of_program
 from fivebar_control.hardware.board_file import board_path, load_board
-from fivebar_control.planning.program import load_program
+from fivebar_control.planning.program import load_program, with_files
 from fivebar_control.vision.camera_file import CameraCalibration, calibration_text
 from fivebar_description.camera import CameraSettings
 from fivebar_description.errors import InputError
@@ -72,6 +72,19 @@ def test_a_saved_run_is_read_where_it_is_moved_to(folder: Path, tmp_path_factory
     shutil.rmtree(folder)
     scenario = RunDirectory(moved).read_scenario()
     assert (scenario.robot, scenario.camera.calibration) == (str(moved / "robot.yaml"), str(moved / "camera.yaml"))
+
+
+def test_a_program_that_is_kept_with_its_run_names_the_files_there(folder: Path) -> None:
+    loaded = load_program(folder / "program.yaml")
+    scenario = scenario_of_program(loaded, "program")
+    run = new_run_directory(folder / "run", scenario)
+    kept = run.path / "program.yaml"
+    kept.write_text(with_files(loaded.text, run.files_of(scenario)), encoding="utf-8")
+    (folder / "sub" / "mine.yaml").unlink()
+    (folder / "mycam.yaml").unlink()
+    found = scenario_of_program(load_program(kept), "program")
+    assert (found.robot, found.camera.calibration) == (str(run.robot), str(run.path / "camera.yaml"))
+    assert with_files(loaded.text, {}) == loaded.text
 
 
 def test_a_missing_calibration_is_refused_before_anything_is_made(folder: Path) -> None:

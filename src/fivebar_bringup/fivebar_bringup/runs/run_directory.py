@@ -66,6 +66,15 @@ class RunDirectory(NamedTuple):
         """The folder of each process's output."""
         return self.path / "logs"
 
+    def files_of(self, scenario: Scenario) -> dict[tuple[str, ...], str]:
+        """Return the names, in this directory, of the files that a scenario names by their paths, by their keys."""
+        names: dict[tuple[str, ...], str] = {}
+        if is_yaml_path(scenario.robot):
+            names["robot",] = self.robot.name
+        if scenario.camera.on and scenario.camera.calibration:
+            names["camera", "calibration"] = CAMERA_FILE
+        return names
+
     def read_scenario(self) -> Scenario:
         """Return the scenario of a run made earlier.
 

@@ -40,6 +40,7 @@ from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_description.whole_turns import same_turn
 
 NO_READINGS = Misfit(math.nan, math.nan, math.nan)
 
@@ -113,6 +114,8 @@ class StateEstimator:
         """Of the last sample: mean squares of the innovations in units of their variances, NaN without a reading."""
         self._last = 0
         self._found_again = False
+        self._near = self._expected_motors()
+        self._near_elbow = math.nan
 
     def joined_late(self, sample: int) -> bool:
         """Return whether the first sample of all is no beginning of a run, and latch `estimate_lost` for it.
@@ -135,6 +138,7 @@ class StateEstimator:
         self._homing, self._seen_start = homing, False
         self._memory = self._answer = self.fault = None
         self._found_again = True
+        self._near, self._near_elbow = self._expected_motors(), math.nan
         self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
 
     def carry(self, robot: FiveBar) -> None:
@@ -144,10 +148,14 @@ class StateEstimator:
 
     def warm_up(self) -> None:
         """Work out a sample that does not count, so that machine code is loaded, or made, before the first one does."""
-        q11, q21 = inverse_geometry(self._robot, self._homing.mode1, self._homing.mode2, *self._homing[:2])[::2]
+        q11, q21 = self._expected_motors()
         memory = first_update(self._model, self._homing.assembly, q11, q21)
         memory = with_motors(memory, 1, 1, q11, q21, 0.0, 0.0)
         self._step(self._model, memory, memory.newest, [(0.0, 0.0)] * self._model.delay_samples, 0)
+
+    def _expected_motors(self) -> tuple[float, float]:
+        """Return both motor angles (rad) of the declared posture."""
+        return inverse_geometry(self._robot, self._homing.mode1, self._homing.mode2, *self._homing[:2])[::2]
 
     @property
     def belief(self) -> Belief | None:
@@ -181,11 +189,15 @@ class StateEstimator:
         the rate (rad/s) of the distal link of leg 2. `elbows` are those of a passive joint's encoder (rad), in their
         order. `seen` are positions by the camera. One that is older than the history is left out.
 
+        Angles may be wrapped or offset by whole turns: each is taken in the turn of the one before, the first in that
+        of the declared posture.
+
         A missing command is replaced by the last one before it, as the drives do.
 
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
+        q11, q21 = self._near = same_turn(q11, self._near[0]), same_turn(q21, self._near[1])
         ahead = self._stepped(sample, q11, q21, tau1, tau2, rates, elbows, seen)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
@@ -234,7 +246,8 @@ class StateEstimator:
         for made, rate in rates:
             start = min(start, with_rate(model, memory, made, rate).start)
         for made, angle in elbows:
-            memory, begin = with_elbow(model, memory, made, angle)
+            self._near_elbow = same_turn(angle, self._near_elbow)
+            memory, begin = with_elbow(model, memory, made, self._near_elbow)
             start = min(start, begin)
         for made, x, y, deviation in seen:
             if self._sees and math.isfinite(x + y + deviation):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from fivebar_control.estimation.estimator import PositionFix
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, seen_posture
 from fivebar_description.parameters import FiveBar
+from fivebar_description.whole_turns import same_turn
 
 REST_TIME = 0.3
 """Time (s) for which the motors must have stood still."""
@@ -41,7 +42,10 @@ class Resting:
         self._seen: deque[PositionFix] = deque(maxlen=2)
 
     def read(self, reading: MotorReading) -> None:
-        """Take the motors' readings of a sample."""
+        """Take the motors' readings of a sample, which may be wrapped to one turn."""
+        if self._motors:
+            last = self._motors[-1]
+            reading = MotorReading(reading.sample, same_turn(reading.q11, last.q11), same_turn(reading.q21, last.q21))
         self._motors.append(reading)
         while self._motors[0].sample < reading.sample - self._samples:
             self._motors.popleft()

@@ -9,6 +9,7 @@ from fivebar_control.hardware.drive_interface import DriveReading
 from fivebar_control.hardware.fault import ERROR_RESET, emergency_name
 from fivebar_control.hardware.frames import NMT_NAMES, OPERATIONAL, Effort, Emergency, Heartbeat, Status
 from fivebar_control.hardware.units import position_rad, scale_of, torque_nm, velocity_rad_s
+from fivebar_description.whole_turns import counter_change
 
 EMERGENCY_CYCLES = 2
 """Cycles after which an emergency message without a fault in the statusword counts as a fault."""
@@ -81,7 +82,9 @@ class DriveLink:
         cycles = self.missed + 1
         self.missed = 0
         self.statusword = self._status.statusword
-        counts, before = self._status.counts, self._counts
+        before = self._counts
+        # beyond the 32 bits of 0x6064 where it has wrapped
+        counts = self._status.counts if before is None else before + counter_change(before, self._status.counts)
         if self._effort.velocity is not None:
             velocity = velocity_rad_s(self.scale, self._effort.velocity)
         else:

@@ -242,6 +242,20 @@ def read_program(text: str, source: str) -> LoadedProgram:
     return LoadedProgram(program, tuple(_laid_out(program.steps, lines, source)), text)
 
 
+def with_files(text: str, names: Mapping[tuple[str, ...], str]) -> str:
+    """Return the text of a checked program with other names of the files that its scenario names, by their keys."""
+    found = []
+    for keys, name in names.items():
+        node = yaml_nodes(text, "program")
+        for key in ("scenario", *keys):
+            node = None if node is None else _value(node, key)
+        if node is not None:
+            found.append((node.start_mark.index, node.end_mark.index, name))
+    for start, end, name in sorted(found, reverse=True):
+        text = text[:start] + name + text[end:]
+    return text
+
+
 class _Numbered(NamedTuple):
     """The line of a step, and those of the steps in it."""
 

@@ -78,6 +78,14 @@ def test_motor_states_come_first(tmp_path: Path) -> None:
     assert np.array_equal(record.torques, motors)
 
 
+def test_angles_that_were_wrapped_to_one_turn_are_continuous(tmp_path: Path) -> None:
+    motors = np.stack([np.linspace(2.5, 4.0, SAMPLES), np.linspace(-2.5, -7.0, SAMPLES)], axis=1)
+    wrapped = np.remainder(motors + math.pi, math.tau) - math.pi
+    assert np.max(np.abs(np.diff(wrapped, axis=0))) > 6.0
+    record = read_record(bag_of(tmp_path, postures(), motors=wrapped), read_robot("dextar"))
+    assert record.angles == pytest.approx(motors, abs=1e-12)
+
+
 def test_missing_samples_are_unknown_and_repeated_ones_count_once(tmp_path: Path) -> None:
     joints = postures()
     numbers = [0, 0, *range(1, 10), *range(12, 30)]

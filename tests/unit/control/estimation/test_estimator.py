@@ -70,6 +70,20 @@ def test_a_lost_robot_is_predicted_over_the_longest_gap_only() -> None:
     assert beliefs[0].estimate == beliefs[1].estimate
 
 
+@pytest.mark.parametrize("turns", [-1, 2])
+def test_readings_that_are_offset_or_wrapped_by_whole_turns_give_the_same_estimate(turns: int) -> None:
+    plain, shifted = estimator(), estimator()
+    for sample in range(20):
+        angle = 1e-4 * sample
+        expected = plain.take(sample, Q.q11 + angle, Q.q21 - angle, 0.0, 0.0)
+        # offset throughout on one motor, wrapped on the way on the other
+        q21 = Q.q21 - angle + (math.tau if sample > 9 else 0.0)
+        found = shifted.take(sample, Q.q11 + angle + turns * math.tau, q21, 0.0, 0.0)
+        assert found.position == pytest.approx(expected.position, abs=1e-9)
+        assert found.velocity == pytest.approx(expected.velocity, abs=1e-6)
+    assert shifted.fault is None
+
+
 def test_a_sample_that_comes_twice_is_one_period_later_at_least() -> None:
     one, two = estimator(), estimator()
     for sample in (0, 1, 1):

@@ -72,6 +72,16 @@ def test_velocity_from_positions_counts_missed_cycles(drive: Drive) -> None:
     assert cycle(link, 130, 0, None) == pytest.approx((130 * step, 20 * step / 0.004, 0.0))
 
 
+@pytest.mark.parametrize(("before", "after", "moved"), [(2**31 - 3, -(2**31) + 4, 7), (-(2**31) + 1, 2**31 - 2, -3)])
+def test_a_position_counter_that_wraps_goes_on(drive: Drive, before: int, after: int, moved: int) -> None:
+    link = DriveLink("q11", drive.model_copy(update={"velocity_in_pdo": False}), PERIOD_US, LIMIT)
+    step = 2.0 * math.pi / drive.counts_per_revolution
+    cycle(link, before, 0, None)
+    assert cycle(link, after, 0, None) == pytest.approx(((before + moved) * step, moved * step / 0.002, 0.0))
+    assert cycle(link, after, 0, None) == pytest.approx(((before + moved) * step, 0.0, 0.0))
+    assert cycle(link, before, 0, None) == pytest.approx((before * step, -moved * step / 0.002, 0.0))
+
+
 def test_the_age_of_the_heartbeat_counts_and_not_the_last_state(link: DriveLink) -> None:
     cycle(link)
     assert link.fault(10.5) is None

@@ -27,6 +27,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
+from fivebar_description.whole_turns import continuous
 
 LEAST_READINGS = 100
 """Of motors and of the IMU."""
@@ -94,7 +95,8 @@ def read_passive(recording: Recording, leg: int) -> PassiveReadings | None:
         raise BagError(recording.path, f"/{PASSIVE_STATES.name}: has no {joint}, only {', '.join(names)}")
     angles = recording.field(PASSIVE_STATES, "position")[:, names.index(joint)]
     known = np.isfinite(angles)
-    return PassiveReadings(leg, _since_start(recording, recording.stamps(PASSIVE_STATES))[known], angles[known])
+    followed = continuous(angles[known, None])[:, 0]
+    return PassiveReadings(leg, _since_start(recording, recording.stamps(PASSIVE_STATES))[known], followed)
 
 
 def read_seen(recording: Recording) -> SeenPositions:

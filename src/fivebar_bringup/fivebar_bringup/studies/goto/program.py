@@ -25,7 +25,7 @@ from fivebar_bringup.studies.goto.request import within_drives
 from fivebar_bringup.studies.goto.stand import LONGEST, check_takes_goals, standing_graph
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Planned, plan_once
-from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, Move, SetOutput, Wait
+from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, Move, SetOutput, Wait, with_files
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
 from fivebar_control.ros.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
@@ -231,7 +231,7 @@ def run_program(
     timed = scenario.model_copy(update=update)
     run = new_run_directory(out, timed)
     file = run.path / PROGRAM_FILE
-    write_results(run.path, {file.name: loaded.text})
+    write_results(run.path, {file.name: with_files(loaded.text, run.files_of(timed))})
     compile_for(timed, mode)
     rehearsal = Rehearsal(write_drive_files(timed, run.path)) if rehearse else None
     nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)

@@ -18,6 +18,7 @@ from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.interface import ACTIVE_JOINTS, JOINT_STATES, JOINTS, MOTOR_STATES, NANOSECONDS, Topic
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.whole_turns import continuous
 
 LARGEST_GAP = 2e-3
 """Largest gap (m, median) between the tips of both legs at the recorded joint angles, for a robot's own lengths."""
@@ -107,7 +108,7 @@ def _grid(recording: Recording, topic: Topic) -> tuple[int, IntArray]:
 
 
 def joint_columns(recording: Recording, topic: Topic, names: Sequence[str], field: str) -> FloatArray:
-    """Return [messages, names] of a topic of JointState."""
+    """Return [messages, names] of a topic of JointState, angles of joints without jumps by whole turns."""
     recorded = recording.joint_names(topic)
     if missing := [name for name in names if name not in recorded]:
         raise BagError(recording.path, f"/{topic.name}: has no {', '.join(missing)}")
@@ -120,7 +121,7 @@ def joint_columns(recording: Recording, topic: Topic, names: Sequence[str], fiel
         message, column = broken[0].tolist()
         value = chosen[message, column]
         raise BagError(recording.path, f"/{topic.name}: {field} of {names[column]} is {value} in message {message + 1}")
-    return chosen
+    return continuous(chosen) if field == "position" and set(names) <= set(JOINTS) else chosen
 
 
 def _on_grid(values: FloatArray, numbers: IntArray, count: int) -> FloatArray:
