@@ -56,6 +56,8 @@ def expect_heard_once(probe: Probe, topic: Topic, profile: QoSProfile) -> None:
     before = dropped(probe)
     publisher.publish(message)
     probe.wait_for_dropped(NODE, before + 1)
+    # a topic of a sensor has one publisher
+    probe.node.destroy_publisher(publisher)
 
 
 def said(probe: Probe, text: str) -> None:

@@ -40,8 +40,10 @@ def test_a_node_answers_only_what_its_plan_agrees_with(bench: Bench, motion: Mid
     assert len(errors) == 1
     assert "zone_epsilon: 0.05 here, 0.02 in the plan" in errors[0]
     # the same node with a plan that agrees, as of a trajectory generator that was started again
+    probe.close()
     bench.start("trajectory_generator")
-    probe.listen(RUN_PLAN)
+    probe = bench.probe()
+    probe.listen(RUN_PLAN, SUPERVISOR_STATE)
     probe.wait_for(lambda: any(read_plan(one.data).values.get("waypoints") for one in probe.got(RUN_PLAN)), "its plan")
     probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [SUPERVISOR_STATE], 0)
 

@@ -113,7 +113,7 @@ def without_page(arguments: tuple[str, ...]) -> tuple[str, ...]:
 class GraphRun:
     """A `fivebar run` in the background, and a probe in its domain."""
 
-    def __init__(self, folder: Path, domain: int, probe: Probe) -> None:
+    def __init__(self, folder: Path, domain: int, probe: Probe, *arguments: str) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.probe = probe
         scenario = folder / "scenario.yaml"
@@ -128,7 +128,9 @@ class GraphRun:
         self.out = folder / "out"
         probe.listen(JOINT_STATES, TORQUE_COMMAND, RUN_STATUS)
         self.command = FivebarCommand(
-            folder, "run", str(scenario), "--json", "--out", str(self.out), "--domain", str(domain), domain=domain
+            folder,
+            *("run", str(scenario), "--json", "--out", str(self.out), "--domain", str(domain), *arguments),
+            domain=domain,
         )
 
     def wait_for_sample(self, sample: int) -> None:

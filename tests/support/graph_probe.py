@@ -141,12 +141,12 @@ class ChildProcess:
 class Probe:
     """A ROS node of the test in a context of its own: publishes, listens, and spins only while it waits."""
 
-    def __init__(self, domain: int, namespace: str = "") -> None:
+    def __init__(self, domain: int, namespace: str = "", name: str = "probe") -> None:
         use_local_network_only()
         self.domain = domain
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node("probe", namespace=namespace, context=self._context, enable_rosout=False)
+        self.node = Node(name, namespace=namespace, context=self._context, enable_rosout=False)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._publishers: dict[str, Publisher[Any]] = {}
@@ -400,8 +400,8 @@ class Bench:
         self._stack.callback(process.close)
         return process
 
-    def probe(self, namespace: str = "") -> Probe:
-        probe = Probe(self.domain, namespace)
+    def probe(self, namespace: str = "", name: str = "probe") -> Probe:
+        probe = Probe(self.domain, namespace, name)
         self._stack.callback(probe.close)
         return probe
 

@@ -37,9 +37,9 @@ def graph_run(folder: Path) -> Iterator[Callable[..., GraphRun]]:
     with ExitStack() as stack:
         runs: list[GraphRun] = []
 
-        def start() -> GraphRun:
+        def start(*arguments: str) -> GraphRun:
             bench = stack.enter_context(Bench(folder / f"run{len(runs)}"))
-            run = GraphRun(bench.folder, bench.domain, bench.probe())
+            run = GraphRun(bench.folder, bench.domain, bench.probe(), *arguments)
             runs.append(run)
             stack.callback(run.command.close)
             return run

@@ -16,6 +16,7 @@ ELSEWHERE = {
     "unit/description/test_messages.py": ("fivebar_description.joint_sample",),
     "unit/description/test_robot_description.py": ("fivebar_description.mass_split",),
     "unit/description/test_robot_file.py": ("fivebar_description.physical_bounds",),
+    "ros/test_one_publisher.py": ("fivebar_description.ros.publisher_watch",),
     "unit/description/test_watches.py": (
         "fivebar_description.ros.latency_watch",
         "fivebar_description.ros.rate_watch",

@@ -100,61 +100,69 @@ class Topic(NamedTuple):
         type: message type.
         qos: quality of service.
         from_outside: whether drivers and users publish it, who are heard whatever quality of service they offer.
+        one_publisher: whether it belongs to the control chain, where a second publisher is a fault.
     """
 
     name: str
     type: str
     qos: Qos = CONTROL_QOS
     from_outside: bool = False
+    one_publisher: bool = False
 
 
-JOINT_STATES = Topic("joint_states", "sensor_msgs/msg/JointState")
-REFERENCE = Topic("reference", "sensor_msgs/msg/JointState")
-REFERENCE_AHEAD = Topic("reference/ahead", "sensor_msgs/msg/JointState")
+def _chain_topic(
+    name: str, kind: str = "sensor_msgs/msg/JointState", qos: Qos = CONTROL_QOS, from_outside: bool = False
+) -> Topic:
+    return Topic(name, kind, qos, from_outside, one_publisher=True)
+
+
+JOINT_STATES = _chain_topic("joint_states")
+REFERENCE = _chain_topic("reference")
+REFERENCE_AHEAD = _chain_topic("reference/ahead")
 """The references of the samples that follow, for a law that looks ahead; names and fields from `ahead_names`. A bag
 leaves it out, since it holds every reference itself."""
 
 
 def torque_topic(name: str) -> Topic:
     """Return the topic of a law's candidate torque."""
-    return Topic(f"{name}/torque", "sensor_msgs/msg/JointState")
+    return _chain_topic(f"{name}/torque")
 
 
 CTC_TORQUE = torque_topic("ctc")
 VHC_TORQUE = torque_topic("vhc")
 UNIFIED_TORQUE = torque_topic("unified")
-SUPERVISOR_STATE = Topic("supervisor/state", "sensor_msgs/msg/JointState")
+SUPERVISOR_STATE = _chain_topic("supervisor/state")
 SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_REQUESTED = Topic("torque_requested", "sensor_msgs/msg/JointState")
-TORQUE_COMMAND = Topic("torque_command", "sensor_msgs/msg/JointState")
-MOTOR_STATES = Topic("motor_states", "sensor_msgs/msg/JointState")
-PASSIVE_STATES = Topic("passive_states", "sensor_msgs/msg/JointState", from_outside=True)
+TORQUE_COMMAND = _chain_topic("torque_command")
+MOTOR_STATES = _chain_topic("motor_states")
+PASSIVE_STATES = _chain_topic("passive_states", from_outside=True)
 """Angle of the passive joint that has an encoder, stamped with the time of the reading. A topic of its own: it comes
 from a driver of its own, at its own rate, and late, while `motor_states` is what the drives answer in one cycle."""
 ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
-ESTIMATE_DISTURBANCE = Topic("estimate/disturbance", "sensor_msgs/msg/JointState")
+ESTIMATE_DISTURBANCE = _chain_topic("estimate/disturbance")
 GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
-IMU_DATA = Topic("imu/data", "sensor_msgs/msg/Imu", from_outside=True)
-READINGS_RELEASED = Topic("readings_released", "sensor_msgs/msg/JointState")
+IMU_DATA = _chain_topic("imu/data", "sensor_msgs/msg/Imu", from_outside=True)
+READINGS_RELEASED = _chain_topic("readings_released")
 """In lockstep, which late readings come with a sample: for each the name of its sensor and, as its position, the moment
 of its stamp in samples. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it
 out."""
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
-VISION_PLATFORM = Topic("vision/platform", "sensor_msgs/msg/JointState", from_outside=True)
+VISION_PLATFORM = _chain_topic("vision/platform", from_outside=True)
 """The platform by the camera, stamped with the time of the exposure; NaN where a picture does not show it."""
 VISION_ERROR = Topic("vision/error", "sensor_msgs/msg/JointState")
-CAMERA_IMAGE = Topic("camera/image_raw", "sensor_msgs/msg/Image", Qos(depth=16), from_outside=True)
-CAMERA_INFO = Topic("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(depth=16), from_outside=True)
+CAMERA_IMAGE = _chain_topic("camera/image_raw", "sensor_msgs/msg/Image", Qos(depth=16), from_outside=True)
+CAMERA_INFO = _chain_topic("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(depth=16), from_outside=True)
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
-SAFETY_STATE = Topic("safety/state", "std_msgs/msg/String", STATE_QOS)
-DRIVES_STATE = Topic("drives/state", "std_msgs/msg/String", STATE_QOS)
-ESTIMATE_STATE = Topic("estimate/state", "std_msgs/msg/String", STATE_QOS)
+SAFETY_STATE = _chain_topic("safety/state", "std_msgs/msg/String", STATE_QOS)
+DRIVES_STATE = _chain_topic("drives/state", "std_msgs/msg/String", STATE_QOS)
+ESTIMATE_STATE = _chain_topic("estimate/state", "std_msgs/msg/String", STATE_QOS)
 """With a camera, whether the estimator knows where the robot is: `ALL_WELL` or its fault. The blender follows it."""
 RUN_STATUS = Topic("run/status", "std_msgs/msg/String", STATE_QOS)
 RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
-RUN_PLAN = Topic("run/plan", "std_msgs/msg/String", STATE_QOS)
+RUN_PLAN = _chain_topic("run/plan", "std_msgs/msg/String", STATE_QOS)
 """What the nodes of a run must agree on, from the trajectory generator: JSON with a digest and the values by name."""
-RUN_EPOCH = Topic("run/epoch", "std_msgs/msg/String", STATE_QOS)
+RUN_EPOCH = _chain_topic("run/epoch", "std_msgs/msg/String", STATE_QOS)
 """The stamp of sample 0 (ns), from the node that keeps the time, plant or bridge: JSON {"epoch_ns": ...}; null while no
 run is on. Nodes number samples from stamps, so they answer only once they know it."""
 CLOCK = Topic("clock", "rosgraph_msgs/msg/Clock")
@@ -246,6 +254,19 @@ SCENE_MAP = Topic("scene/map", "visualization_msgs/msg/MarkerArray", STATE_QOS)
 PICTURES = (SCENE, SCENE_TRAIL, SCENE_MAP)
 """Pictures of a run for RViz and Foxglove: what moves, where it has been, and loci, path and zones. No node waits for
 them; a bag has them where the run was asked for them."""
+
+READ_BESIDES = (
+    REFERENCE_AHEAD,
+    MOTOR_STATES,
+    PASSIVE_STATES,
+    ESTIMATE_DISTURBANCE,
+    READINGS_RELEASED,
+    IMU_DATA,
+    VISION_PLATFORM,
+    CAMERA_IMAGE,
+    CAMERA_INFO,
+)
+"""Topics of the control chain that neither blender nor plant or bridge reads: who reads them reports their faults."""
 
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""

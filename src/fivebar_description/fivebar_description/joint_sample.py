@@ -110,6 +110,26 @@ def joint_sample(
     return JointSample(stamp_ns, tuple(names), tuple(position), tuple(velocity), tuple(effort))
 
 
+class OneAnswer:
+    """Tells whether a sample gets a second torque that differs from the first: zero torque may always follow."""
+
+    def __init__(self) -> None:
+        """Begin without an answer."""
+        self._stamp_ns = -1
+        self._torque: tuple[float, ...] = ()
+
+    def contradicts(self, stamp_ns: int, torque: tuple[float, ...]) -> bool:
+        """Return whether a torque is not that of the last answer, to a sample of the same stamp, and not zero."""
+        if stamp_ns != self._stamp_ns:
+            if stamp_ns > self._stamp_ns:
+                self._stamp_ns, self._torque = stamp_ns, torque
+            return False
+        if torque == self._torque or not any(torque):
+            self._torque = torque
+            return False
+        return True
+
+
 @lru_cache(LAYOUTS)
 def _names(frame: str, names: tuple[str, ...]) -> bytes:
     """Return the frame and the sequence of names, aligned for the number that follows."""
@@ -132,6 +152,22 @@ def _layout(frame: str, names: tuple[str, ...], *lengths: int) -> struct.Struct:
         layout += f"I{padding}x{length}d"
         place += padding + 8 * length
     return struct.Struct(layout)
+
+
+def part_of(message: JointSample, names: tuple[str, ...]) -> JointSample | None:
+    """Return the part of a sample about some names, None where it is about none of them.
+
+    A message that lacks some of them, or with fields of other lengths, is returned as it is, for its reader to refuse.
+    """
+    given = message.name
+    if not any(name in names for name in given):
+        return None
+    fields = message.position, message.velocity, message.effort
+    if not set(names) <= set(given) or any(len(field) not in (0, len(given)) for field in fields):
+        return message
+    places = [given.index(name) for name in names]
+    position, velocity, effort = (tuple(field[place] for place in places) if field else () for field in fields)
+    return JointSample(message.stamp_ns, names, position, velocity, effort, message.frame)
 
 
 def checked_fields(

@@ -35,6 +35,16 @@ LastSample = Annotated[
     int, Setting("Last sample of the run, 0 for a run without end.", "samples", at_least=0, at_most=100_000_000)
 ]
 AwaitedNodes = Annotated[tuple[str, ...], Setting("Nodes whose announcement on run/ready this one waits for.")]
+BrakeLimit = Annotated[
+    float,
+    Setting(
+        "Longest time for which the blender's torque is followed while it brakes the robot after a fault; 0 stops the"
+        " robot at once.",
+        "s",
+        at_least=0.0,
+        at_most=100.0,
+    ),
+]
 ByTheClock = Annotated[
     bool, Setting("Real time: leave out pictures for which there is no time, so that those that come are fresh.")
 ]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_description.ros.stamp_join import CAPACITY, LEAP, Arrival, StampJoin
+from fivebar_description.ros.stamp_join import CAPACITY, LEAP, Arrival, Contradicted, StampJoin
 
 
 def answered(sample: int) -> StampJoin:
@@ -48,3 +49,18 @@ def test_as_many_samples_wait_as_there_is_room_for(capacity: int, count: int) ->
     assert (join.waiting("a"), join.waiting("b")) == (0, kept)
     answers = [join.put("b", sample, -sample) for sample in range(count - kept, count)]
     assert answers == [(sample, -sample) for sample in range(count - kept, count)]
+
+
+def test_the_first_value_of_a_sample_counts() -> None:
+    join = StampJoin(["a", "b"])
+    nan = float("nan")
+    assert join.put("a", 3, (1.0, nan)) is None
+    assert join.put("a", 3, (1.0, float("nan"))) is None
+    with pytest.raises(Contradicted):
+        join.put("a", 3, (2.0, nan))
+    assert join.put("b", 3, 5.0) == ((1.0, nan), 5.0)
+    assert join.repeats("b", 5.0)
+    assert not join.repeats("b", 6.0)
+    join.restart()
+    assert join.put("a", 3, (2.0, nan)) is None
+    assert join.repeats("b", 6.0)

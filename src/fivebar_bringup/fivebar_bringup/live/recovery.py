@@ -31,6 +31,9 @@ ADVICE = {
     "near_type_1": Advice("A leg is almost stretched or folded.", _MOVE_BACK),
     "tracking_lost": Advice("The platform is too far from its reference.", _RESET),
     "emergency_stop": Advice("Someone pressed emergency stop.", _RESET),
+    "second_publisher": Advice(
+        "Another program publishes a topic of the control chain.", "End the other program, then reset it."
+    ),
     "encoder_frozen": Advice("The reading of a motor that moves does not change.", "Check the encoder. " + _NEW_RUN),
     "estimate_ambiguous": Advice("The encoders no longer tell in which assembly mode the robot is.", _HOME),
     "estimate_inconsistent": Advice(

@@ -156,7 +156,7 @@ def summarize(
     plan = scenario.plan() if planned is None else planned
     planned_samples = plan.path.samples(scenario.rate_hz) + 1
     planned_changes = len(plan.crossings)
-    recorded = recording.texts(FAULTS) if recording.count(FAULTS) else []
+    recorded = list(dict.fromkeys(recording.texts(FAULTS))) if recording.count(FAULTS) else []
     details = [*recorded, *(fault for fault in timing.faults if fault not in recorded)]
     distance = np.hypot(series.tracking_error[:, 0], series.tracking_error[:, 1])
     changes = sign_changes(series.det_a)

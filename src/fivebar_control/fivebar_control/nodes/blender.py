@@ -41,7 +41,6 @@ from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.parameters import laden
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.payload import listen_to_payload
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -64,6 +63,9 @@ class Blender(SamplingNode):
     cause is gone.
     """
 
+    in_chain = True
+    commands_robot = True
+
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("blender")
@@ -83,7 +85,6 @@ class Blender(SamplingNode):
         self._reply: JointSample | None = None
         self._requested = self.advertise(TORQUE_REQUESTED)
         self._command = self.advertise(TORQUE_COMMAND)
-        self._faults = self.advertise(FAULTS)
         self._state = self.advertise(SAFETY_STATE)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
@@ -99,13 +100,27 @@ class Blender(SamplingNode):
         # volatile on this side: faults published before this node started do not concern it
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         # not awaited: drives that publish no state hold no fault
-        self.create_subscription(String, DRIVES_STATE.name, self._on_drives_state, qos_profile(DRIVES_STATE.qos))
+        self.listen(DRIVES_STATE, self._on_drives_state, awaited=False)
         if settings.estimate_recovers:
-            qos = qos_profile(ESTIMATE_STATE.qos)
-            self.create_subscription(String, ESTIMATE_STATE.name, self._on_estimate_state, qos)
+            self.listen(ESTIMATE_STATE, self._on_estimate_state, awaited=False)
         listen_to_payload(self, self._carry)
         self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)
         self._publish_state()
+
+    def stop_robot(self, fault: str) -> None:
+        """Stop the robot for a fault; where another one is latched already, no brake is left."""
+        if self._guard.fault is None:
+            self._stop_robot(Fault.from_text(fault))
+            return
+        super().stop_robot(fault)
+        self._guard.trip(Fault.from_text(fault))
+        self._reply_with(self._watchdog.newest, ZERO)
+
+    def hold(self, sample: int) -> None:
+        """Answer a sample with zero torque, whatever its candidates will be."""
+        self._watchdog.received(sample, self._deadline_clock.read())
+        self._watchdog.answered(sample)
+        self._reply_with(sample, ZERO)
 
     def stop(self) -> None:
         """Command zero torque before the node ends."""
@@ -261,6 +276,8 @@ class Blender(SamplingNode):
 
     def _clear(self) -> str | None:
         """Clear the fault, or return the reason why it cannot be cleared."""
+        if self.second_publisher:
+            return self.second_publisher
         if self._drives_state != ALL_WELL:
             return f"the drives are stopped by {self._drives_state}"
         return self._watchdog.obstacle(self._deadline_clock.read()) or self._guard.reset()

@@ -35,7 +35,6 @@ from fivebar_description.interface import (
     ESTIMATE_DISTURBANCE,
     ESTIMATE_NAMES,
     ESTIMATE_STATE,
-    FAULTS,
     IMU_DATA,
     IMU_FRAME,
     JOINT_STATES,
@@ -48,9 +47,10 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
-from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample, part_of
 from fivebar_description.parameters import laden
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
+from fivebar_description.publishers import same
 from fivebar_description.robot_file import known_sensors_of, load_robot, tolerances_of
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
@@ -104,6 +104,8 @@ class StateEstimatorNode(SamplingNode):
     real time it takes those that have come.
     """
 
+    in_chain = True
+
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("state_estimator")
@@ -148,7 +150,6 @@ class StateEstimatorNode(SamplingNode):
         self._joint_states = self.advertise(JOINT_STATES)
         self._covariance = self.advertise(ESTIMATE_COVARIANCE)
         self._disturbance = self.advertise(ESTIMATE_DISTURBANCE)
-        self._faults = self.advertise(FAULTS)
         if drives.delay_samples > 0:
             self.listen(TORQUE_COMMAND, self._on_command)
         inputs = [Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort"))]
@@ -227,7 +228,7 @@ class StateEstimatorNode(SamplingNode):
             self._end_wait()
 
     def _on_imu(self, message: Imu) -> None:
-        if not self._run.holds:
+        if not self._run.holds or self.holds_back:
             return
         vector = message.angular_velocity
         turning = (vector.x, vector.y, vector.z)
@@ -236,18 +237,21 @@ class StateEstimatorNode(SamplingNode):
             return
         self._keep(IMU_DATA, IMU_FRAME, message, self._imu.turn_rate(turning))
 
-    def _on_passive(self, message: JointMessage) -> None:
-        if not self._run.holds:
+    def _on_passive(self, message: JointSample) -> None:
+        if not self._run.holds or self.holds_back:
+            return
+        part = part_of(message, (self._joint,)) if PASSIVE_STATES.name in self.external_inputs else message
+        if part is None:
             return
         try:
-            ((angle,),) = read_fields(message, (self._joint,), ("position",))
+            ((angle,),) = read_fields(part, (self._joint,), ("position",))
         except MessageError as error:
             self.drop(PASSIVE_STATES, str(error))
             return
         self._keep(PASSIVE_STATES, self._joint, message, angle)
 
     def _on_seen(self, message: JointMessage) -> None:
-        if not self._run.holds:
+        if not self._run.holds or self.holds_back:
             return
         try:
             (values,) = read_fields(message, VISION_NAMES, ("position",), allow_nan=True)
@@ -266,7 +270,9 @@ class StateEstimatorNode(SamplingNode):
             # too old for the history, or of an earlier run
             self.drop(topic, f"stamp of sample {moment:g}, expected one close to sample {self.last_sample}")
             return
-        self._late[sensor, moment] = value
+        if not same(self._late.setdefault((sensor, moment), value), value):
+            self.contradicted(topic, f"the time of sample {moment:g}")
+            return
         self._end_wait_if_complete()
 
     def _made(self, reading: Reading) -> float:
@@ -280,7 +286,7 @@ class StateEstimatorNode(SamplingNode):
             self._publish(*self._reply)
 
     def _on_command(self, message: JointMessage) -> None:
-        if not self._run.holds:
+        if not self._run.holds or self.holds_back:
             return
         sample = self._run.sample(stamp_of(message))
         try:

@@ -25,6 +25,8 @@ from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNo
 class SupervisorNode(SamplingNode):
     """The performance-based supervisor, which weights the two candidate torques."""
 
+    in_chain = True
+
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("supervisor")

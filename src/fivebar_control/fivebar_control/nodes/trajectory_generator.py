@@ -25,7 +25,6 @@ from fivebar_description.interface import (
     ahead_names,
 )
 from fivebar_description.joint_sample import joint_sample
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.ros.stamp_join import CAPACITY
@@ -36,6 +35,8 @@ AT_REST = (0.0,) * len(JOINTS)
 
 class TrajectoryGenerator(SamplingNode):
     """Rest-to-rest polynomials through waypoints, then requested motions, until a fault stops the robot."""
+
+    in_chain = True
 
     def __init__(self) -> None:
         """Make the node."""
@@ -54,7 +55,7 @@ class TrajectoryGenerator(SamplingNode):
             self._ahead = self.advertise(REFERENCE_AHEAD)
         if settings.after_fault == HOLD:
             # not required for readiness: without a blender there is no fault to hold for
-            self.create_subscription(String, SAFETY_STATE.name, self._on_safety_state, qos_profile(SAFETY_STATE.qos))
+            self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
         self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position")),))
 
     def restart(self) -> None:

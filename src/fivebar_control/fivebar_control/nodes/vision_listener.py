@@ -71,6 +71,8 @@ class VisionListener(GraphNode):
     The camera's optics are those of its calibration, or else what its CameraInfo says.
     """
 
+    in_chain = True
+
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("vision_listener")

@@ -54,6 +54,8 @@ def _platforms(position: Sequence[float], velocity: Sequence[float]) -> tuple[Pl
 class ControllerNode(SamplingNode):
     """Answers every sample with a candidate torque, NaN where its law is undefined."""
 
+    in_chain = True
+
     def __init__(self, name: str, law: str, choices: tuple[str, ...] = ()) -> None:
         """Make the node of a law.
 

@@ -43,7 +43,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     unexpected_sample,
 )
-from fivebar_description.joint_sample import MessageError, joint_sample
+from fivebar_description.joint_sample import MessageError, OneAnswer, joint_sample
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
@@ -97,6 +97,9 @@ class DriveConnection(NamedTuple):
 class DriveBridge(LifecycleNodeMixin, GraphNode):
     """The bridge between the graph and the drives: lifecycle transitions, topics and services of a `DriveSession`."""
 
+    in_chain = True
+    commands_robot = True
+
     def __init__(self, name: str, load: Callable[[BridgeSettings], DriveConnection], default: str) -> None:
         """Make the node, unconfigured.
 
@@ -124,9 +127,9 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._timer: Timer | None = None
         LifecycleNodeMixin.__init__(self)
         self._states = self.advertise(MOTOR_STATES)
-        self._faults = self.advertise(FAULTS)
         self._state = self.advertise(DRIVES_STATE)
         self._published_state = ""
+        self._answer = OneAnswer()
         self._publish_state()
         self._last_sample = settings.samples
         self._outcome = "running"
@@ -220,6 +223,10 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._close()
         return SUCCESS
 
+    def stop_robot(self, fault: str) -> None:
+        """Latch a fault, which stops the drives."""
+        self._session.latch(Fault.from_text(fault))
+
     def stop(self) -> None:
         """Disable and close the drives on shutdown."""
         self._close()
@@ -294,13 +301,21 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         return True
 
     def _on_command(self, message: JointMessage) -> None:
+        if self.holds_back:
+            return
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
         except MessageError as error:
             self.drop(TORQUE_COMMAND, str(error))
             return
         sample = self._run.sample(stamp_of(message))
+        if sample is not None and self._answer.contradicts(stamp_of(message), (tau1, tau2)):
+            self.contradicted(TORQUE_COMMAND, f"sample {sample}")
+            return
         target = None if self._targets is None else self._targets.of(stamp_of(message))
+        if self.may_have_second_publisher:
+            tau1 = tau2 = 0.0
+            target = None
         if not self._session.command(sample, (tau1, tau2), time.monotonic(), target):
             reason = unexpected_sample(sample, self._session.sample)
             self.drop(TORQUE_COMMAND, reason if self._session.active else "the drives are not enabled")
@@ -353,6 +368,9 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         return response
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self.second_publisher:
+            response.success, response.message = False, f"still there: {self.second_publisher}"
+            return response
         response.success, response.message = self._session.reset(time.monotonic)
         self._publish_state()
         return response

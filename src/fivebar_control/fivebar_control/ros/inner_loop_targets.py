@@ -54,8 +54,11 @@ class InnerLoopTargets:
         fields: tuple[str, ...],
     ) -> None:
         try:
-            kept[stamp_of(message)] = read_fields(message, names, fields)
+            values = read_fields(message, names, fields)
         except MessageError as error:
             self._node.drop(topic, str(error))
+            return
+        if kept.setdefault(stamp_of(message), values) != values:
+            self._node.contradicted(topic, f"the stamp {stamp_of(message)} ns")
         while len(kept) > KEPT:
             kept.pop(next(iter(kept)))

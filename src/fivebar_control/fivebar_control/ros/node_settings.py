@@ -26,6 +26,7 @@ from fivebar_description.shared_settings import (
     LONGEST_DELAY,
     WORKING_MODE,
     AwaitedNodes,
+    BrakeLimit,
     ByTheClock,
     LastSample,
     RateHz,
@@ -330,16 +331,7 @@ class BridgeSettings(NamedTuple):
         float,
         Setting("Timeout for enabling, disabling or resetting the drives.", "s", at_least=0.1, at_most=60.0),
     ] = 2.0
-    brake_limit_s: Annotated[
-        float,
-        Setting(
-            "Longest time for which the drives follow the blender's torque while it brakes the robot after a fault; 0"
-            " stops them at once, as for every other fault.",
-            "s",
-            at_least=0.0,
-            at_most=100.0,
-        ),
-    ] = 0.0
+    brake_limit_s: BrakeLimit = 0.0
     autostart: Annotated[bool, Setting("Configure and activate automatically, once the awaited nodes are ready.")] = (
         False
     )

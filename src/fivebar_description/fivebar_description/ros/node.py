@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
@@ -20,7 +21,9 @@ from std_msgs.msg import String
 from fivebar_description.interface import (
     BASE_FRAME,
     DIAGNOSTICS,
+    FAULTS,
     HARDWARE,
+    READ_BESIDES,
     RUN_PLAN,
     RUN_READY,
     Topic,
@@ -33,6 +36,7 @@ from fivebar_description.ros.hearing import Hearing, make_publisher
 from fivebar_description.ros.messages import JointMessage, SampleReader
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
+from fivebar_description.ros.publisher_watch import PublisherWatch
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
@@ -60,11 +64,17 @@ LAST_DELIVERY_TIME = 10.0
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
 
+REPORT_PERIOD = 1.0
+"""Shortest time (s) between two reports that messages of a topic contradict each other."""
+
 S = TypeVar("S", bound=tuple[Any, ...])
 R = TypeVar("R")
 
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
+
+REFUSED = 2
+"""Exit status of a node that refuses to begin; that of bad input, too."""
 
 
 class Serializing:
@@ -84,6 +94,12 @@ class GraphNode(Node):
 
     process_topics: ClassVar[ProcessTopics | None] = None
     """In-process topics of this process, if it runs several nodes."""
+
+    in_chain: ClassVar[bool] = False
+    """Whether the robot moves by what the node computes: a second publisher of one of its topics is then a fault."""
+
+    commands_robot: ClassVar[bool] = False
+    """Whether it stops the robot by itself for such a fault: blender, plant and bridges."""
 
     def __init__(self, name: str) -> None:
         """Create the node; subclasses add parameters and topics."""
@@ -113,12 +129,82 @@ class GraphNode(Node):
         self._announcements: Subscription[Any] | None = None
         self._ready = self.advertise(RUN_READY)
         self._ready_timer = self.every(READY_PERIOD, self._check_ready)
+        self.external_inputs: tuple[str, ...] = ()
+        """Topics of states that come from outside of the graph, where others may publish other joints."""
+        self._contradicted: dict[str, float] = {}
+        self._watch = PublisherWatch(self, self._on_second_publisher, self._relies_on)
+        if self.in_chain:
+            self._faults = self.advertise(FAULTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS.name, DIAGNOSTICS.qos.depth)
         self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
         self.add_on_set_parameters_callback(lambda changes: check_changes(self._specs, changes))
 
     def stop(self) -> None:
         """Shut down in order; called once, before the node is destroyed, while it can still publish."""
+
+    @property
+    def second_publisher(self) -> str:
+        """The text of the fault, if a topic of the node has a second publisher now; else empty."""
+        return next(iter(self._watch.conflicts.values()), "")
+
+    @property
+    def holds_back(self) -> bool:
+        """Whether input must not be used: a topic has, or may have, a second publisher, or the node is ending.
+
+        A node that commands the robot goes on after the first sample, without torque.
+        """
+        if not self.answered:
+            if self.in_chain:
+                self._watch.count()
+            return self._watch.pending or self.exit_status is not None
+        return not self.commands_robot and (self._watch.pending or self._watch.blocked)
+
+    @property
+    def may_have_second_publisher(self) -> bool:
+        """Whether a publisher has been found that may be a second one: there must be no torque meanwhile."""
+        return self._watch.pending
+
+    def contradicted(self, topic: Topic, moment: str) -> None:
+        """Take that two different messages of a topic have come for one moment, so that one is of a second publisher.
+
+        A node outside of the control chain keeps the first.
+        """
+        if not self.in_chain:
+            self.drop(topic, f"another message for {moment} than the first")
+            return
+        name = self.resolve_topic_name(topic.name)
+        if self._watch.suspects(name):
+            # its publishers are named soon, or have been
+            return
+        now = time.monotonic()
+        if now < self._contradicted.get(topic.name, -math.inf) + REPORT_PERIOD:
+            return
+        self._contradicted[topic.name] = now
+        self.stop_robot(self._watch.contradiction(name, moment))
+
+    def _relies_on(self, topic: str) -> bool:
+        return self.commands_robot or any(topic == one.name for one in READ_BESIDES)
+
+    def _on_second_publisher(self, topic: str, fault: str) -> None:
+        """Refuse to begin, or after the first sample stop the robot, unless another node does."""
+        if not self.answered:
+            self.get_logger().error(f"refuses to begin: {fault}")
+            if self._relies_on(topic):
+                self.refuse(fault)
+            self.exit_status = REFUSED
+        elif self._relies_on(topic):
+            self.stop_robot(fault)
+        else:
+            self.get_logger().error(fault)
+
+    def refuse(self, fault: str) -> None:
+        """Publish why the node ends before the first sample."""
+        self._faults.publish(String(data=fault))
+
+    def stop_robot(self, fault: str) -> None:
+        """Report a fault that this node has found; whoever commands the robot stops it."""
+        self._faults.publish(String(data=fault))
+        self.get_logger().error(fault)
 
     def prepared(self) -> bool:
         """Return whether the node has what it needs beside its topics; it is not ready before."""
@@ -208,6 +294,8 @@ class GraphNode(Node):
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
         publisher = make_publisher(self, topic, depth)
         self._outputs.append(publisher)
+        if self.in_chain and topic.one_publisher:
+            self._watch.add(self.resolve_topic_name(topic.name))
         sender = Serializing(publisher, self.frame(BASE_FRAME)) if topic.type == JOINT_STATE else publisher
         if self.process_topics is None or topic.qos.transient_local:
             return sender
@@ -229,6 +317,17 @@ class GraphNode(Node):
         What comes on a topic of JointStates is passed on as `JointSample`, unless the options say whether it is raw.
         """
 
+        name = self.resolve_topic_name(topic.name)
+        watched = self.in_chain and topic.one_publisher and topic.name not in self.external_inputs
+        matched = self._watch.matched(name) if watched else None
+        topics = self.process_topics if awaited and not topic.qos.transient_local else None
+        if matched is not None and topics is not None:
+            matched = topics.watch(name, matched)
+            if self.commands_robot:
+                # what another node of the process publishes is not read from DDS
+                self._watch.add(name)
+        options.setdefault("event_callbacks", SubscriptionEventCallbacks(matched=matched))
+
         def subscribe(callback: Callable[[Any], None]) -> Hearing:
             if topic.type == JOINT_STATE and "raw" not in options:
                 callback, options["raw"] = self._of_samples(topic, callback), True
@@ -236,8 +335,8 @@ class GraphNode(Node):
 
         if not awaited:
             self._besides.append(subscribe(callback))
-        elif self.process_topics is not None and not topic.qos.transient_local:
-            self.process_topics.listen(self.resolve_topic_name(topic.name), callback, subscribe, self._inputs)
+        elif topics is not None:
+            topics.listen(name, callback, subscribe, self._inputs)
         else:
             self._inputs.append(subscribe(callback))
 
@@ -334,6 +433,8 @@ class GraphNode(Node):
 
     def health(self) -> tuple[bytes, str]:
         """Return the diagnostic level and message of the node; classes with faults override it."""
+        if self.second_publisher:
+            return DiagnosticStatus.ERROR, self.second_publisher
         if self.agreement is not None and self.agreement.problem:
             return DiagnosticStatus.ERROR, self.agreement.problem
         if self._lacked:

@@ -32,6 +32,7 @@ class _Topic:
 
     def __init__(self, subscribe: Callable[[Callback], Hearing] | None = None) -> None:
         self.listeners: list[Callback] = []
+        self.matched: list[Callback] = []
         self.inputs: list[list[Hearing]] = []
         self.subscribe = subscribe
         self.has_writer = False
@@ -59,6 +60,17 @@ class ProcessTopics:
         line.listeners.append(listener)
         line.inputs.append(inputs)
         line.subscribe = line.subscribe or subscribe
+
+    def watch(self, topic: str, matched: Callback) -> Callback:
+        """Register a callback for events that a publisher of a topic is found or lost; return what calls them all."""
+        callbacks = self._lines.setdefault(topic, _Topic()).matched
+        callbacks.append(matched)
+
+        def call(event: Any) -> None:
+            for callback in callbacks:
+                callback(event)
+
+        return call
 
     def advertise(self, topic: str, publisher: Sender) -> Sender:
         """Return a publisher of a topic, by its full name, within this process and through `publisher` on DDS."""

@@ -25,7 +25,6 @@ from fivebar_description.joint_sample import MessageError
 from fivebar_description.process_names import describe_process
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.run_plan import RunPlan, difference, epoch_text, read_epoch, read_plan
 
 LONGEST_RUN_NS = 86_400 * NANOSECONDS
@@ -63,8 +62,7 @@ class RunAgreement:
         """Called when a run with another epoch begins."""
         node.agreement = self
         # made before the inputs, so that what was published first is also known first
-        on_plan = node.reading(RUN_PLAN, read_plan, self._take_plan)
-        node.create_subscription(String, RUN_PLAN.name, on_plan, qos_profile(RUN_PLAN.qos))
+        node.listen(RUN_PLAN, node.reading(RUN_PLAN, read_plan, self._take_plan), awaited=False)
         self._follow()
 
     @property
@@ -119,7 +117,7 @@ class RunAgreement:
 
     def _follow(self) -> None:
         on_epoch = self._node.reading(RUN_EPOCH, read_epoch, self._take_epoch)
-        self._node.create_subscription(String, RUN_EPOCH.name, on_epoch, qos_profile(RUN_EPOCH.qos))
+        self._node.listen(RUN_EPOCH, on_epoch, awaited=False)
 
     def _take_plan(self, plan: RunPlan) -> None:
         self._plan = plan

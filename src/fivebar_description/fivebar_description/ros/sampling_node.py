@@ -4,16 +4,39 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from fivebar_description.interface import Topic
-from fivebar_description.joint_sample import MessageError
+from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, PASSIVE_STATES, Topic
+from fivebar_description.joint_sample import MessageError, part_of
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.stamp_join import CAPACITY, Arrival, StampJoin
+from fivebar_description.ros.stamp_join import CAPACITY, Arrival, Contradicted, StampJoin
+from fivebar_description.settings import Setting
 
 QUEUE_DEPTH = 2000
 """History depth of nodes outside of the control cycle: the run continues while such a node gets no processor time."""
+
+
+STATES = (JOINT_STATES.name, MOTOR_STATES.name, PASSIVE_STATES.name)
+"""Topics whose messages a robot of its own may publish."""
+
+
+def _unknown_states(names: tuple[str, ...]) -> str | None:
+    unknown = [name for name in names if name not in STATES]
+    return f"{unknown[0]!r}: expected one of {', '.join(STATES)}" if unknown else None
+
+
+class ExternalInputs(NamedTuple):
+    """Which states come from outside of the graph."""
+
+    external_inputs: Annotated[
+        tuple[str, ...],
+        Setting(
+            "Inputs that come from outside of the graph, on a topic where others may publish other joints. A remapping"
+            " (-r joint_states:=...) says which topic that is.",
+            check=_unknown_states,
+        ),
+    ] = ()
 
 
 class Input(NamedTuple):
@@ -31,13 +54,32 @@ class Input(NamedTuple):
     later: int = 0
 
 
-def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> Callable[[JointMessage], Any]:
+class FieldReader:
+    """Reads fields of a JointState, in the order of `names`."""
+
+    def __init__(self, names: tuple[str, ...], fields: tuple[str, ...], allow_nan: bool) -> None:
+        self.names = names
+        self._fields = fields
+        self._allow_nan = allow_nan
+
+    def __call__(self, message: JointMessage) -> Any:
+        """Return the values, or raise MessageError."""
+        return read_fields(message, self.names, self._fields, self._allow_nan)
+
+
+def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> FieldReader:
     """Return a reader of a JointState's fields, in the order of `names`."""
-    return lambda message: read_fields(message, names, fields, allow_nan)
+    return FieldReader(names, fields, allow_nan)
 
 
 class SamplingNode(GraphNode):
     """Joins inputs by stamp. The first input drives: its repeats are answered again, its sample 0 starts anew."""
+
+    def __init__(self, name: str) -> None:
+        """Make the node; subclasses add parameters and topics."""
+        super().__init__(name)
+        if self.in_chain:
+            self.external_inputs = self.declare_settings(ExternalInputs).external_inputs
 
     def join(self, rate_hz: int, inputs: Sequence[Input], depth: int | None = None) -> None:
         """Subscribe to the inputs, the driving one first; call once, after everything that answers is in place.
@@ -60,6 +102,9 @@ class SamplingNode(GraphNode):
 
     def repeat(self) -> None:
         """Answer the last sample again: its driving message was repeated, so the answer may have been lost."""
+
+    def hold(self, sample: int) -> None:
+        """Answer a sample as it is safe, since its inputs may be those of a second publisher."""
 
     def restart(self) -> None:
         """Reset the state: the driving input starts a new run at sample 0."""
@@ -85,11 +130,20 @@ class SamplingNode(GraphNode):
         topic, read, later = one
         driving = topic is self._driver
         run, join = self._run, self._join
+        names = read.names if topic.name in self.external_inputs and isinstance(read, FieldReader) else ()
 
         def receive(message: Any) -> None:
-            if not run.holds:
+            if not run.holds or self.holds_back:
                 return
+            if names:
+                message = part_of(message, names)
+                if message is None:
+                    return
             sample = run.sample(stamp_of(message))
+            if self.may_have_second_publisher:
+                if driving and sample is not None:
+                    self.hold(sample)
+                return
             if sample is None:
                 self.drop(topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
                 return
@@ -107,6 +161,10 @@ class SamplingNode(GraphNode):
                 self.drop(topic, str(error))
                 return
             if arrival is Arrival.REPEATED:
+                # a second source of a state from outside shows in this only; sample 0 is measured anew until answered
+                if names and sample > 0 and not join.repeats(topic.name, values):
+                    self.contradicted(topic, f"sample {sample}")
+                    return
                 if driving:
                     self.repeat()
                 return
@@ -114,7 +172,13 @@ class SamplingNode(GraphNode):
                 self._begin_run()
             if not self.admit(sample, driving, values):
                 return
-            complete = join.put(topic.name, sample, values)
+            try:
+                complete = join.put(topic.name, sample, values)
+            except Contradicted:
+                # sample 0 is measured anew until it is answered
+                if not driving or sample > 0:
+                    self.contradicted(topic, f"sample {sample}")
+                return
             if complete is not None:
                 self.answer(sample, *complete)
                 self.note_answer()

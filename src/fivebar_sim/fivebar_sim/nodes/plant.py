@@ -18,7 +18,6 @@ from fivebar_description.interface import (
     CAMERA_FRAME,
     CLOCK,
     DRIVES_STATE,
-    FAULTS,
     GROUND_TRUTH,
     IMU_FRAME,
     JOINT_STATES,
@@ -27,12 +26,13 @@ from fivebar_description.interface import (
     NANOSECONDS,
     READINGS_RELEASED,
     RUN_READY,
+    SAFETY_STATE,
     START_STAMP_NS,
     TORQUE_COMMAND,
     VISION_PLATFORM,
     unexpected_sample,
 )
-from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
+from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer, joint_sample
 from fivebar_description.parameters import laden
 from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.robot_file import load_robot
@@ -73,7 +73,12 @@ class PlantNode(GraphNode):
     time, samples follow the steady clock, and the command computed from sample k acts from sample k + 1 on; with drives
     that delay, one sample later still. The motion between two samples is integrated as soon as its torque is known,
     not when the next sample is due: that one is then published at once, and the controllers have the whole period.
+
+    While a fault is latched, here or at the blender, no torque acts, but for the time in which the blender may brake.
     """
+
+    in_chain = True
+    commands_robot = True
 
     def __init__(self) -> None:
         """Make the node."""
@@ -101,6 +106,9 @@ class PlantNode(GraphNode):
         self._sample = 0
         self._next: Messages | None = None
         self._fault = ""
+        self._brake_samples = round(settings.brake_limit_s * settings.rate_hz)
+        self._torque_until: int | None = None
+        self._answer = OneAnswer()
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
         self._published = 0.0
         self._unanswered = 0
@@ -115,11 +123,11 @@ class PlantNode(GraphNode):
         self._ground_truth = self.advertise(GROUND_TRUTH) if has_truth else None
         self._late = LateSensors(self, self._run, self._rate_hz, imu, passive, plant.seed)
         self._released = self.advertise(READINGS_RELEASED) if settings.announces_readings else None
-        self._faults = self.advertise(FAULTS)
         self._state = self.advertise(DRIVES_STATE)
         self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.listen(TORQUE_COMMAND, self._on_command)
+        self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
         self.listen(RUN_READY, self._progress.on_ready)
         listen_to_payload(self, lambda payload: self._plant.carry(laden(robot, payload)))
         if self._sights is not None:
@@ -132,6 +140,15 @@ class PlantNode(GraphNode):
     def stop(self) -> None:
         """Announce that no more samples will come, so that their absence does not count as a fault."""
         self._state.publish(String(data="drives_off: the plant has ended"))
+
+    def refuse(self, fault: str) -> None:
+        """Publish why the run ends before the first sample."""
+        self._set_fault(fault)
+        self._publish_status("failed")
+
+    def stop_robot(self, fault: str) -> None:
+        """Latch a fault: no torque acts from now on."""
+        self._latch(fault)
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""
@@ -241,7 +258,22 @@ class PlantNode(GraphNode):
         vector.x, vector.y, vector.z = reading.angular_velocity
         return message
 
+    def _on_safety_state(self, message: String) -> None:
+        """Follow the blender's fault: its brake may act for some time, and then nothing until the fault is cleared."""
+        if message.data == ALL_WELL:
+            self._torque_until = None
+        elif self._torque_until is None:
+            self._torque_until = self._sample + self._brake_samples
+
+    @property
+    def _torque(self) -> tuple[float, float]:
+        """The torque (Nm) that acts on the motion from the present sample to the next."""
+        stopped = self._torque_until is not None and self._sample > self._torque_until
+        return ZERO if self._fault or stopped or self.may_have_second_publisher else self._latest[1]
+
     def _on_command(self, message: JointMessage) -> None:
+        if self.holds_back:
+            return
         sample = self._run.sample(stamp_of(message))
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
@@ -250,6 +282,9 @@ class PlantNode(GraphNode):
             return
         if sample is None or sample > self._sample or sample < self._latest[0]:
             self.drop(TORQUE_COMMAND, unexpected_sample(sample, self._sample))
+            return
+        if not self._lockstep and self._answer.contradicts(stamp_of(message), (tau1, tau2)):
+            self.contradicted(TORQUE_COMMAND, f"sample {sample}")
             return
         if sample == self._sample > self._latest[0]:
             self._progress.latency.note(time.monotonic() - self._published)
@@ -287,7 +322,7 @@ class PlantNode(GraphNode):
         if self._next is not None or self._sample == self._samples or self.exit_status is not None:
             return
         try:
-            self._plant.advance(ZERO if self._fault else self._latest[1])
+            self._plant.advance(self._torque)
         except PlantDiverged as error:
             self._fail(f"plant_diverged: after sample {self._sample}: {error}")
             return
@@ -311,10 +346,13 @@ class PlantNode(GraphNode):
         self.exit_status = 0
 
     def _latch(self, fault: str) -> None:
+        self._set_fault(fault)
+        self.get_logger().error(fault)
+
+    def _set_fault(self, fault: str) -> None:
         self._fault = fault
         self._faults.publish(String(data=fault))
         self._state.publish(String(data=fault))
-        self.get_logger().error(fault)
 
     def _fail(self, fault: str) -> None:
         self._latch(fault)
@@ -326,7 +364,10 @@ class PlantNode(GraphNode):
             self._progress.publish(state, self._sample)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = True
+        response.success = not self.second_publisher
+        if self.second_publisher:
+            response.message = f"not cleared, {self.second_publisher}"
+            return response
         response.message = f"cleared {self._fault}" if self._fault else "no fault was latched"
         self._fault = ""
         self._state.publish(String(data=ALL_WELL))

@@ -8,7 +8,15 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
-from fivebar_description.shared_settings import AwaitedNodes, ByTheClock, LastSample, RateHz, ReadyTimeout, Robot
+from fivebar_description.shared_settings import (
+    AwaitedNodes,
+    BrakeLimit,
+    ByTheClock,
+    LastSample,
+    RateHz,
+    ReadyTimeout,
+    Robot,
+)
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 ALL_JOINTS, MOTORS = "joint_states", "motor_states"
@@ -66,6 +74,7 @@ class PlantNodeSettings(NamedTuple):
             "Real time: age of the latest torque beyond which it is a fault.", "samples", at_least=1, at_most=10_000
         ),
     ] = 10
+    brake_limit_s: BrakeLimit = 1.1
 
 
 class EmulatedRobotSettings(NamedTuple):

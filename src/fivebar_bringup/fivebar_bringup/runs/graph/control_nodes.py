@@ -121,7 +121,7 @@ def trajectory_generator(scenario: Scenario, mode: Mode) -> NodeSpec:
             **goal_parameters(scenario, mode),
         },
         (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, PAYLOAD, RUN_PLAN, RUN_EPOCH),
-        (REFERENCE, *_reference_ahead(scenario), GOAL_STATUS, RUN_PLAN),
+        (REFERENCE, *_reference_ahead(scenario), GOAL_STATUS, RUN_PLAN, FAULTS),
         in_chain=True,
     )
 
@@ -133,7 +133,7 @@ def supervisor(scenario: Scenario) -> NodeSpec:
         "supervisor",
         {**motion_parameters(scenario), **to_parameters(SupervisorSettings(scenario.scheme().weighting))},
         (JOINT_STATES, RUN_PLAN, RUN_EPOCH),
-        (SUPERVISOR_STATE, SUPERVISOR_SIGMA),
+        (SUPERVISOR_STATE, SUPERVISOR_SIGMA, FAULTS),
         in_chain=True,
     )
 
@@ -146,7 +146,8 @@ def controller(scenario: Scenario, tuned: TunedLaw) -> NodeSpec:
         parameters["law"] = law.name
     elif law.executable == "law_controller":
         parameters["law"] = scenario.controller
-    return NodeSpec("fivebar_control", law.executable, parameters, _law_inputs(scenario), (law.topic,), in_chain=True)
+    outputs = (law.topic, FAULTS)
+    return NodeSpec("fivebar_control", law.executable, parameters, _law_inputs(scenario), outputs, in_chain=True)
 
 
 def _disturbance(scenario: Scenario) -> str:

@@ -28,6 +28,7 @@ from fivebar_description.interface import (
     RUN_PLAN,
     RUN_READY,
     RUN_STATUS,
+    SAFETY_STATE,
     TORQUE_COMMAND,
     Topic,
 )
@@ -60,6 +61,7 @@ def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
                     initial_joints=scenario.initial_joints(),
                     announces_readings=announced(scenario, mode),
                     wait_for_nodes=tuple(awaited),
+                    brake_limit_s=_brake_limit(scenario),
                 )
             ),
             **to_parameters(scenario.plant),
@@ -67,7 +69,7 @@ def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             **to_parameters(scenario.passive, PASSIVE_PREFIX),
             **to_parameters(scenario.camera, CAMERA_PREFIX),
         },
-        (TORQUE_COMMAND, *awaited_sights(scenario, mode), PAYLOAD, RUN_READY, RUN_PLAN),
+        (TORQUE_COMMAND, *awaited_sights(scenario, mode), SAFETY_STATE, PAYLOAD, RUN_READY, RUN_PLAN),
         (
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
             *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),
@@ -91,7 +93,7 @@ def bridge(
     Once the awaited nodes are ready it enables the drives, or without `autostart` may be asked to. With `last_sample`
     it publishes the progress of the run, and when it has ended.
     """
-    safety, cycles, executable = scenario.safety, scenario.stop_cycles(), bridge_of(scenario)
+    cycles, executable = scenario.stop_cycles(), bridge_of(scenario)
     return NodeSpec(
         "fivebar_control",
         executable,
@@ -100,8 +102,7 @@ def bridge(
                 rate_hz=scenario.rate_hz,
                 drives=drives,
                 command_timeout_ms=cycles * 1e3 / scenario.rate_hz,
-                # the last cycle of the brake, and its answer
-                brake_limit_s=safety.brake_duration + cycles / scenario.rate_hz if safety.brake else 0.0,
+                brake_limit_s=_brake_limit(scenario),
                 autostart=autostart,
                 wait_for_nodes=tuple(awaited),
                 samples=scenario.plan().path.samples(scenario.rate_hz) if last_sample else 0,
@@ -110,6 +111,12 @@ def bridge(
         (TORQUE_COMMAND, *_led_by(executable, drives), FAULTS, RUN_READY, RUN_PLAN),
         (MOTOR_STATES, FAULTS, DRIVES_STATE, RUN_EPOCH, *((RUN_STATUS,) if last_sample else ())),
     )
+
+
+def _brake_limit(scenario: Scenario) -> float:
+    """Return for how long the brake's torque is followed: until its last cycle, and the answer to that one."""
+    safety = scenario.safety
+    return safety.brake_duration + scenario.stop_cycles() / scenario.rate_hz if safety.brake else 0.0
 
 
 def _led_by(executable: str, drives: str) -> tuple[Topic, ...]:

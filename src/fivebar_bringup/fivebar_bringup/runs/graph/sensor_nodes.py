@@ -160,7 +160,7 @@ def vision_nodes(scenario: Scenario, mode: Mode, keeper: str | None) -> list[Nod
             **parameters,
         },
         (CAMERA_IMAGE, CAMERA_INFO, JOINT_STATES, RUN_READY, RUN_PLAN, RUN_EPOCH),
-        VISION_TOPICS,
+        (*VISION_TOPICS, FAULTS),
     )
     return [*([] if keeper is None else [simulation]), *([listener] if camera.pictures else [])]
 

@@ -1,0 +1,167 @@
+"""Watches that every topic of the control chain has one publisher, on behalf of a node that reads or publishes it.
+
+DDS tells when a publisher of a topic that the node reads is found (rclpy's matched event). Topics that the node
+publishes itself are counted periodically: within one process they are not read from DDS.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from fivebar_description.interface import RUN_READY
+from fivebar_description.publishers import HALF, Living, PublisherOf, contradiction, second_publisher
+
+if TYPE_CHECKING:
+    from fivebar_description.ros.node import GraphNode
+
+COUNT_PERIOD = 0.05
+"""Period (s) of counting the publishers of the topics that the node publishes."""
+
+NAME_PERIOD = 0.002
+"""Period (s) of looking for the name of a publisher that was found, which is announced after it."""
+
+NAME_TIME = 0.01
+"""Longest time (s) to wait for that name while the robot may move: a few samples."""
+
+NAME_TIME_AT_REST = 1.0
+"""The same before the first sample, and in a node that commands no torque meanwhile."""
+
+NAME_TIME_AFTER_DEATH = 5.0
+"""The same where all others have died: the name will say whether it is their successor."""
+
+LOOK_PERIOD = 1.0
+"""Period (s) of looking again where a dead predecessor is still known, or a second publisher."""
+
+Matched = Callable[[Any], None]
+
+
+class PublisherWatch:
+    """The topics of a node that have one publisher, and what was found to contradict that."""
+
+    def __init__(self, node: GraphNode, found: Callable[[str, str], None], relies: Callable[[str], bool]) -> None:
+        """Watch on behalf of a node.
+
+        Args:
+            node: the node.
+            found: called with a topic and the text of the fault.
+            relies: returns whether it is this node that has to stop, or to have others stop, for a topic.
+        """
+        self._node = node
+        self._found = found
+        self._relies = relies
+        self._living = Living(time.monotonic)
+        self._machine = b""
+        self._counted: list[str] = []
+        self._suspected: dict[str, float] = {}
+        self._look_again: dict[str, float] = {}
+        self.conflicts: dict[str, str] = {}
+        """The text of the fault of each topic that has a second publisher now."""
+        self.pending = False
+        """Whether a publisher has been found of which it is not known yet whether it is a second one."""
+        self.blocked = False
+        """Whether a topic for which this node has to stop has a second publisher."""
+        self._counting = node.every(COUNT_PERIOD, self.count)
+        self._naming = node.every(NAME_PERIOD, self._look)
+        self._naming.cancel()
+
+    def matched(self, topic: str) -> Matched:
+        """Return what a subscription of a topic, by its full name, calls when a publisher is found or lost."""
+
+        def matched(event: Any) -> None:
+            # of a topic with two subscriptions each counts its own
+            if event.current_count > 1 or self._node.count_publishers(topic) > 1:
+                self._suspect(topic)
+            else:
+                self._clear(topic)
+
+        return matched
+
+    def add(self, topic: str) -> None:
+        """Count the publishers of a topic, by its full name."""
+        self._counted.append(topic)
+
+    def count(self) -> None:
+        """Count publishers, and look again at topics that had several."""
+        for topic in self._counted:
+            if topic not in self._look_again and self._node.count_publishers(topic) > 1:
+                self._suspect(topic)
+        now = time.monotonic()
+        for topic in [one for one, when in self._look_again.items() if when <= now]:
+            self._suspect(topic)
+
+    def suspects(self, topic: str) -> bool:
+        """Return whether a topic has, or may have, a second publisher."""
+        return topic in self.conflicts or topic in self._suspected
+
+    def contradiction(self, topic: str, moment: str) -> str:
+        """Return the text of the fault that two different messages of a moment are."""
+        alive = self._living.among(self._publishers(topic), self._own_machine())
+        return contradiction(self._short(topic), moment, alive, self._own_machine())
+
+    def _suspect(self, topic: str) -> None:
+        self._suspected.setdefault(topic, time.monotonic())
+        self._look()
+
+    def _clear(self, topic: str) -> None:
+        for known in (self._suspected, self._look_again, self.conflicts):
+            known.pop(topic, None)
+        self._update()
+
+    def _look(self) -> None:
+        """Report each suspected topic that has several living publishers, once their names are known or time is up."""
+        now, machine = time.monotonic(), self._own_machine()
+        for topic, since in list(self._suspected.items()):
+            publishers = self._publishers(topic)
+            complete = len(publishers) > 1 and all(one.known for one in publishers)
+            if not complete and now - since < self._longest_wait(publishers, machine):
+                continue
+            del self._suspected[topic]
+            alive = self._living.among(publishers, machine)
+            if len(publishers) > 1:
+                self._look_again[topic] = now + LOOK_PERIOD
+            else:
+                self._look_again.pop(topic, None)
+            if len(alive) < 2:
+                self.conflicts.pop(topic, None)
+            elif topic not in self.conflicts:
+                self.conflicts[topic] = second_publisher(self._short(topic), alive, machine)
+                self._found(self._short(topic), self.conflicts[topic])
+        self._update()
+
+    def _longest_wait(self, publishers: list[PublisherOf], machine: bytes) -> float:
+        """Return how long (s) names are awaited."""
+        if len(publishers) > 1 and sum(not self._living.is_gone(one, machine) for one in publishers) < 2:
+            return NAME_TIME_AFTER_DEATH
+        return NAME_TIME_AT_REST if self._node.commands_robot or not self._node.answered else NAME_TIME
+
+    def _update(self) -> None:
+        """Wait for names that are not known; a topic that has been reported stays so while it is looked at again."""
+        self.blocked = any(self._relies(self._short(topic)) for topic in self.conflicts)
+        open_topics = [topic for topic in self._suspected if topic not in self.conflicts]
+        self.pending = any(self._relies(self._short(topic)) or not self._node.answered for topic in open_topics)
+        if self._suspected and self._naming.is_canceled():
+            self._naming.reset()
+        elif not self._suspected and not self._naming.is_canceled():
+            self._naming.cancel()
+
+    def _publishers(self, topic: str) -> list[PublisherOf]:
+        return [
+            PublisherOf(f"{one.node_namespace.rstrip('/')}/{one.node_name}", bytes(one.endpoint_gid))
+            for one in self._node.get_publishers_info_by_topic(topic)
+        ]
+
+    def _own_machine(self) -> bytes:
+        """Return this machine's part of identities, by a publisher of this node."""
+        if not self._machine:
+            name, process = self._node.get_fully_qualified_name(), os.getpid() % HALF
+            publishers = self._publishers(self._node.resolve_topic_name(RUN_READY.name))
+            own = (one.machine for one in publishers if (one.node, one.process) == (name, process))
+            self._machine = next(own, b"")
+        return self._machine
+
+    def _short(self, topic: str) -> str:
+        """Return a topic's name as people know it, relative to the node's namespace."""
+        return topic.removeprefix(self._node.get_namespace().rstrip("/") + "/")

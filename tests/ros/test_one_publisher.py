@@ -1,0 +1,300 @@
+"""A second publisher of a topic of the control chain: refused before the first sample, a latched fault later."""
+
+from __future__ import annotations
+
+import json
+import signal
+from array import array
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from graph_probe import Bench
+from middle_motion import MiddleMotion
+from std_msgs.msg import String
+
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    ALL_WELL,
+    CTC_TORQUE,
+    DRIVES_STATE,
+    FAULTS,
+    JOINT_STATES,
+    JOINTS,
+    MOTOR_STATES,
+    REFERENCE,
+    RUN_EPOCH,
+    RUN_PLAN,
+    RUN_STATUS,
+    SAFETY_STATE,
+    START_STAMP_NS,
+    SUPERVISOR_STATE,
+    TORQUE_COMMAND,
+    VHC_TORQUE,
+    Topic,
+    sample_stamp_ns,
+)
+from fivebar_description.ros.messages import joint_state
+from fivebar_description.run_plan import epoch_text
+
+CHAIN = ("trajectory_generator", "supervisor", "ctc_controller", "vhc_controller", "blender")
+RATE_HZ = 500
+ZERO = (0.0, 0.0)
+FOREIGN = (3.0, 3.0)
+REST = 0.5
+"""Speed (rad/s) below which this robot, which is never quite at rest, may be reset."""
+
+
+class Chain:
+    """The control chain, with a probe in the place of plant and time keeper."""
+
+    def __init__(self, bench: Bench, motion: MiddleMotion, together: bool) -> None:
+        self.bench = bench
+        self.motion = motion
+        if together:
+            modules = [f"fivebar_control.nodes.{node}" for node in CHAIN]
+            bench.start_group(*modules, "--ros-args", "-p", f"blender:rest_speed:={REST}")
+        else:
+            self.processes = {
+                node: bench.start(node, **({"rest_speed": REST} if node == "blender" else {})) for node in CHAIN
+            }
+        self.probe = bench.probe()
+        self.probe.publish(RUN_EPOCH, String(data=epoch_text(START_STAMP_NS)))
+        self.probe.publish(DRIVES_STATE, String(data=ALL_WELL))
+        for node in CHAIN:
+            self.probe.join(node, [JOINT_STATES], [TORQUE_COMMAND, FAULTS, SAFETY_STATE] if node == CHAIN[0] else [])
+        self.sample = 0
+        self.probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [TORQUE_COMMAND], 0)
+        # until the plan asks for a torque
+        while self.step() == ZERO:
+            pass
+
+    def step(self) -> tuple[float, ...]:
+        """Ask for the torque of the next sample, and return it."""
+        self.sample += 1
+        self.probe.publish(JOINT_STATES, self.motion.joint_states_message(self.sample))
+        return tuple(self.probe.answer(TORQUE_COMMAND, self.sample).effort)
+
+    def faults(self) -> list[str]:
+        return [message.data for message in self.probe.got(FAULTS)]
+
+    def reset(self) -> str:
+        return str(self.probe.reset("/blender").message)
+
+    def reset_until_it_moves(self) -> None:
+        def moves() -> bool:
+            self.step()
+            self.reset()
+            return self.step() != ZERO
+
+        self.probe.wait_for(moves, "a torque after the reset")
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["apart", "together"])
+def chain(request: Any, tmp_path_factory: pytest.TempPathFactory, motion: MiddleMotion) -> Iterator[Chain]:
+    with Bench(tmp_path_factory.mktemp("chain")) as bench:
+        yield Chain(bench, motion, request.param)
+
+
+WATCHED = {
+    JOINT_STATES: "/probe",
+    REFERENCE: "/trajectory_generator",
+    CTC_TORQUE: "/ctc_controller",
+    VHC_TORQUE: "/vhc_controller",
+    SUPERVISOR_STATE: "/supervisor",
+    TORQUE_COMMAND: "/blender",
+    RUN_PLAN: "/trajectory_generator",
+    RUN_EPOCH: "/probe",
+    DRIVES_STATE: "/probe",
+    SAFETY_STATE: "/blender",
+}
+
+
+@pytest.mark.parametrize("topic", WATCHED, ids=lambda topic: topic.name)
+def test_a_second_publisher_stops_the_robot(chain: Chain, topic: Topic) -> None:
+    assert chain.step() != ZERO
+    before = len(chain.faults())
+    rogue = chain.bench.probe(name="rogue")
+    rogue.advertise(topic)
+    chain.probe.wait_for(lambda: len(chain.faults()) > before, "the fault")
+    fault = chain.faults()[before]
+    assert fault.startswith(f"second_publisher: {topic.name} is published by ")
+    for name in (WATCHED[topic], "/rogue"):
+        assert f"{name} (process " in fault
+    for _ in range(3):
+        if topic.name.endswith("/torque"):
+            rogue.publish(topic, chain.motion.torque_message(chain.sample + 1, FOREIGN))
+        assert chain.step() == ZERO
+    status, _ = chain.probe.health("/blender")
+    assert (status.level, status.message.partition(":")[0]) == (DiagnosticStatus.ERROR, "second_publisher")
+    if topic not in (SAFETY_STATE,):
+        assert f"not cleared, second_publisher: {topic.name} is published by " in chain.reset()
+    rogue.close()
+    chain.reset_until_it_moves()
+
+
+def test_a_node_that_is_started_again_is_no_second_one(bench: Bench, motion: MiddleMotion) -> None:
+    """Its predecessor was killed, so that DDS knows its publisher for some time more."""
+    chain = Chain(bench, motion, together=False)
+    chain.processes["ctc_controller"].send(signal.SIGKILL)
+    chain.processes["ctc_controller"].wait()
+    assert chain.step() == ZERO
+    chain.probe.wait_for(lambda: chain.faults(), "the fault")
+    bench.start("ctc_controller")
+    chain.probe.wait_for(lambda: chain.probe.node.count_publishers(CTC_TORQUE.name) == 2, "both publishers are known")
+    chain.reset_until_it_moves()
+    assert {fault.partition(":")[0] for fault in chain.faults()} == {"candidate_missing"}
+
+
+SILENT = ("ctc_controller", "supervisor")
+"""Nodes that leave it to the blender to publish the fault of what it reads too."""
+
+
+def command(sample: int, torque: tuple[float, float]) -> Any:
+    return joint_state(sample_stamp_ns(sample, RATE_HZ), ACTIVE_JOINTS, effort=torque)
+
+
+@pytest.mark.parametrize(
+    ("node", "topic", "more"),
+    [
+        ("blender", CTC_TORQUE, {"candidates": "ctc"}),
+        ("ctc_controller", REFERENCE, {}),
+        ("supervisor", JOINT_STATES, {}),
+        ("state_estimator", MOTOR_STATES, {}),
+        ("plant", TORQUE_COMMAND, {}),
+        ("dextar_bridge", TORQUE_COMMAND, {}),
+    ],
+)
+def test_before_the_first_sample_it_is_a_refusal(bench: Bench, node: str, topic: Topic, more: dict[str, Any]) -> None:
+    process = bench.start(node, "/robot", **more)
+    first = bench.probe("/robot", "first")
+    first.listen(FAULTS)
+    first.advertise(topic)
+    first.wait_for(lambda: first.listeners(topic), "the node has found its input")
+    assert process.status is None
+    bench.probe("/robot", "second").advertise(topic)
+    first.wait_for(lambda: process.status is not None, "the end of the node")
+    assert process.status == 2
+    (line,) = [one for one in process.stderr.splitlines() if "[ERROR]" in one and "published by" in one]
+    assert f"second_publisher: {topic.name} is published by /robot/first (process " in line
+    assert " and /robot/second (process " in line
+    assert [message.data for message in first.got(FAULTS)] == (
+        [] if node in SILENT else [line[line.index("second_publisher") :]]
+    )
+
+
+class Plant:
+    """A plant that is answered by a probe."""
+
+    def __init__(self, bench: Bench, **parameters: Any) -> None:
+        self.process = bench.start("plant", samples=100_000, ready_timeout_s=600.0, **parameters)
+        self.probe = bench.probe()
+        self.probe.join("plant", [TORQUE_COMMAND, SAFETY_STATE], [JOINT_STATES, FAULTS, DRIVES_STATE, RUN_STATUS])
+        self.sample = 0
+        self.probe.answer(JOINT_STATES, 0)
+
+    def step(self, torque: tuple[float, float]) -> tuple[float, float]:
+        """Answer the present sample, and return the torque that the motors have applied."""
+        self.probe.publish(TORQUE_COMMAND, command(self.sample, torque))
+        self.sample += 1
+        effort = self.probe.answer(JOINT_STATES, self.sample).effort
+        return effort[0], effort[2]
+
+
+def test_no_torque_of_a_second_publisher_reaches_the_plant(bench: Bench) -> None:
+    plant = Plant(bench)
+    assert plant.step((0.5, 0.5)) == (0.5, 0.5)
+    rogue = bench.probe(name="rogue")
+    rogue.advertise(TORQUE_COMMAND)
+    probe = plant.probe
+    probe.wait_for(lambda: probe.got(FAULTS), "the fault")
+    assert probe.got(FAULTS)[0].data.startswith("second_publisher: torque_command is published by /probe (process ")
+    probe.wait_for(lambda: probe.got(DRIVES_STATE)[-1].data == probe.got(FAULTS)[0].data, "the state of the drives")
+    rogue.publish(TORQUE_COMMAND, command(plant.sample, FOREIGN))
+    for _ in range(3):
+        assert plant.step((0.5, 0.5)) == ZERO
+    assert not probe.reset("/plant").success
+    rogue.close()
+    probe.wait_for(lambda: probe.reset("/plant").success, "a reset")
+    plant.step((0.5, 0.5))
+    assert plant.step((0.5, 0.5)) == (0.5, 0.5)
+    assert json.loads(probe.got(RUN_STATUS)[-1].data)["state"] == "running"
+
+
+def test_nothing_acts_on_the_plant_after_a_fault_of_the_blender(bench: Bench) -> None:
+    """Its brake may for some time, which is ten samples here; then whatever is commanded does nothing."""
+    plant = Plant(bench, brake_limit_s=0.02)
+    probe = plant.probe
+    assert plant.step((0.5, 0.5)) == (0.5, 0.5)
+    probe.publish(SAFETY_STATE, String(data="tracking_lost: 60 mm"))
+    assert probe.delivered(SAFETY_STATE)
+    applied = [plant.step((-0.2, -0.2)) for _ in range(20)]
+    assert applied[:9] == [(-0.2, -0.2)] * 9
+    assert applied[13:] == [ZERO] * 7
+    probe.publish(SAFETY_STATE, String(data=ALL_WELL))
+
+    probe.wait_for(lambda: plant.step((0.5, 0.5)) == (0.5, 0.5), "a torque after the reset")
+
+
+def test_a_second_message_of_a_sample_never_takes_the_place_of_the_first(bench: Bench, motion: MiddleMotion) -> None:
+    bench.start("blender", candidates="ctc", candidate_deadline_ms=30_000.0)
+    probe = bench.probe()
+    probe.join("blender", [JOINT_STATES, REFERENCE, CTC_TORQUE], [TORQUE_COMMAND, FAULTS])
+    for sample in (0, 1, 2):
+        probe.publish(CTC_TORQUE, motion.torque_message(sample, (1.0, 1.0)))
+        probe.publish(REFERENCE, motion.reference_message(sample))
+        if sample == 2:
+            # the same again is no mistake, another one is
+            probe.publish(CTC_TORQUE, motion.torque_message(sample, (1.0, 1.0)))
+            assert not probe.got(FAULTS)
+            probe.publish(CTC_TORQUE, motion.torque_message(sample, FOREIGN))
+            probe.wait_for(lambda: probe.got(FAULTS), "the fault")
+        if sample == 0:
+            probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [TORQUE_COMMAND], 0)
+        else:
+            probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+        assert tuple(probe.answer(TORQUE_COMMAND, sample).effort) == (ZERO if sample == 2 else (1.0, 1.0))
+    (fault,) = [message.data for message in probe.got(FAULTS)]
+    assert fault.startswith(
+        "second_publisher: two different messages on ctc/torque for sample 2, which is published by"
+    )
+
+
+def test_others_may_publish_other_joints_where_states_come_from_outside(bench: Bench, motion: MiddleMotion) -> None:
+    cell = Topic("cell/joint_states", JOINT_STATES.type)
+    process = bench.start(
+        "supervisor", arguments=["-r", "joint_states:=cell/joint_states"], external_inputs=[JOINT_STATES.name]
+    )
+    probe, gripper = bench.probe(), bench.probe(name="gripper")
+    gripper.advertise(cell)
+    probe.join("supervisor", [cell], [SUPERVISOR_STATE, FAULTS])
+
+    def state(sample: int, names: tuple[str, ...] = JOINTS) -> Any:
+        message = motion.joint_states_message(sample)
+        position, velocity = (dict(zip(JOINTS, values, strict=True)) for values in (message.position, message.velocity))
+        return joint_state(
+            sample_stamp_ns(sample, RATE_HZ),
+            names,
+            [position.get(name, 9.0) for name in names],
+            [velocity.get(name, 9.0) for name in names],
+        )
+
+    probe.ask([(cell, state(0))], [SUPERVISOR_STATE], 0)
+    probe.publish(cell, state(1))
+    answer = probe.answer(SUPERVISOR_STATE, 1)
+    for sample in (1, 2, 3):
+        gripper.publish(cell, state(sample, ("finger", "thumb")))
+    probe.publish(cell, state(2, ("finger", *reversed(JOINTS), "thumb")))
+    probe.answer(SUPERVISOR_STATE, 2)
+    assert process.status is None
+    assert not probe.got(FAULTS)
+    _, values = probe.health("/supervisor")
+    assert (values["dropped"], int(values["answered"])) == ("0", 3)
+    assert list(answer.position) != list(probe.answer(SUPERVISOR_STATE, 2).position)
+    # two sources of the same joints are told by what they say
+    foreign = state(2)
+    foreign.velocity = array("d", [5.0] * 4)
+    gripper.publish(cell, foreign)
+    probe.wait_for(lambda: probe.got(FAULTS), "the fault")
+    assert probe.got(FAULTS)[0].data.startswith("second_publisher: two different messages on ")
