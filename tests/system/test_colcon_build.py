@@ -13,7 +13,7 @@ SRC = Path(__file__).parents[2] / "src"
 PACKAGES = sorted(manifest.parent.name for manifest in SRC.glob("*/package.xml"))
 
 
-DATA = ("config", "foxglove", "launch", "plotjuggler", "rviz", "urdf")
+DATA = ("bin", "config", "foxglove", "hook", "launch", "plotjuggler", "rviz", "urdf")
 """Folders of a package whose files are installed."""
 
 
@@ -60,6 +60,18 @@ def test_every_data_file_is_installed(install: Path, package: str) -> None:
     source, share = SRC / package, install / package / "share" / package
     paths = {path for folder in DATA for path in tree(source / folder) if path.is_file()}
     assert not {path for path in paths if not (share / path.relative_to(source)).is_file()}
+
+
+def test_the_command_is_on_the_path_of_a_shell_that_sources_the_workspace(install: Path, tmp_path: Path) -> None:
+    """It is that of the interpreter which colcon built with, also where another one comes first on the path."""
+    line = f"source {install}/setup.bash && command -v fivebar && fivebar --version"
+    done = subprocess.run(["bash", "-c", line], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found, version = done.stdout.splitlines()
+    assert found == str(install / "fivebar_bringup/share/fivebar_bringup/bin/fivebar")
+    assert version.endswith(str(ElementTree.parse(SRC / "fivebar_bringup/package.xml").findtext("version")))
+    first = (install / "fivebar_bringup/lib/fivebar_bringup/fivebar").read_text(encoding="utf-8").splitlines()[0]
+    assert first == f"#!{sys.executable}"
 
 
 def test_page_templates_are_installed_beside_the_code(install: Path) -> None:

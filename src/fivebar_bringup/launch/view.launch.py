@@ -15,7 +15,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from fivebar_bringup.runs.description import described_robot, rviz_configuration
+from fivebar_bringup.runs.launching import described_by_command, rviz_configuration
 from fivebar_description.interface import frame_prefix
 
 
@@ -34,7 +34,7 @@ def start_view(context):
         parameters=[
             {
                 # as it is: a parameter that looks like YAML would be read as such
-                "robot_description": ParameterValue(described_robot(robot, scenario), value_type=str),
+                "robot_description": ParameterValue(described_by_command(robot, scenario), value_type=str),
                 "frame_prefix": frame_prefix(namespace),
             },
             clock,

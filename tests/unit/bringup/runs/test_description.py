@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 import yaml
 
-from fivebar_bringup.runs.description import described_robot, rviz_configuration
+from fivebar_bringup.runs.description import described_robot
+from fivebar_bringup.runs.launching import described_by_command, installed_command, rviz_configuration
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import frame_prefix
 from fivebar_description.robot_description import robot_description
@@ -41,10 +44,39 @@ def test_rviz_shows_the_robot_of_the_namespace() -> None:
         assert content["Global Options"]["Fixed Frame"] == frame
 
 
-def test_the_launch_file_describes_the_robot_by_these() -> None:
-    """It runs only where ROS' launch is (tests/launch)."""
-    text = share_file("fivebar_bringup", "launch", "view.launch.py").read_text(encoding="utf-8")
-    imported = {
-        alias.name for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom) for alias in node.names
-    }
-    assert {"described_robot", "rviz_configuration", "frame_prefix"} <= imported
+def test_the_command_describes_the_robot_to_the_launch_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    assert described_by_command("unequal", "") == described_robot("unequal")
+    with pytest.raises(RuntimeError, match="hexapod"):
+        described_by_command("hexapod", "")
+
+
+def test_an_installed_command_comes_before_the_module(tmp_path: Path) -> None:
+    executable = tmp_path / "lib" / "fivebar_bringup" / "fivebar"
+    environment = {"AMENT_PREFIX_PATH": f"/nowhere:{tmp_path}"}
+    assert installed_command(environment)[0] == sys.executable
+    executable.parent.mkdir(parents=True)
+    executable.touch(mode=0o755)
+    assert installed_command(environment) == (str(executable),)
+    assert installed_command({})[0] == sys.executable
+
+
+def test_launch_files_import_only_what_apt_has() -> None:
+    """`ros2 launch` runs on the system's interpreter, outside of the environment that has pydantic and others."""
+    lines = []
+    paths = [
+        *share_file("fivebar_bringup", "launch").glob("*.launch.py"),
+        share_file("fivebar_bringup", "fivebar_bringup", "ros", "launched_run.py"),
+    ]
+    for path in sorted(paths):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            # what stands on ROS' launch, which may not be here, is read instead of imported
+            module = str(node.module) if isinstance(node, ast.ImportFrom) else ""
+            if module.startswith("fivebar") and not module.endswith("launched_run"):
+                lines.append(ast.unparse(node))
+    assert any("described_by_command" in line for line in lines)
+    block = (
+        "import sys\nfor name in ('pydantic', 'typer', 'annotated_types', 'cv2', 'mcap'): sys.modules[name] = None\n"
+    )
+    done = subprocess.run([sys.executable, "-c", block + "\n".join(lines)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
