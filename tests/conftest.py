@@ -35,6 +35,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
+        if TESTS not in item.path.parents:
+            # the test of a package, in its own folder
+            continue
         folder, *rest = item.path.relative_to(TESTS).parts
         if rest:
             item.add_marker(folder)

@@ -6,6 +6,8 @@ from setuptools import find_packages, setup
 NAME = "fivebar_bringup"
 SHARE = f"share/{NAME}"
 DATA = (
+    "bin/*",
+    "hook/*.dsv",
     "config/**/*.yaml",
     "config/**/*.csv",
     "config/*.xml",
@@ -15,6 +17,25 @@ DATA = (
     "plotjuggler/*.xml",
 )
 
+NEEDED = (
+    "bokeh>=3.1",
+    "jinja2>=3.1.2",
+    "matplotlib>=3.6.3",
+    "mcap>=1.5",
+    "mujoco-core>=4.0",
+    "numpy>=1.24",
+    "opencv-python-headless>=4.7",
+    "pillow>=9.4",
+    "pin>=4.0",
+    "pydantic>=2.11",
+    "pyyaml>=6.0",
+    "rich>=13.3.1",
+    "rosbags>=0.10.9",
+    "scipy>=1.10",
+    "tornado>=6.2",
+    "typer>=0.16",
+)
+"""With the bounds of requirements.in; package.xml has those that apt meets."""
 
 setup(
     name=NAME,
@@ -22,9 +43,9 @@ setup(
     description="Launch files, scenarios, the fivebar command, the bag recorder and the reports of the five-bar robot.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
-    maintainer_email="maintainers@example.com",
+    install_requires=NEEDED,
     python_requires=">=3.11",
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
     package_data={NAME: ["py.typed", "pages/scripts/*", "pages/templates/*"], "fivebar": ["py.typed"]},
     data_files=[

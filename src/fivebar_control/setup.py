@@ -6,6 +6,20 @@ from setuptools import find_packages, setup
 NAME = "fivebar_control"
 SHARE = f"share/{NAME}"
 DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
+NEEDED = (
+    "canopen>=2.2",
+    "daqp>=0.5",
+    "motkin-pcb>=1.0",
+    "msgpack>=1.0.3,<1.2",
+    "numba>=0.56.4",
+    "numpy>=1.24",
+    "opencv-python-headless>=4.7",
+    "pydantic>=2.11",
+    "python-can>=4.1",
+    "scipy>=1.10",
+    "toppra>=0.6.3",
+)
+"""With the bounds of requirements.in; package.xml has those that apt meets."""
 
 setup(
     name=NAME,
@@ -13,9 +27,9 @@ setup(
     description="Model, control laws, trajectories, estimation and drive bridge of the five-bar robot.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
-    maintainer_email="maintainers@example.com",
+    install_requires=NEEDED,
     python_requires=">=3.11",
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
     package_data={NAME: ["py.typed"]},
     data_files=[

@@ -6,6 +6,15 @@ from setuptools import find_packages, setup
 NAME = "fivebar_description"
 SHARE = f"share/{NAME}"
 DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
+NEEDED = (
+    "annotated-types>=0.6",
+    "numpy>=1.24",
+    "pin>=4.0",
+    "pydantic>=2.11",
+    "pyyaml>=6.0",
+    "ruamel.yaml>=0.17.21",
+)
+"""With the bounds of requirements.in; package.xml has those that apt meets."""
 
 setup(
     name=NAME,
@@ -13,9 +22,9 @@ setup(
     description="Description of the five-bar robot: parameters, URDF, Pinocchio model and ROS interface.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
-    maintainer_email="maintainers@example.com",
+    install_requires=NEEDED,
     python_requires=">=3.11",
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
     package_data={NAME: ["py.typed"]},
     data_files=[

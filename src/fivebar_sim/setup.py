@@ -6,6 +6,17 @@ from setuptools import find_packages, setup
 NAME = "fivebar_sim"
 SHARE = f"share/{NAME}"
 DATA = ("config/**/*.yaml", "config/*.xml", "launch/*.launch.py", "urdf/*")
+NEEDED = (
+    "canopen>=2.2",
+    "msgpack>=1.0.3,<1.2",
+    "mujoco-core>=4.0",
+    "numpy>=1.24",
+    "opencv-python-headless>=4.7",
+    "pin>=4.0",
+    "pydantic>=2.11",
+    "python-can>=4.1",
+)
+"""With the bounds of requirements.in; package.xml has those that apt meets."""
 
 setup(
     name=NAME,
@@ -13,9 +24,9 @@ setup(
     description="Simulation of the five-bar robot: Pinocchio and MuJoCo plants, their sensors and emulated drives.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
-    maintainer_email="maintainers@example.com",
+    install_requires=NEEDED,
     python_requires=">=3.11",
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
     package_data={NAME: ["py.typed"]},
     data_files=[
