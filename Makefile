@@ -2,7 +2,6 @@
 # These targets stand on the ROS 2 wheels in .venv. With a ROS 2 installation use colcon and ros2 instead.
 
 PYTHON ?= python3
-LOCK_PYTHON ?= python3.11
 
 SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
@@ -14,6 +13,7 @@ MAKEFLAGS += --no-print-directory --no-builtin-rules
 VENV := .venv
 DIST ?= dist
 BIN := $(VENV)/bin
+BUILD_TOOLS := ^(setuptools|wheel|packaging)==
 PACKAGES := $(addprefix src/fivebar_,description control sim bringup)
 
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -49,7 +49,7 @@ test: setup ## run the tests
 	# and kept apart from what users run and the long tests test
 	status=0
 	export NUMBA_OPT=1 NUMBA_CACHE_DIR=$(CURDIR)/.numba
-	$(BIN)/python -m pytest tests -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests src -q -n 3 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
 	$(BIN)/python -m pytest $(CLOCK) -q -m "clock and not extra" --durations=10 || status=$$?
 	exit $$status
 
@@ -143,28 +143,52 @@ version: ## set the version of all packages, released today: make version NEW=1.
 	grep -qF "## [$(NEW)]" CHANGELOG.md || sed -i "s|^## \[Unreleased\]$$|&\n\n## [$(NEW)] - $$today|" CHANGELOG.md
 
 .PHONY: lock
-lock: ## resolve requirements.in again, with the newest versions, into requirements.lock
-	@tools=$$(mktemp -d)
-	trap 'rm -rf "$$tools"' EXIT
-	# The oldest supported Python decides: what it can install, the newer ones can too.
-	$(LOCK_PYTHON) -m venv "$$tools"
-	"$$tools/bin/pip" install --quiet pip-tools==7.6.2
-	CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --upgrade --strip-extras --allow-unsafe \
-	    --no-emit-index-url --no-emit-trusted-host --no-emit-find-links --no-emit-options \
-	    --output-file requirements.lock requirements.in
+lock: setup ## resolve requirements.in again into all lock files, with the newest versions: make lock LOCKS="lowest jazzy" are some
+	@[ -x .uv/bin/uv ] || { "$(PYTHON)" -m venv .uv && .uv/bin/pip install --quiet uv==0.13.9; }
+	$(BIN)/python packaging/locks.py .uv/bin/uv --upgrade $(LOCKS)
 
 .PHONY: hashes
 hashes: setup ## write requirements.hashed.lock, the digests of what requirements.lock names
 	@$(BIN)/python packaging/hashes.py
 
+# A unit test needs neither the graph nor the clock, and the units are where versions of numpy and of others differ.
+UNITS = NUMBA_OPT=1 NUMBA_CACHE_DIR=$(CURDIR)/$(1)/numba $(1)/bin/python -m pytest tests/unit src -q -n 2 -p no:cacheprovider -m "not extra"
+INTO = $(1)/bin/pip install --quiet --no-compile
+WORKSPACE = --no-deps --no-build-isolation --use-pep517 --config-settings editable_mode=compat $(addprefix --editable ,$(PACKAGES))
+
+.PHONY: test-lowest
+test-lowest: ## run the unit tests on the lowest versions of all dependencies; PYTHON is a 3.11 or a 3.12
+	@version=$$("$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+	lock=packaging/lowest-$$version.lock
+	[ -f "$$lock" ] || { echo "test-lowest: $$lock is not there; name another Python with PYTHON=..." >&2; exit 2; }
+	environment=.lowest-$$version
+	"$(PYTHON)" -m venv --clear $$environment
+	grep -A1 -E '$(BUILD_TOOLS)' "$$lock" | grep -v '^--$$' > $$environment/tools
+	$(call INTO,$$environment) --no-deps --require-hashes -r $$environment/tools
+	$(call INTO,$$environment) --no-deps --no-build-isolation --require-hashes -r "$$lock"
+	$(call INTO,$$environment) $(WORKSPACE)
+	$(call UNITS,$$environment)
+
+.PHONY: test-newest
+test-newest: ## run the unit tests on the newest versions of all dependencies, whatever requirements.lock names
+	@"$(PYTHON)" -m venv --clear .newest
+	$(call INTO,.newest) --upgrade pip
+	$(call INTO,.newest) -r requirements.in
+	$(call INTO,.newest) $(WORKSPACE)
+	$(call UNITS,.newest)
+
+.PHONY: try-jazzy
+try-jazzy: ## try the way for ROS 2 Jazzy in a fresh Debian made by debootstrap, for root: make try-jazzy ROOT=/tmp/debian
+	@packaging/try_jazzy.sh $(ROOT)
+
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) .audit .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
+	@rm -rf $(VENV) .jazzy .lowest-* .newest .uv .audit .browser .docs .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
 	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py
 # only reinstalls the workspace.
-$(VENV)/lock.stamp: requirements.lock
+$(VENV)/lock.stamp: requirements.hashed.lock
 	@refuse() { echo "setup: $$*" >&2; exit 1; }
 	command -v "$(PYTHON)" >/dev/null || refuse "$(PYTHON) not found; name a Python 3.11, 3.12 or 3.13 with PYTHON=..."
 	facts='import platform as p; print(*p.python_version_tuple()[:2], p.system(), p.machine(), sep="-")'
@@ -182,15 +206,18 @@ $(VENV)/lock.stamp: requirements.lock
 	echo "setup: installing the locked packages, a minute or two"
 	# what is never imported need not be compiled, and that is most of it; the lock is complete, which a check is faster
 	# to find than a resolver
-	# two at a time, because unpacking keeps a processor busy
+	# first the tools that build source distributions, which then nothing replaces while they build
 	parts=$$(mktemp -d)
 	trap 'rm -rf "$$parts"' EXIT
-	split --number=r/2 requirements.lock "$$parts/"
-	for part in "$$parts"/*; do
-	    $(BIN)/pip install --quiet --no-compile --no-deps -r "$$part" & installers+=($$!)
-	done
+	install() { $(BIN)/pip install --quiet --no-compile --no-deps --no-build-isolation --require-hashes -r "$$1"; }
+	grep -vE '^#' requirements.hashed.lock | sed ':a; /\\$$/{N; s/ *\\\n */ /; ba}' > "$$parts/all"
+	grep -E '$(BUILD_TOOLS)' "$$parts/all" > "$$parts/tools"
+	install "$$parts/tools"
+	# two at a time, because unpacking keeps a processor busy
+	grep -vE '$(BUILD_TOOLS)' "$$parts/all" | split --number=r/2 - "$$parts/half."
+	for part in "$$parts"/half.*; do install "$$part" & installers+=($$!); done
 	for installer in "$${installers[@]}"; do wait "$$installer"; done
-	$(BIN)/pip check >/dev/null || refuse "requirements.lock is not complete: $$($(BIN)/pip check)"
+	$(BIN)/pip check >/dev/null || refuse "requirements.hashed.lock is not complete: $$($(BIN)/pip check)"
 	touch $@
 
 # `compat` puts the source folders on the path as they are, where type checkers and editors find them too.

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import ast
 import functools
-import re
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -160,53 +158,6 @@ def test_laws_plant_and_offline_runner_need_no_ros() -> None:
     ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-
-
-ROSDEP = {
-    "PIL": "python3-pil",
-    "can": "python3-can",
-    "canopen": "canopen-pip",
-    "jinja2": "python3-jinja2",
-    "matplotlib": "python3-matplotlib",
-    "numba": "python3-numba",
-    "numpy": "python3-numpy",
-    "pinocchio": "pinocchio",
-    "rich": "python3-rich",
-    "rosbags": "python3-rosbags-pip",
-    "ruamel": "python3-ruamel.yaml",
-    "scipy": "python3-scipy",
-    "tornado": "python3-tornado",
-    "typer": "python3-typer",
-    "yaml": "python3-yaml",
-}
-"""rosdep keys of modules; those of ROS packages are their names."""
-
-FROM_PIP = {
-    "annotated_types": "pydantic",
-    "cv2": "opencv-python-headless",
-    "daqp": "daqp",
-    "toppra": "toppra",
-    "pydantic": "pydantic",
-    "pydantic_core": "pydantic",
-    "mcap": "mcap",
-    "motkin_pcb": "motkin-pcb",
-    "mujoco": "mujoco-core",
-}
-"""What has no rosdep key, or an older version behind it: the distribution on PyPI that brings it."""
-
-
-@pytest.mark.parametrize("package", sorted(MAY_IMPORT))
-def test_what_is_imported_is_declared(package: str) -> None:
-    """In package.xml as a package or a rosdep key, or in the line for pip in docs/get_started.md."""
-    root = ElementTree.parse(SRC / package / "package.xml").getroot()
-    declared = {element.text for kind in ("depend", "exec_depend") for element in root.findall(kind)}
-    used = {name.split(".")[0] for path in (SRC / package / package).rglob("*.py") for name in imported(path)}
-    foreign = used - set(sys.stdlib_module_names) - {package}
-    assert {ROSDEP.get(name, name) for name in foreign - set(FROM_PIP)} <= declared
-    (line,) = re.findall(
-        r"^pip install .*", (SRC.parent / "docs/get_started.md").read_text(encoding="utf-8"), re.MULTILINE
-    )
-    assert {FROM_PIP[name] for name in foreign & set(FROM_PIP)} <= set(re.findall(r"[a-z]+(?:-[a-z]+)*", line))
 
 
 def test_a_class_name_stands_for_one_class() -> None:

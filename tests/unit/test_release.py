@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import json
 import re
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -19,7 +22,23 @@ MANIFESTS = sorted(ROOT.glob("src/*/package.xml"))
 WORKFLOWS = sorted(ROOT.glob(".github/workflows/*.yml"))
 IMAGES = sorted(ROOT.glob("docker/Dockerfile*"))
 SCHEMA = ROOT / "docs" / "reference" / "summary.schema.json"
-PIP_LINE = re.compile(r"pip install .*?('pydantic.*)$", re.MULTILINE)
+ACTION = re.compile(r"[\w-]+/[\w-]+@[0-9a-f]{40}")
+DISTRIBUTIONS = {
+    "PIL": "pillow",
+    "can": "python-can",
+    "cv2": "opencv-python-headless",
+    "motkin_pcb": "motkin-pcb",
+    "mujoco": "mujoco-core",
+    "pinocchio": "pin",
+    "ruamel": "ruamel.yaml",
+    "yaml": "pyyaml",
+    "annotated_types": "annotated-types",
+}
+"""The distribution of a module, where their names differ."""
+
+sys.path.append(str(ROOT / "packaging"))
+requirements = importlib.import_module("requirements")
+check_environment = importlib.import_module("check_environment")
 
 
 def test_all_packages_and_the_citation_have_one_version() -> None:
@@ -38,6 +57,7 @@ def pins(name: str) -> set[str]:
 
 def test_the_digests_are_those_of_the_locked_packages() -> None:
     assert pins("requirements.hashed.lock") == pins("requirements.lock"), "stale: make hashes"
+    assert pins("packaging/runtime.lock") <= pins("requirements.lock")
 
 
 def targets() -> set[str]:
@@ -59,18 +79,121 @@ def test_a_workflow_runs_what_there_is(path: Path) -> None:
             assert all((ROOT / file).is_file() for file in re.findall(r"-f (\S+)", step.get("run", "")))
 
 
-def test_every_list_of_what_comes_from_pip_is_that_of_the_page() -> None:
-    texts = [
-        path.read_text("utf-8").replace("\\\n   ", "") for path in (ROOT / "docs/get_started.md", *WORKFLOWS, *IMAGES)
-    ]
-    lists = [found for text in texts for found in PIP_LINE.findall(text)]
-    assert len(lists) == 3
-    assert len(set(lists)) == 1
+def asked_by(package: Path) -> list[str]:
+    """Return what setup.py asks for."""
+    tree = ast.parse((package / "setup.py").read_text(encoding="utf-8"))
+    (value,) = (
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "NEEDED"
+    )
+    return list(ast.literal_eval(value))
+
+
+def imported_by(package: Path) -> set[str]:
+    """Return the modules, by their first names, that the code of a package imports."""
+    found = set()
+    for path in package.glob("fivebar*/**/*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found.add(node.module.partition(".")[0])
+    return found
+
+
+def test_manifest_setup_and_requirements_ask_for_the_same() -> None:
+    runtime = {requirements.name_of(one): one for one in requirements.section("runtime")}
+    tests = {requirements.name_of(one): one for one in requirements.section("tests")}
+    keys = {key: name for name, key in requirements.ROSDEP_KEYS.items()}
+    used = set()
+    for manifest in MANIFESTS:
+        package = manifest.parent
+        asked = asked_by(package)
+        names = {requirements.name_of(one) for one in asked}
+        assert set(asked) == {runtime[name] for name in names}
+        imported = {DISTRIBUTIONS.get(module, module) for module in imported_by(package)} & runtime.keys()
+        assert imported <= names, f"{package.name}: imports {sorted(imported - names)} without asking for it"
+        used |= names
+        for tag, known in (("exec_depend", runtime), ("test_depend", tests)):
+            declared = {
+                keys[str(node.text)]: node.get("version_gte")
+                for node in ElementTree.parse(manifest).iter(tag)
+                if node.text in keys
+            }
+            assert declared == {name: requirements.lowest_of(known[name]) for name in declared}, manifest
+            if tag == "exec_depend":
+                assert declared.keys() == names & requirements.ROSDEP_KEYS.keys(), manifest
+    assert used == runtime.keys()
+
+
+def test_packages_of_ros_are_declared() -> None:
+    known = {*sys.stdlib_module_names, *DISTRIBUTIONS, "pydantic_core", "pandas", "pyarrow", "fivebar"}
+    known |= {requirements.name_of(one) for one in requirements.section("runtime")}
+    for manifest in MANIFESTS:
+        declared = {node.text for node in ElementTree.parse(manifest).iter("exec_depend")}
+        foreign = imported_by(manifest.parent) - known - {manifest.parent.name}
+        assert foreign <= declared, f"{manifest}: imports {sorted(foreign - declared)}"
+
+
+def test_rosdep_is_asked_for_nothing_from_pip() -> None:
+    """Ubuntu refuses pip outside of an environment (PEP 668), and with it every key that stands for pip."""
+    for manifest in MANIFESTS:
+        for node in ElementTree.parse(manifest).iter():
+            if node.tag.endswith("_depend") and str(node.text).startswith(("python", "canopen")):
+                assert node.text in requirements.ROSDEP_KEYS.values(), manifest
+
+
+def test_what_runs_has_a_lowest_version_that_is_locked() -> None:
+    for lock in sorted((ROOT / "packaging").glob("lowest-*.lock")):
+        locked = dict(pin.split("==") for pin in pins(f"packaging/{lock.name}"))
+        for one in [*requirements.section("runtime"), *requirements.section("tests")]:
+            lowest, name = requirements.lowest_of(one), requirements.name_of(one)
+            assert lowest, f"requirements.in: {name}: has no lowest version"
+            found = locked[name.replace(".", "-")]
+            assert check_environment.numbers(found) >= check_environment.numbers(lowest), (lock.name, name)
+
+
+def test_the_environment_beside_apt_leaves_apts_packages_alone() -> None:
+    beside = {pin.partition("==")[0] for pin in pins("packaging/jazzy.lock")}
+    runtime = {requirements.name_of(one).replace(".", "-") for one in requirements.section("runtime")}
+    apt = {name.replace(".", "-") for name in requirements.ROSDEP_KEYS}
+    assert not beside & apt
+    assert runtime - apt <= beside
+    assert not any(name.startswith("ros-") for name in beside)
+
+
+def test_an_environment_that_is_too_old_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert [check_environment.complaint(one) for one in requirements.section("runtime")] == [None] * len(
+        requirements.section("runtime")
+    )
+    monkeypatch.setattr(check_environment, "version", lambda name: "1.10.14")
+    assert str(check_environment.complaint("pydantic>=2.11")).startswith(
+        "pydantic: expected 2.11 or later, found 1.10.14"
+    )
+    assert "key python3-numpy" in str(check_environment.complaint("numpy>=1.24"))
+
+
+def test_actions_images_and_packages_are_pinned_by_their_digests() -> None:
+    for path in WORKFLOWS:
+        workflow = yaml.safe_load(path.read_text(encoding="utf-8"))
+        for job in workflow["jobs"].values():
+            assert all(ACTION.fullmatch(step["uses"]) for step in job["steps"] if "uses" in step), path
+            assert re.search(r"@sha256:[0-9a-f]{64}$", job.get("container", "@sha256:" + "0" * 64)), path
+    for path in IMAGES:
+        text = path.read_text(encoding="utf-8")
+        assert all("@sha256:" in line for line in re.findall(r"^FROM (.*)$", text, re.MULTILINE)), path
+        assert re.findall(r"^USER (\S+)$", text, re.MULTILINE)[-1:] == ["fivebar"], path
+    for path in (*WORKFLOWS, *IMAGES, ROOT / "packaging" / "jazzy.sh"):
+        text = path.read_text(encoding="utf-8").replace("\\\n", " ")
+        for words in re.findall(r"pip install (.*?)(?:&&|$)", text, re.MULTILINE):
+            assert "--require-hashes" in words or "--no-index" in words, (path, words)
+        assert "--break-system-packages" not in text
 
 
 @pytest.mark.parametrize("path", IMAGES, ids=lambda path: path.name)
 def test_an_image_copies_what_there_is(path: Path) -> None:
-    copied = re.findall(r"^COPY (?!--from)(.+) \S+$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    copied = re.findall(r"^COPY (?!--from)(?:--chown=\S+ )?(.+) \S+$", path.read_text(encoding="utf-8"), re.MULTILINE)
     admitted = {line[1:] for line in (ROOT / ".dockerignore").read_text().splitlines() if line.startswith("!")}
     files = {file for line in copied for file in line.split()}
     assert files <= admitted
