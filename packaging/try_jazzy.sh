@@ -32,6 +32,8 @@ sed -nE '/^(ros-|pin==|cmeel|eigenpy|coal|libcoal|libpinocchio)/,/[^\\]$/p' "$so
 if [ ! -d "$root/opt/ros" ]; then
     inside python3 -m venv /opt/ros
     inside /opt/ros/bin/pip install --quiet --no-cache-dir --no-deps --require-hashes -r /tmp/ros.lock
+    # colcon takes apt's
+    inside /opt/ros/bin/pip uninstall --quiet --yes setuptools
 fi
 cat > "$root/opt/ros/setup.bash" <<'SETUP'
 wheels=/opt/ros/lib/python3.11/site-packages

@@ -35,7 +35,11 @@ NEEDED = (
     "tornado>=6.2",
     "typer>=0.16",
 )
-"""With the bounds of requirements.in; package.xml has those that apt meets."""
+"""With the bounds of requirements.in; package.xml has those that apt meets.
+
+An extra, because the executables of colcon let setuptools look for the distributions of `install_requires`, and what
+ROS and apt install is not always one. The distribution `fivebar` asks for all of them.
+"""
 
 setup(
     name=NAME,
@@ -43,9 +47,8 @@ setup(
     description="Launch files, scenarios, the fivebar command, the bag recorder and the reports of the five-bar robot.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
-    install_requires=NEEDED,
     python_requires=">=3.11",
-    extras_require={"test": ["pytest>=7.2"]},
+    extras_require={"pip": NEEDED, "test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
     package_data={NAME: ["py.typed", "pages/scripts/*", "pages/templates/*"], "fivebar": ["py.typed"]},
     data_files=[

@@ -16,7 +16,11 @@ NEEDED = (
     "pydantic>=2.11",
     "python-can>=4.1",
 )
-"""With the bounds of requirements.in; package.xml has those that apt meets."""
+"""With the bounds of requirements.in; package.xml has those that apt meets.
+
+An extra, because the executables of colcon let setuptools look for the distributions of `install_requires`, and what
+ROS and apt install is not always one. The distribution `fivebar` asks for all of them.
+"""
 
 setup(
     name=NAME,
@@ -24,9 +28,8 @@ setup(
     description="Simulation of the five-bar robot: Pinocchio and MuJoCo plants, their sensors and emulated drives.",
     license="Apache-2.0",
     maintainer="fivebar maintainers",
-    install_requires=NEEDED,
     python_requires=">=3.11",
-    extras_require={"test": ["pytest>=7.2"]},
+    extras_require={"pip": NEEDED, "test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
     package_data={NAME: ["py.typed"]},
     data_files=[

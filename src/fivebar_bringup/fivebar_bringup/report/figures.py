@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.typing import LineStyleType
 
 from fivebar_bringup.pages.style import (
     BLUE,
@@ -30,6 +30,10 @@ from fivebar_bringup.report.series import RunSeries
 from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.runs.bag.recording import FloatArray
+
+if TYPE_CHECKING:
+    # from matplotlib 3.8 on
+    from matplotlib.typing import LineStyleType
 
 
 def torques(run: RunAnalysis) -> Figure:

@@ -62,7 +62,7 @@ def scene(
     plane = survey(robot, modes, low)
     axes = Figure().subplots()
     regions = axes.contourf(plane.x, plane.y, plane.det_a, levels=[-1.1, 0.0, 1.1])
-    negative, positive = (path.to_polygons() for path in regions.get_paths())
+    negative, positive = _polygons(regions)
     legs = (robot.leg1, robot.leg2)
     bounds = [
         1e3 * min(leg.base_x - leg.proximal for leg in legs) - MARGIN,
@@ -111,8 +111,18 @@ def links(robot: FiveBar) -> dict[str, list[float]]:
 def _lines(plane: Map, field: FloatArray) -> list[Points]:
     """Return the lines on which a field on the map is zero."""
     drawn = Figure().subplots().contour(plane.x, plane.y, field, levels=[0.0])
-    # a path may hold several lines, each of which begins with a move
-    return [line for path in drawn.get_paths() for line in _rounded(path.to_polygons(closed_only=False))]
+    return [line for level in _polygons(drawn, closed_only=False) for line in _rounded(level)]
+
+
+def _polygons(contours: Any, closed_only: bool = True) -> list[list[Any]]:
+    """Return the polygons or lines of each level; a path may hold several, each of which begins with a move."""
+    # until matplotlib 3.8 a set of contours was no collection itself but had one for each level
+    levels = (
+        [[path] for path in contours.get_paths()]
+        if hasattr(contours, "get_paths")
+        else [level.get_paths() for level in contours.collections]
+    )
+    return [[part for path in level for part in path.to_polygons(closed_only=closed_only)] for level in levels]
 
 
 def _rounded(lines: Iterable[Any]) -> list[Points]:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from fivebar_bringup.report.series import read_series
 from fivebar_bringup.scenario_files import load_scenario
@@ -35,7 +36,7 @@ def friction(leg: LegParameters, speed: float) -> float:
 def lost(robot: FiveBar, speeds: list[tuple[float, float]], period: float) -> float:
     """Energy (J) that friction takes, by the trapezoidal rule."""
     power = [friction(robot.leg1, one) + friction(robot.leg2, two) for one, two in speeds]
-    return float(np.trapezoid(power, dx=period))
+    return float(trapezoid(power, dx=period))
 
 
 def test_work_is_kinetic_energy_and_friction() -> None:

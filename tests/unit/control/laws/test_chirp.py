@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from fivebar_control.laws.chirp import HIGHEST, LAW, ChirpMemory, ChirpSettings, chirp, chirp_step
 from fivebar_control.laws.law import Instant
@@ -27,7 +28,7 @@ def test_each_sweep_rises_linearly_from_the_first_frequency_to_the_last_or_the_h
     last = min(20.0, highest)
     for since in np.linspace(0.0, 0.499, 40).tolist():
         course = np.linspace(0.0, since, 200)
-        turns = np.trapezoid(4.0 + (last - 4.0) * course / 0.5, course)
+        turns = trapezoid(4.0 + (last - 4.0) * course / 0.5, course)
         wave = 1.5 * math.sin(2.0 * math.pi * float(turns))
         assert chirp(SETTINGS, since, highest) == pytest.approx((wave, wave), abs=1e-12)
         assert chirp(SETTINGS, 0.5 + since, highest) == pytest.approx((wave, -wave), abs=1e-9)
