@@ -31,7 +31,6 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     TORQUE_COMMAND,
     Topic,
-    frame_prefix,
 )
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.ros.messages import checked_stamp, read_fields, received_joint_state, stamp_of, to_stamp
