@@ -81,6 +81,19 @@ steps:
 
 
 @pytest.mark.extra
+def test_a_program_that_requests_no_further_motion_rests_until_it_is_over(
+    fivebar: Callable[..., FivebarCommand], tmp_path: Path
+) -> None:
+    file = tmp_path / "rest.yaml"
+    file.write_text("name: rest\nsteps: [{move: [0.02, 0.13]}, {dwell: 0.1}]\n", encoding="utf-8")
+    command = fivebar("program", str(file), "--json", "--no-page", "--out", str(tmp_path / "out"))
+    assert command.finish() == 0, command.stderr
+    summary = command.json()["summary"]
+    assert summary["outcome"] == "succeeded"
+    # the move takes 0.34 s, the dwell and what it takes to settle come on top
+    assert summary["samples"] == summary["planned_samples"] > 0.44 * 500
+
+
 def test_its_estimate_can_be_had_again_with_the_payloads(
     fivebar: Callable[..., FivebarCommand], tmp_path: Path
 ) -> None:

@@ -11,7 +11,7 @@ from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import QUINTIC, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
-from fivebar_description.interface import GOAL_STATUS, JOINT_STATES
+from fivebar_description.interface import GOAL_STATUS, JOINT_STATES, PROGRAM_STATUS
 from fivebar_description.parameters import laden
 from fivebar_description.status_texts import read_goal_status
 
@@ -20,17 +20,18 @@ MOVES = {"first_sample", "waypoints", "durations_s"}
 
 
 def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
-    """Return what a run was to do; with requests that is also to rest as long as it is recorded.
+    """Return what a run was to do; with requests or a program that is also to rest as long as it is recorded.
 
     Raises:
         BagError: the recorded statuses of requests cannot be read.
         InputError: the scenario's motion is refused.
     """
     plan = scenario.plan()
-    if recording.count(GOAL_STATUS) == 0:
+    asked = recording.count(GOAL_STATUS) > 0
+    if not (asked or recording.count(PROGRAM_STATUS) > 0):
         return plan
     try:
-        statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False)
+        statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False) if asked else []
         moved = [status for status in statuses if status["state"] == "moving" and status.keys() >= MOVES]
         segments: list[AnySegment] = list(plan.path.segments)
         crossings = list(plan.crossings)
