@@ -109,8 +109,10 @@ def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> 
     probe.wait_for(lambda: status(probe).get("state") == "completed", "the run is completed")
     latency = status(probe).pop("latency_ms")
     assert 0.0 < latency["p50"] <= latency["p99"] <= latency["max"]
-    assert {**status(probe), "latency_ms": None} == {
+    assert status(probe)["pid"] == process.pid
+    assert {**status(probe), "latency_ms": None, "pid": None} == {
         "state": "completed",
+        "pid": None,
         "sample": last,
         "samples": last,
         "overruns": 0,
