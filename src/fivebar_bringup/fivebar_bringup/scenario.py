@@ -9,7 +9,7 @@ from collections.abc import Callable
 from itertools import chain
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from fivebar_bringup.robot_defaults import with_robot_defaults
 from fivebar_control.estimation.constants import Drives
@@ -20,7 +20,15 @@ from fivebar_control.laws.ctc import CtcSettings
 from fivebar_control.laws.gains import Gains
 from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.multi_model import ReducedCtcSettings
-from fivebar_control.laws.registry import CONTROLLERS, Controller, TunedController, controller_problem, find_controller
+from fivebar_control.laws.registry import (
+    CONTROLLERS,
+    Controller,
+    TunedController,
+    controller_problem,
+    find_controller,
+    stays_unopened,
+    unopened_controller,
+)
 from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.laws.vhc_cartesian import RESOLUTION, VhcCartesianSettings
@@ -171,6 +179,7 @@ class Scenario(StrictModel):
     force: Annotated[
         bool, Setting("Run the motion although the screen refuses it, as for a demonstration of what goes wrong.")
     ] = False
+    _law_unopened: bool = PrivateAttr(default=False)
 
     @model_validator(mode="before")
     @classmethod
@@ -179,6 +188,9 @@ class Scenario(StrictModel):
 
     @model_validator(mode="after")
     def _settings_of_its_law(self) -> Scenario:
+        self._law_unopened = stays_unopened(self.controller)
+        if self._law_unopened:
+            return self
         if self.law and not self._takes_section_law():
             raise ValueError(f"law: controller {self.controller} takes its settings from sections of their own")
         self.tuned()
@@ -389,9 +401,15 @@ class Scenario(StrictModel):
         leave open is by default that of the drives and of the last node.
 
         Raises:
-            InputError: the section `law` does not fit the law.
+            InputError: the section `law` does not fit the law, or the law's module was not imported.
         """
         scheme = self.scheme()
+        if self._law_unopened:
+            raise InputError(
+                f"controller: {self.controller!r}: where a scenario or a run is only read, the module of a law is not"
+                " imported, so its settings, its topics and its torque are not known here: expected a scenario that"
+                " was loaded to be run"
+            )
         return TunedController(scheme, *(TunedLaw(law, self._settings_of(law)) for law in scheme.laws))
 
     def _settings_of(self, law: Law) -> tuple[Any, ...]:
@@ -435,7 +453,7 @@ class Scenario(StrictModel):
         """Return for how many cycles the last torque is held at most in real time, when something is late or missing.
 
         Raises:
-            InputError: the motion is refused.
+            InputError: the motion is refused, or the time follows from a law whose module was not imported.
         """
         if self.safety.stop_cycles is not None:
             return self.safety.stop_cycles
@@ -453,7 +471,17 @@ class Scenario(StrictModel):
 
     def scheme(self) -> Controller:
         """Return how the controller is put together."""
-        return find_controller(self.controller)
+        return unopened_controller(self.controller) if self._law_unopened else find_controller(self.controller)
+
+    @property
+    def law_unopened(self) -> bool:
+        """Whether the controller is a law from elsewhere whose module was not imported: see `laws_unopened`."""
+        return self._law_unopened
+
+    @property
+    def stops_by_its_law(self) -> bool:
+        """Whether no setting says for how many cycles a torque is held, so that the motion and its law decide."""
+        return self.safety.stop_cycles is None and self.safety.stop_time_ms is None
 
     def to_yaml(self) -> str:
         """Return the scenario as run, with every default written out."""

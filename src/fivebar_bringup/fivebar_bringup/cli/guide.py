@@ -20,8 +20,10 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
     from fivebar_bringup.scenario_files import load_scenario
     from fivebar_bringup.simulation.guided import guide as lead
     from fivebar_bringup.simulation.guided import write_guided_bag
+    from fivebar_control.laws.registry import laws_unopened
 
-    with input_errors(), keyboard_interrupts():
+    # a hand leads the robot, no law does
+    with input_errors(), keyboard_interrupts(), laws_unopened():
         loaded = load_scenario(scenario)
         samples = lead(loaded)
         run = new_run_directory(out, loaded)

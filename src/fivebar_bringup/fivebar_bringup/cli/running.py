@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -268,6 +269,14 @@ def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as
 @command()
 def nodes(
     scenario: ScenarioArgument = "middle",
+    import_law: Annotated[
+        bool,
+        typer.Option(
+            "--import-law",
+            help="Import the module of a law from elsewhere, `controller: MODULE:NAME`, which runs its code: without"
+            " it the graph of such a scenario is not known.",
+        ),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Show the graph of SCENARIO: its nodes, and the topics and types that join them.
@@ -276,9 +285,16 @@ def nodes(
     """
     from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
     from fivebar_bringup.scenario_files import load_scenario
+    from fivebar_control.laws.registry import laws_unopened
 
-    with input_errors():
-        graph = crossing_graph(load_scenario(scenario), Mode.LOCKSTEP, Path("bag"))
+    with input_errors(), nullcontext() if import_law else laws_unopened():
+        loaded = load_scenario(scenario)
+        if loaded.law_unopened:
+            raise InputError(
+                f"{scenario}: controller: {loaded.controller!r}: the graph is not known without the module of this"
+                " law: expected --import-law, which runs its code"
+            )
+        graph = crossing_graph(loaded, Mode.LOCKSTEP, Path("bag"))
     if as_json:
         listing = [
             {

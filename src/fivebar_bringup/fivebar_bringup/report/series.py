@@ -26,6 +26,7 @@ from fivebar_description.interface import (
     JOINTS,
     TORQUE_REQUESTED,
     VISION_PLATFORM,
+    Topic,
 )
 from fivebar_description.parameters import FiveBar
 from fivebar_description.run_quantities import (
@@ -194,6 +195,16 @@ UNITS = {
 """The unit of every column by its name; "" for none."""
 
 
+def nominal_topic(recording: Recording, scenario: Scenario) -> Topic:
+    """Return the topic of the controller's nominal law.
+
+    A law whose module is not imported is the only one of its run: its topic is the only candidate that was recorded.
+    """
+    known = scenario.scheme().nominal.topic
+    candidates = recording.torque_candidates() if scenario.law_unopened else ()
+    return candidates[0] if len(candidates) == 1 else known
+
+
 def read_series(recording: Recording, scenario: Scenario, planned: Plan | None = None) -> RunSeries:
     """Join a recording of a scenario's run by stamp; `planned` is what it was to do, by default the scenario's motion.
 
@@ -207,7 +218,7 @@ def read_series(recording: Recording, scenario: Scenario, planned: Plan | None =
     robot, plan = scenario.five_bar(), scenario.plan() if planned is None else planned
     truth = scenario.has_ground_truth and recording.count(GROUND_TRUTH) > 0
     table = RunTable(
-        recording, scenario.rate_hz, scenario.scheme().nominal.topic, GROUND_TRUTH if truth else JOINT_STATES
+        recording, scenario.rate_hz, nominal_topic(recording, scenario), GROUND_TRUTH if truth else JOINT_STATES
     )
     # a bag of a graph whose last node has no limits of its own has the command alone
     requested = REQUESTED_TORQUE if recording.count(TORQUE_REQUESTED) > 0 else COMMANDED_TORQUE

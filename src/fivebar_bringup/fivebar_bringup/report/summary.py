@@ -89,6 +89,7 @@ class Summary:
         within_tolerance: whether the platform is known to have stayed within it throughout, in real time at all samples
             that are not missing.
         stray_messages: recorded messages with other names, lengths or stamps than those of their topic have.
+        not_judged: what is not known because the module of the run's law is not imported by what only reads a run.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
     """
 
@@ -130,6 +131,7 @@ class Summary:
     error_tolerance_m: float
     within_tolerance: bool
     stray_messages: int
+    not_judged: list[str]
 
     @property
     def completed(self) -> bool:
@@ -165,8 +167,9 @@ def summarize(
     judged = distance[~np.isnan(distance)] if clocked else distance
     within = bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance))
     unrecorded = _unrecorded_samples(series, planned_samples, clocked)
+    bridged = _bridged_samples(scenario, timing) if clocked else 0
     deviations = [
-        *_lost_tracking(distance, scenario.stop_cycles() if clocked else 0),
+        *_lost_tracking(distance, bridged),
         *(_beyond_tolerance(distance, scenario.error_tolerance) if clocked else ()),
         *_wrong_changes("assembly", changes, planned_changes),
         *_wrong_changes("working", turned, plan.working_mode_changes),
@@ -214,6 +217,7 @@ def summarize(
         error_tolerance_m=scenario.error_tolerance,
         within_tolerance=within,
         stray_messages=recording.strays,
+        not_judged=_not_judged(recording, scenario, bridged),
     )
 
 
@@ -295,15 +299,40 @@ def _beyond_tolerance(distance: FloatArray, tolerance: float) -> Sequence[str]:
     return (f"the platform was up to {in_millimetres(largest)} from its reference, {tolerated}",)
 
 
-def _lost_tracking(distance: FloatArray, bridged: int) -> list[str]:
-    """Return reasons where the error is beyond its limits, or unknown for more than the bridged samples in a row."""
+def _bridged_samples(scenario: Scenario, timing: RunTiming) -> int | None:
+    """Return how many samples in a row may lack their reference in real time; None where the law would have to say."""
+    if timing.stop_cycles is not None:
+        return timing.stop_cycles
+    return None if scenario.law_unopened and scenario.stops_by_its_law else scenario.stop_cycles()
+
+
+def _not_judged(recording: Recording, scenario: Scenario, bridged: int | None) -> list[str]:
+    """Return what is not known of a run, of whose law only the name is known."""
+    unknown = []
+    why = f"the module of {scenario.controller} is not imported"
+    if bridged is None:
+        unknown.append(
+            f"whether the tracking error was unknown for too long: {why}, and timing.json has no stop_cycles"
+        )
+    candidates = recording.torque_candidates() if scenario.law_unopened else ()
+    if len(candidates) > 1:
+        names = ", ".join(topic.name for topic in candidates)
+        unknown.append(f"the torque that the law asked for: {why}, and the bag has {names}")
+    return unknown
+
+
+def _lost_tracking(distance: FloatArray, bridged: int | None) -> list[str]:
+    """Return reasons where the error is beyond its limits, or unknown for more than the bridged samples in a row.
+
+    None for the bridged samples leaves out how many these may be.
+    """
     reasons = []
     largest = peak(distance)
     if largest is not None and largest > ERROR_LIMIT:
         reasons.append(f"the platform was up to {in_millimetres(largest)} from its reference, allowed are 50 mm")
     unknown = np.isnan(distance)
     longest = max((len(list(run)) for lacks, run in groupby(unknown.tolist()) if lacks), default=0)
-    if longest > bridged or unknown[-1:].any():
+    if (bridged is not None and longest > bridged) or unknown[-1:].any():
         reasons.append(f"the tracking error is not known at {unknown.sum()} of the {distance.size} samples")
     if distance.size and distance[-1] > FINAL_ERROR_LIMIT:
         reasons.append(f"the platform ended {in_millimetres(distance[-1])} from its reference, allowed are 2 mm")

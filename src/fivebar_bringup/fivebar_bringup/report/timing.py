@@ -21,6 +21,7 @@ class RunTiming(StrictModel):
         wall_s: how long the run took (s).
         overruns: clock periods that passed without a torque.
         latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
+        stop_cycles: cycles for which the last torque could be held in real time, when something was late or missing.
         faults: texts of the faults that the launcher detects, such as a node that died.
     """
 
@@ -31,6 +32,7 @@ class RunTiming(StrictModel):
     wall_s: float | None = None
     overruns: int | None = None
     latency_ms: dict[str, float] | None = None
+    stop_cycles: int | None = Field(default=None, ge=1)
     faults: list[str] = Field(default_factory=list)
 
 

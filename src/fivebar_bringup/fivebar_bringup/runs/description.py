@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fivebar_bringup.scenario_files import load_scenario
+from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import read_robot
@@ -16,7 +17,8 @@ def described_robot(robot: str = "", scenario: str = "") -> str:
     Raises:
         InputError: there is no such robot or scenario, or its file is wrong.
     """
-    loaded = load_scenario(scenario) if scenario else None
+    with laws_unopened():
+        loaded = load_scenario(scenario) if scenario else None
     chosen = robot or (loaded.robot if loaded else DEFAULT_ROBOT)
     file = read_robot(chosen)
     return robot_description(file.five_bar(), file.name, loaded.imu if loaded else ImuSettings(), file.weighed())

@@ -71,24 +71,24 @@ def run_with_ros(
     to_kill = kills(rehearse or (), specs, scenario.rate_hz)
     with nullcontext(domain) if domain is not None else private_domain() as chosen, interrupts_deferred():
         outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
-        return run, report_on(run, mode, outcome, with_page)
+        return run, report_on(run, scenario, mode, outcome, with_page)
 
 
-def report_on(run: RunDirectory, mode: Mode, outcome: GraphOutcome, with_page: bool) -> Summary:
+def report_on(run: RunDirectory, scenario: Scenario, mode: Mode, outcome: GraphOutcome, with_page: bool) -> Summary:
     """Keep how a run of the graph ended, and write the report of what it has recorded.
 
     Raises:
         InputError: the directory cannot be written to.
         RunFailed: the run left no bag that can be reported on.
     """
-    write_outcome(run, mode, outcome)
+    write_outcome(run, scenario, mode, outcome)
     try:
         return write_report(run, with_page)
     except BagError as error:
         raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
 
 
-def write_outcome(run: RunDirectory, mode: Mode, outcome: GraphOutcome) -> None:
+def write_outcome(run: RunDirectory, scenario: Scenario, mode: Mode, outcome: GraphOutcome) -> None:
     """Keep how a run of the graph ended with its results."""
     write_timing(
         run,
@@ -98,6 +98,7 @@ def write_outcome(run: RunDirectory, mode: Mode, outcome: GraphOutcome) -> None:
             "wall_s": outcome.wall_s,
             "overruns": outcome.overruns if mode is Mode.REALTIME else None,
             "latency_ms": outcome.latency_ms,
+            "stop_cycles": scenario.stop_cycles() if mode is Mode.REALTIME else None,
             "faults": [*outcome.published, *outcome.faults],
         },
     )

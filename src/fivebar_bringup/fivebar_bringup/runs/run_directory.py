@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from fivebar_bringup.runs.results import FIGURES, new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import load_scenario
+from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import InputError, read_text
 
@@ -76,14 +77,15 @@ class RunDirectory(NamedTuple):
         return names
 
     def read_scenario(self) -> Scenario:
-        """Return the scenario of a run made earlier.
+        """Return the scenario of a run made earlier; the module of a law from elsewhere is not imported.
 
         Raises:
             InputError: the directory does not hold a run.
         """
         if not self.scenario.is_file():
             raise InputError(f"{self.path}: is not a run directory: it has no {self.scenario.name}")
-        return load_scenario(str(self.scenario))
+        with laws_unopened():
+            return load_scenario(str(self.scenario))
 
 
 def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:

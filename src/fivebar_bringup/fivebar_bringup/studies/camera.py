@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from fivebar_bringup.scenario_files import load_scenario
+from fivebar_control.laws.registry import laws_unopened
 from fivebar_control.vision.calibration import Board, calibrated
 from fivebar_control.vision.camera_file import CameraCalibration
 from fivebar_control.vision.detector import Picture
@@ -55,7 +56,8 @@ def calibrate_simulated(board: Board, scenario: str, views: int) -> CameraCalibr
     Raises:
         InputError: the scenario is wrong, or its camera does not see the board.
     """
-    settings = load_scenario(scenario).camera
+    with laws_unopened():
+        settings = load_scenario(scenario).camera
     printed = board.picture(PRINTED_PIXELS)
     return calibrated(board, board_views(printed, board.square, PRINTED_PIXELS, settings, views, seed=0))
 

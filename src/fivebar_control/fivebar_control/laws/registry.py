@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fivebar_control.laws import ctc, lqr, mpc, multi_model, unified, vhc_cartesian, vhc_joint
-from fivebar_control.laws.law import Law, TunedLaw, check_law
+from fivebar_control.laws.law import Instant, Law, TunedLaw, check_law
 from fivebar_control.laws.robot_sizes import sizes_of_law
+from fivebar_control.laws.torque import Torque
+from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
 
@@ -123,6 +127,54 @@ CONSTRAINT_LAWS = tuple(one.constraint.name for one in CONTROLLERS.values() if o
 PLUGIN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)")
 """Syntax of the name of a law outside this package: its module and the entry in it."""
 
+UNOPENED = "unopened"
+"""Name of a law whose module is not imported: its own name is not known."""
+
+
+_UNOPENED: ContextVar[bool] = ContextVar("laws_unopened", default=False)
+
+
+@contextmanager
+def laws_unopened() -> Iterator[None]:
+    """Import no module of a law outside this package within the block; such a law is only named, and cannot be run.
+
+    Whatever reads a scenario or a run without running it does so in this block: a file of somebody else's names the
+    module, and importing a module runs its code.
+    """
+    token = _UNOPENED.set(True)
+    try:
+        yield
+    finally:
+        _UNOPENED.reset(token)
+
+
+def stays_unopened(name: str) -> bool:
+    """Return whether a controller is a law outside this package that is not to be imported here."""
+    return _UNOPENED.get() and name not in CONTROLLERS
+
+
+class UnopenedSettings(NamedTuple):
+    """The settings of a law whose module is not imported: none are known."""
+
+
+def unopened_step(robot: FiveBar, instant: Instant, memory: Any, settings: Any) -> tuple[Torque, Any]:
+    """Refuse to run a law whose module is not imported.
+
+    Raises:
+        InputError: always.
+    """
+    raise InputError("controller: the module of its law was not imported, so that it cannot run")
+
+
+def unopened_controller(name: str) -> Controller:
+    """Return a controller by its name, one outside this package without its law's module.
+
+    What is not known of such a law is taken so that no motion is refused which the law itself can make.
+    """
+    if name in CONTROLLERS:
+        return CONTROLLERS[name]
+    return Controller(name, Law(UNOPENED, name, UnopenedSettings, unopened_step, meets_type_1=True, compiles=False))
+
 
 def find_controller(name: str) -> Controller:
     """Return a controller by its name, or one that consists of a single law outside this package.
@@ -133,6 +185,8 @@ def find_controller(name: str) -> Controller:
     problem = controller_problem(name)
     if problem is not None:
         raise InputError(f"controller: {name!r}: {problem}")
+    if stays_unopened(name):
+        return unopened_controller(name)
     return CONTROLLERS[name] if name in CONTROLLERS else Controller(name, _plugin(name))
 
 
@@ -150,6 +204,8 @@ def find_law(name: str) -> Law:
     problem = law_problem(name)
     if problem is not None:
         raise InputError(f"law: {name!r}: {problem}")
+    if stays_unopened(name) and name not in LAWS:
+        return unopened_controller(name).nominal
     return LAWS[name] if name in LAWS else _plugin(name)
 
 
@@ -163,6 +219,8 @@ def _problem(name: str, known: Collection[str]) -> str | None:
         return None
     if not PLUGIN.fullmatch(name):
         return f"expected one of {', '.join(known)}, or my_package.my_law:LAW"
+    if _UNOPENED.get():
+        return None
     try:
         _plugin(name)
     except InputError as error:

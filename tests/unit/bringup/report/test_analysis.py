@@ -480,6 +480,7 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "error_tolerance_m",
         "within_tolerance",
         "stray_messages",
+        "not_judged",
     ]
 
 

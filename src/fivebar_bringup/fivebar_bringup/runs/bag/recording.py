@@ -12,7 +12,14 @@ import numpy as np
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.runs.bag.definitions import TYPESTORE, absolute_name
-from fivebar_description.interface import NANOSECONDS, RUN_EPOCH, START_STAMP_NS, Topic, sample_of_stamp
+from fivebar_description.interface import (
+    NANOSECONDS,
+    RUN_EPOCH,
+    START_STAMP_NS,
+    Topic,
+    sample_of_stamp,
+    torque_topic,
+)
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.run_plan import read_epoch
 from fivebar_description.topic_contents import SEQUENCES, belongs, content_of
@@ -71,6 +78,17 @@ class Recording:
     def topics(self) -> tuple[str, ...]:
         """Absolute names of all topics in the bag."""
         return tuple(self._topics)
+
+    def torque_candidates(self) -> tuple[Topic, ...]:
+        """Return the topics with messages on which laws have published their candidate torques."""
+        prefix, suffix = f"{self._namespace}/", torque_topic("").name
+        names = (
+            name.removeprefix(prefix)
+            for name, raw in self._topics.items()
+            if name.startswith(prefix) and name.endswith(suffix) and raw.type == _JOINT_STATE and raw.messages
+        )
+        laws = (name.removesuffix(suffix) for name in sorted(names))
+        return tuple(torque_topic(law) for law in laws if law and "/" not in law)
 
     def count(self, topic: Topic) -> int:
         """Return the number of messages of a topic; 0 also if the bag does not have it."""

@@ -94,7 +94,7 @@ def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, compose
             chain = tuple(node for node in nodes if node.in_chain)
             specs = (ProcessSpec(CONTROLLERS, chain), *(spec for spec in specs if not spec.nodes[0].in_chain))
         outcome = run_graph(specs, run, domain, look, started, mode)
-        write_outcome(run, mode, outcome)
+        write_outcome(run, scenario, mode, outcome)
         summary = write_report(run, with_page=False)
         bag = read_bag(run.bag)
         times = np.diff(bag.log_times(JOINT_STATES)) / 1e6

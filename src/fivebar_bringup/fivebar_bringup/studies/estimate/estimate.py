@@ -15,6 +15,7 @@ from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import Replay, estimated_again, with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
 from fivebar_bringup.studies.study_directory import StudyDirectory
+from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.strict_yaml import InputError
 
 SETTINGS_FILE = "settings.yaml"
@@ -81,6 +82,7 @@ def _yes(same: bool) -> str:
     return "yes" if same else "no"
 
 
+@laws_unopened()
 def estimate_bag(
     path: Path,
     file: Path | None,

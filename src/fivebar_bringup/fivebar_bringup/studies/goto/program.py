@@ -248,4 +248,4 @@ def run_program(
         if last.get("state") not in (ProgramState.COMPLETED, *([] if outcome.faults else [ProgramState.RUNNING])):
             stopped = f"program_stopped: {last.get('reason', 'not completed')}"
             outcome = outcome._replace(faults=[*outcome.faults, stopped])
-        return run, report_on(run, mode, outcome, with_page), last
+        return run, report_on(run, timed, mode, outcome, with_page), last

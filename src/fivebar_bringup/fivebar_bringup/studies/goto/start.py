@@ -10,6 +10,7 @@ from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenario_files import read_scenario
+from fivebar_control.laws.registry import laws_unopened
 from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
 from fivebar_description.strict_yaml import InputError
@@ -68,7 +69,8 @@ def start_seen(name_or_path: str) -> Start:
     Raises:
         InputError: there is no such scenario, or the camera does not see where the robot stands.
     """
-    scenario = read_scenario(name_or_path)
+    with laws_unopened():
+        scenario = read_scenario(name_or_path)
     if scenario.stands is None or not scenario.ekf.seen_start:
         raise InputError(f"--seen: {name_or_path}: expected a scenario with start: seen")
     return Start(*scenario.waypoints[0], scenario.working_mode, scenario)
