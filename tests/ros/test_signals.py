@@ -25,5 +25,6 @@ def test_a_signal_ends_every_node(bench: Bench, turn: int) -> None:
         process.send(STOP_SIGNALS[(place + turn) % len(STOP_SIGNALS)])
     for node, process in processes.items():
         assert process.wait() == 0, node
-        assert process.complaints == [], node
+        # on a busy machine a node has time to say that it waits for the others
+        assert [line for line in process.complaints if "not ready: " not in line] == [], node
     assert read_bag(bench.folder / "processes" / "bag").topics

@@ -28,7 +28,6 @@ def test_the_command_names_the_version_of_its_package() -> None:
 def test_a_package_can_be_released(package: Path) -> None:
     manifest = parse_package(str(package))
     manifest.validate()
-    assert [url.type for url in manifest.urls] == ["website"]
     changelog = get_changelog_from_path(str(package), package_name=manifest.name)
     assert f"Changelog for package {manifest.name}" in changelog.rst
     # the heading under which catkin_prepare_release puts the version and the date
