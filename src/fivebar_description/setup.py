@@ -10,7 +10,7 @@ NEEDED = (
     "annotated-types>=0.6",
     "numpy>=1.24",
     "pin>=4.0",
-    "pydantic>=2.11",
+    "pydantic>=2.13",
     "pyyaml>=6.0",
     "ruamel.yaml>=0.17.21",
 )

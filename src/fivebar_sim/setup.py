@@ -13,7 +13,7 @@ NEEDED = (
     "numpy>=1.24",
     "opencv-python-headless>=4.7",
     "pin>=4.0",
-    "pydantic>=2.11",
+    "pydantic>=2.13",
     "python-can>=4.1",
 )
 """With the bounds of requirements.in; package.xml has those that apt meets.

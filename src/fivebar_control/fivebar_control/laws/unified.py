@@ -107,7 +107,7 @@ def box_least_squares(
     u1, u2 = (h22 * right1 - h12 * right2) / determinant, (h11 * right2 - h12 * right1) / determinant
     if box.low1 <= u1 <= box.high1 and box.low2 <= u2 <= box.high2:
         return u1, u2
-    best, best_u1, best_u2 = float("inf"), box.low1, box.low2
+    best, best_u1, best_u2 = math.inf, box.low1, box.low2
     for edge in range(4):
         if edge < 2:
             u1 = box.low1 if edge == 0 else box.high1
