@@ -128,6 +128,8 @@ class Viewer(GraphNode):
 
     def _take_commands(self) -> None:
         while self._told:
+            self._states.ended = True
+            self._send_states()
             self._send({"ended": ended_message(self._told.popleft())}, "ended")
             print("view: the pages have been told", flush=True)
         while self._commands:

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
 from fivebar_bringup.live.recovery import advice
-from fivebar_bringup.live.run_state import OFF, node_level, run_state
+from fivebar_bringup.live.run_state import OFF, RunWord, node_level, run_state
 from fivebar_bringup.nodes.diagnostics_listener import LEVELS, LONGEST_NAME, MOST_NODES
 from fivebar_description.interface import (
     ALL_WELL,
@@ -49,6 +49,8 @@ class GraphStates:
         self._faults: dict[str, str] = {}
         self._nodes: dict[str, tuple[float, str, str]] = {}
         self._run: dict[str, Any] = {}
+        self.ended = False
+        """Whether whoever runs the graph has told what became of the run, so that its nodes are silent by right."""
 
         def follow(topic: Topic, read: Callable[[str], R], take: Callable[[R], None]) -> None:
             node.create_subscription(String, topic.name, node.reading(topic, read, take), qos_profile(topic.qos))
@@ -83,9 +85,10 @@ class GraphStates:
         # the viewer itself goes on
         silence = min((age for name, age, *_ in nodes if name != self._own), default=None)
         state = run_state(self._run, faults, drives, silence)
+        word = RunWord.FINISHED if self.ended else state.word
         return {
             "nodes": [
-                {"name": name, "level": node_level(level, age, state.word), "message": message, "age": age}
+                {"name": name, "level": node_level(level, age, word), "message": message, "age": age}
                 for name, age, level, message in nodes
             ],
             "safety": self._texts.get(SAFETY_STATE.name),
