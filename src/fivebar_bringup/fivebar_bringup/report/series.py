@@ -184,13 +184,13 @@ ALWAYS = frozenset(
 """The fields whose columns a table always has, also where nothing is known of them."""
 
 
-def _units(columns: tuple[str, ...], units: tuple[str, ...]) -> dict[str, str]:
-    return {name: unit for name, unit in zip(columns, units, strict=True) if name}
-
-
 UNITS = {
-    **dict(chain.from_iterable(_units(one.columns, one.units).items() for one in QUANTITIES)),
-    **dict(chain.from_iterable(_units(one.columns, one.units).items() for one in DERIVED.values())),
+    name: unit
+    for columns, units in chain(
+        ((one.columns, one.units) for one in QUANTITIES), ((one.columns, one.units) for one in DERIVED.values())
+    )
+    for name, unit in zip(columns, units, strict=True)
+    if name
 }
 """The unit of every column by its name; "" for none."""
 

@@ -40,6 +40,7 @@ from fivebar_description.ros.publisher_watch import PublisherWatch
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
+from fivebar_description.ros_environment import BAD_INPUT
 from fivebar_description.settings import from_parameters
 
 if TYPE_CHECKING:
@@ -72,9 +73,6 @@ R = TypeVar("R")
 
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
-
-REFUSED = 2
-"""Exit status of a node that refuses to begin; that of bad input, too."""
 
 
 class Serializing:
@@ -191,7 +189,7 @@ class GraphNode(Node):
             self.get_logger().error(f"refuses to begin: {fault}")
             if self._relies_on(topic):
                 self.refuse(fault)
-            self.exit_status = REFUSED
+            self.exit_status = BAD_INPUT
         elif self._relies_on(topic):
             self.stop_robot(fault)
         else:
