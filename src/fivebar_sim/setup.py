@@ -42,8 +42,8 @@ setup(
         "console_scripts": [
             "plant = fivebar_sim.nodes.plant:main",
             "camera = fivebar_sim.nodes.camera:main",
-            "emulated_board = fivebar_sim.boards.main:main",
-            "emulated_drives = fivebar_sim.drives.main:main",
+            "emulated_board = fivebar_sim.emulators.board:main",
+            "emulated_drives = fivebar_sim.emulators.drives:main",
             "emulated_robot = fivebar_sim.nodes.emulated_robot:main",
         ],
     },

@@ -11,17 +11,17 @@ import pytest
 from browser_pages import assert_looks_like, until
 from PIL import Image
 
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.recorded.series import RunSeries, read_series
+from fivebar_bringup.recorded.summary import summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import fault_marks
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.replay import replay_scripts
 from fivebar_bringup.report.report import write_overlay
-from fivebar_bringup.report.series import RunSeries, read_series
-from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import RunTiming
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_control.model.geometry import elbow_position
 

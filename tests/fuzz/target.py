@@ -22,7 +22,7 @@ with atheris.instrument_imports(
         "fivebar_description.run_plan",
         "fivebar_description.strict_yaml",
         "fivebar_bringup.live.commands",
-        "fivebar_bringup.report.timing",
+        "fivebar_bringup.recorded.timing",
         "fivebar_bringup.runs",
         "fivebar_bringup.scenario",
         "fivebar_bringup.studies.benchmark.scoring",

@@ -23,7 +23,7 @@ from fivebar_command import LONG, RUN_DEADLINE, CommandCall
 from graph_probe import DDS_VARIABLES, ChildProcess, Probe, clean_environment
 
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_description.interface import STATE_QOS, TORQUE_COMMAND, Topic

@@ -14,11 +14,11 @@ from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import GetParameters
 
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.robot_sizes import law_sizes
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE

@@ -29,9 +29,9 @@ from fivebar_description.interface import (
 )
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import joint_state, stamp_of
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.plant import Plant
 from fivebar_sim.ros.node_settings import START_JOINTS
-from fivebar_sim.settings import PlantSettings
 
 RATE_HZ = 500
 OUTPUTS = [JOINT_STATES, IMU_DATA, FAULTS, RUN_STATUS]

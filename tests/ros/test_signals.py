@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from graph_probe import Bench, node_modules
 
-from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_description.interrupts import STOP_SIGNALS
 
 

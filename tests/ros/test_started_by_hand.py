@@ -12,12 +12,12 @@ from forked_node import ForkedNode
 from graph_probe import RATE_HZ, Bench, ChildProcess
 from middle_motion import MiddleMotion
 
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import RECORDER, Mode
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import RECORDER, Mode
+from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
 
 KP = 900.0

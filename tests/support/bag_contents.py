@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fivebar_bringup.runs.bag.recording import Recording
+from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_description.interface import Topic
 
 JOINT_STATE_FIELDS = ("position", "velocity", "effort")

@@ -7,11 +7,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from fivebar_bringup.report.series import RunSeries, read_series
-from fivebar_bringup.report.summary import Summary, summarize
-from fivebar_bringup.report.timing import RunTiming
+from fivebar_bringup.recorded.series import RunSeries, read_series
+from fivebar_bringup.recorded.summary import Summary, summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_control.estimation.ekf import Belief, EkfSettings

@@ -20,11 +20,11 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
-from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, RECORDER, Mode
+from fivebar_bringup.graph.bridges import BOARD_BRIDGE, bridge_of
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, RECORDER, Mode
+from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.processes import ProcessSpec, processes
-from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
     ALL_WELL,

@@ -22,9 +22,9 @@ LOADED = (
     "fivebar_bringup.runs.admission",
     "fivebar_bringup.runs.offline",
     "fivebar_bringup.runs.run",
-    "fivebar_bringup.studies.goto.program",
-    "fivebar_bringup.studies.goto.stand",
-    "fivebar_bringup.studies.goto.transfer_report",
+    "fivebar_bringup.motions.program",
+    "fivebar_bringup.motions.stand",
+    "fivebar_bringup.motions.transfer_report",
 )
 """What commands load in their bodies, beside the nodes."""
 

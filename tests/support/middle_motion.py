@@ -8,7 +8,7 @@ from typing import Any
 
 from sensor_msgs.msg import Imu
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints

@@ -14,10 +14,10 @@ import yaml
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.live.commands import CommandRefused, read_command
-from fivebar_bringup.report.timing import read_timing
-from fivebar_bringup.runs.bag import serialize
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.writer import BagWriter
+from fivebar_bringup.recorded.bag import serialize
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.benchmark.scoring import HEAD as RESULTS_HEAD

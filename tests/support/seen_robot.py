@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from fivebar_bringup.studies import vision_accuracy
+from fivebar_bringup.studies.reproduce import vision_accuracy
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.vision.localisation import PlatformSight, PlatformTracker
 from fivebar_description.camera import CameraSettings

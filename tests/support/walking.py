@@ -93,11 +93,11 @@ def torque() -> Walk:
     import rclpy
     import yaml
 
+    from fivebar_bringup.graph.crossing_graph import crossing_graph
+    from fivebar_bringup.graph.node_spec import Mode
     from fivebar_bringup.nodes.node_group import node_class
     from fivebar_bringup.runs.domain import private_domain
-    from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-    from fivebar_bringup.runs.graph.node_spec import Mode
-    from fivebar_bringup.scenario_files import load_scenario
+    from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_description.interface import JOINT_STATES, START_STAMP_NS, TORQUE_COMMAND, sample_stamp_ns
     from fivebar_description.ros.node import GraphNode
     from fivebar_description.ros.process_topics import ProcessTopics
@@ -156,9 +156,9 @@ def limit() -> Walk:
     import rclpy
     import yaml
 
-    from fivebar_bringup.runs.graph.control_nodes import blender
-    from fivebar_bringup.runs.graph.node_spec import Mode
-    from fivebar_bringup.scenario_files import read_scenario
+    from fivebar_bringup.graph.control_nodes import blender
+    from fivebar_bringup.graph.node_spec import Mode
+    from fivebar_bringup.scenarios.scenario_files import read_scenario
     from fivebar_control.nodes.blender import Blender
 
     trace = Trace()

@@ -16,7 +16,7 @@ import threading
 
 from fivebar_sim.boards.emulation import BoardEmulation
 from fivebar_sim.emulated_hardware import EmulatedHardware
-from fivebar_sim.hardware_kinds import open_hardware
+from fivebar_sim.emulators.hardware_kinds import open_hardware
 
 
 def seen(hardware: EmulatedHardware) -> tuple[int, float, float, float]:

@@ -28,9 +28,9 @@ from fault_cases import (
     expect_reset,
 )
 
-from fivebar_bringup.runs.bridges import BOARD_BRIDGE
+from fivebar_bringup.graph.bridges import BOARD_BRIDGE
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.board_faults import BUTTON, CAUSES
 from fivebar_description.interface import JOINT_STATES, REFERENCE, TORQUE_COMMAND, UNIFIED_TORQUE
 

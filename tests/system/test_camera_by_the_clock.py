@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interface import VISION_PLATFORM
 
 RATE_HZ = 100

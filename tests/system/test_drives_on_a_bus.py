@@ -17,11 +17,11 @@ from graph_probe import Bench
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES, drive_file
-from fivebar_bringup.runs.rehearsal import write_drive_files
+from fivebar_bringup.graph.real_drives import DEFAULT_DRIVES, drive_file
+from fivebar_bringup.graph.rehearsal import write_drive_files
+from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.configuration import drives_path
 from fivebar_description.errors import InputError
 from fivebar_description.interface import MOTOR_STATES, TORQUE_COMMAND

@@ -10,7 +10,7 @@ from engine_agreement import expect_completed, outcome_of
 from estimate_replay import OFF_MODEL, encoder_scenario, summary_of
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
+from fivebar_bringup.scenarios.scenario_files import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_control.model.kinematics import state_from_joints

@@ -31,9 +31,9 @@ from graph_probe import Bench
 from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 
-from fivebar_bringup.runs.bridges import BRIDGE
+from fivebar_bringup.graph.bridges import BRIDGE
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform

@@ -12,7 +12,7 @@ from fivebar_command import FivebarCommand
 from graph_probe import Bench
 from std_msgs.msg import String
 
-from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_description.interface import ESTIMATE_STATE, FAULTS, GOAL_STATUS, RUN_STATUS
 
 SEEN = """

@@ -10,9 +10,9 @@ import pytest
 from fivebar_command import FivebarCommand
 from graph_probe import Bench
 
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.studies.goto.start import start_after
+from fivebar_bringup.motions.start import start_after
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_description.interface import FAULTS, REFERENCE, RUN_STATUS
 
 SHORT = "name: short\ncontroller: unified\nwaypoints: [[0.0, 0.15], [0.0, 0.14]]\nsegment_duration: 0.2\n"

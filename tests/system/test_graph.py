@@ -13,10 +13,10 @@ import pytest
 from fivebar_command import FivebarCommand, GraphRun
 from graph_probe import DEADLINE
 
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import run_command
-from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
+from fivebar_bringup.scenarios.scenario_files import load_scenario, shipped_scenarios
 from fivebar_description.interface import TOPICS
 from fivebar_description.interpreter import module_command
 

@@ -12,8 +12,8 @@ from fivebar_command import RUN_DEADLINE, FivebarCommand
 from graph_probe import Bench
 from hostile_messages import HostileMessages
 
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.recording import Recording
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,

@@ -10,9 +10,9 @@ import pytest
 from bag_contents import contents
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.recording import Recording
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from fivebar_command import FivebarCommand
 
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.requests import plan_with_requests
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.studies.estimate.estimate import estimate_bag
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.interface import (

@@ -13,7 +13,7 @@ from estimate_replay import summary_of
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import X, Y
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.studies.compare.rigs import RIGS

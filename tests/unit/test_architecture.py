@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import functools
+import graphlib
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -197,3 +198,30 @@ def undocumented(tree: ast.Module) -> Iterator[str]:
 def test_everything_public_says_what_it_is() -> None:
     silent = {name_of(path): [*undocumented(syntax_tree(path))] for path in modules() if syntax_tree(path).body}
     assert not {name: found for name, found in silent.items() if found}
+
+
+def folder_of(name: str) -> str:
+    """The folder of the module that an imported name belongs to, as a dotted name; "" where it is none of ours."""
+    parts = name.split(".")
+    for end in range(len(parts), 0, -1):
+        path = SRC / parts[0] / Path(*parts[:end])
+        if path.with_suffix(".py").is_file():
+            return ".".join(parts[: end - 1])
+        if (path / "__init__.py").is_file():
+            return ".".join(parts[:end])
+    return ""
+
+
+def test_folders_import_one_way() -> None:
+    """Between any two folders, directly or through others: so a reader knows which of them stands on which."""
+    above: dict[str, set[str]] = {}
+    for path in modules():
+        own = ".".join(path.relative_to(SRC).parts[1:-1])
+        used = {folder_of(name) for name in imported(path) if name.startswith("fivebar")}
+        above.setdefault(own, set()).update(used - {own, "", "fivebar"})
+    assert len(above) > 40
+    try:
+        order = list(graphlib.TopologicalSorter(above).static_order())
+    except graphlib.CycleError as error:
+        pytest.fail(f"these folders import each other: {' -> '.join(reversed(error.args[1]))}")
+    assert order.index("fivebar_description") < order.index("fivebar_control.laws") < order.index("fivebar_bringup.cli")

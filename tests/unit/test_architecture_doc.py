@@ -11,7 +11,7 @@ from fivebar_bringup.simulation.case import Numbers
 from fivebar_control.laws.law import Law
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_sim import sensors
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")

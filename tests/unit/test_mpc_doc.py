@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fivebar_bringup.report.thesis import MIDDLE
-from fivebar_bringup.studies.compare.mpc_study import authority, motion
+from fivebar_bringup.studies.single.mpc_study import authority, motion
 from fivebar_control.laws.lqr import LqrSettings
 from fivebar_control.laws.mpc import MpcSettings
 

@@ -15,7 +15,7 @@ import yaml
 from pydantic import TypeAdapter
 
 import fivebar
-from fivebar_bringup.report.summary_schema import summary_schema
+from fivebar_bringup.reference.summary_schema import summary_schema
 
 ROOT = Path(__file__).parents[2]
 MANIFESTS = sorted(ROOT.glob("src/*/package.xml"))
@@ -206,7 +206,7 @@ def test_the_development_container_is_described() -> None:
 
 
 def test_the_schema_of_a_summary_is_the_published_one() -> None:
-    stale = "stale: .venv/bin/python -m fivebar_bringup.report.summary_schema > docs/reference/summary.schema.json"
+    stale = "stale: .venv/bin/python -m fivebar_bringup.reference.summary_schema > docs/reference/summary.schema.json"
     assert SCHEMA.read_text(encoding="utf-8") == summary_schema(), stale
 
 

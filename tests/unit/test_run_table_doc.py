@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
-from fivebar_bringup.report.series import DERIVED, UNITS
-from fivebar_bringup.report.table_page import table_page
+from fivebar_bringup.recorded.series import DERIVED, UNITS
+from fivebar_bringup.reference.table_page import table_page
 from fivebar_description.run_quantities import QUANTITIES
 
 PAGE = Path(__file__).parents[2] / "docs/reference/run_table.md"
 
 
 def test_the_page_is_up_to_date() -> None:
-    renew = "python -m fivebar_bringup.report.table_page > docs/reference/run_table.md"
+    renew = "python -m fivebar_bringup.reference.table_page > docs/reference/run_table.md"
     assert PAGE.read_text(encoding="utf-8") == table_page(), f"stale: {renew}"
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from fivebar_bringup.reference.settings_page import settings_page
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.settings_page import settings_page
 from fivebar_description.settings import Keys
 
 PAGE = Path(__file__).parents[2] / "docs/settings.md"

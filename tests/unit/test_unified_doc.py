@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.scenario_files import shipped_scenarios
-from fivebar_bringup.studies.compare.unified_sweep import SWEPT
+from fivebar_bringup.scenarios.scenario_files import shipped_scenarios
+from fivebar_bringup.studies.single.unified_sweep import SWEPT
 from fivebar_control.laws.unified import UnifiedSettings
 
 ROOT = Path(__file__).parents[2]

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from fivebar.robot import Posture, Robot, load_robot
     from fivebar.run import Run, load_run, simulate
     from fivebar_bringup.errors import BagError
-    from fivebar_bringup.report.series import RunSeries
-    from fivebar_bringup.report.summary import Summary
-    from fivebar_bringup.runs.outcome import RunOutcome
+    from fivebar_bringup.recorded.outcome import RunOutcome
+    from fivebar_bringup.recorded.series import RunSeries
+    from fivebar_bringup.recorded.summary import Summary
     from fivebar_bringup.scenario import Scenario
     from fivebar_control.trajectory.planner import PlanRefused
     from fivebar_description.errors import InputError
@@ -57,9 +57,9 @@ _PLACES = {
     "fivebar.robot": ("Posture", "Robot", "load_robot"),
     "fivebar.run": ("Run", "load_run", "simulate"),
     "fivebar_bringup.errors": ("BagError",),
-    "fivebar_bringup.report.series": ("RunSeries",),
-    "fivebar_bringup.report.summary": ("Summary",),
-    "fivebar_bringup.runs.outcome": ("RunOutcome",),
+    "fivebar_bringup.recorded.series": ("RunSeries",),
+    "fivebar_bringup.recorded.summary": ("Summary",),
+    "fivebar_bringup.recorded.outcome": ("RunOutcome",),
     "fivebar_bringup.scenario": ("Scenario",),
     "fivebar_control.trajectory.planner": ("PlanRefused",),
     "fivebar_description.errors": ("InputError",),

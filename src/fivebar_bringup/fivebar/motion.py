@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from fivebar.robot import Robot, load_robot
+from fivebar_bringup.motions.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
+from fivebar_bringup.motions.start import HOME_MODE, Start
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario as _load_scenario
-from fivebar_bringup.scenario_files import shipped_scenarios
-from fivebar_bringup.studies.goto.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
-from fivebar_bringup.studies.goto.start import HOME_MODE, Start
+from fivebar_bringup.scenarios.scenario_files import load_scenario as _load_scenario
+from fivebar_bringup.scenarios.scenario_files import shipped_scenarios
 from fivebar_control.laws import registry
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer

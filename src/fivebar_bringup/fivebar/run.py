@@ -10,17 +10,17 @@ from typing import Any, NamedTuple
 
 from fivebar.motion import Motion, load_scenario
 from fivebar.picture import Drawing
+from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.recorded.series import RunSeries
+from fivebar_bringup.recorded.summary import Summary
+from fivebar_bringup.recorded.table_files import data_frame, write_csv, write_mat, write_parquet
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.outcome_words import outcome_details
 from fivebar_bringup.report.report import read_analysis
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.report.table_files import data_frame, write_csv, write_mat, write_parquet
 from fivebar_bringup.runs.admission import refuse_unfit
-from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.runs.offline import run_offline
-from fivebar_bringup.runs.outcome import RunOutcome
-from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
 
 

@@ -58,7 +58,7 @@ from fivebar_description.shared_settings import WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.settings import PlantSettings, has_effects
+from fivebar_sim.effects.settings import PlantSettings, has_effects
 
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]

@@ -13,8 +13,8 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
+from fivebar_bringup.graph.node_spec import Hardware, Mode
 from fivebar_bringup.ros.launched_run import launched_run
-from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
 from fivebar_bringup.runs.launching import run_command
 
 

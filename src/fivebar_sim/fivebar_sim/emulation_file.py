@@ -8,7 +8,7 @@ from pydantic import Field
 
 from fivebar_description.settings import Keys, declared
 from fivebar_description.strict_yaml import StrictModel
-from fivebar_sim.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
+from fivebar_sim.effects.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
 
 NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name not in ("engine", "seed"))
 """Settings of a plant that have keys of their own here, or that the hardware has."""

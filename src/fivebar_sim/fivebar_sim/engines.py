@@ -12,8 +12,8 @@ from fivebar_description.settings import declared, sections
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.observation import ImuMotion
+from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects
 from fivebar_sim.effects.simulation import EffectsMotion, started_at
-from fivebar_sim.settings import MUJOCO, PlantSettings, has_effects
 
 MUJOCO_HAS: Mapping[str, tuple[str, ...]] = {
     "links": ("l_11", "l_12", "l_21", "l_22", "base_1", "base_2", "distal_inertia"),

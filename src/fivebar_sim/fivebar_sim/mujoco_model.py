@@ -14,7 +14,7 @@ from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.loads import weight_of
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 TINY_INERTIA = 1e-12
 """kg m^2. MuJoCo refuses bodies without inertia where the parameters have none: 1e-10 of the motors'."""

@@ -17,11 +17,11 @@ from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
 from fivebar_sim.effects.motors import current_after, motor_torque
 from fivebar_sim.effects.observation import ImuMotion
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.simulation import started_at
 from fivebar_sim.effects.timing import moments_after
 from fivebar_sim.effects.transmission import transmitted
 from fivebar_sim.mujoco_model import mjcf_text
-from fivebar_sim.settings import PlantSettings
 
 MAX_STEP = 1e-4
 """Longest integration step (s)."""

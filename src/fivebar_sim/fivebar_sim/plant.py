@@ -20,10 +20,10 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.mechanism import actual_robot
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.engines import SimulatedMechanism, is_mechanism, motion_of
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.sensors import Encoder, TorqueOutput
-from fivebar_sim.settings import PlantSettings
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""

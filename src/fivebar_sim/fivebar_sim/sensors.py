@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Collection
 
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 
 def counted(angle: float, resolution: float) -> float:

@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.app import BAD_INPUT
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.file_schemas import schemas
-from fivebar_bringup.scenario_files import load_scenario, scenario_directory
+from fivebar_bringup.reference.file_schemas import schemas
+from fivebar_bringup.scenarios.scenario_files import load_scenario, scenario_directory
 from fivebar_description.file_format import NEWEST
 from fivebar_description.robot_file import read_robot, robot_path
 from fivebar_description.share import share_file
@@ -72,5 +72,5 @@ def test_a_scenario_that_a_run_saved_without_a_number_is_read(tmp_path: Path) ->
 @pytest.mark.parametrize("name", ["scenario.schema.json", "robot.schema.json", "program.schema.json"])
 def test_the_published_schemas_are_those_of_the_models(name: str) -> None:
     text = (REFERENCE / name).read_text(encoding="utf-8")
-    assert text == schemas()[name], "stale: .venv/bin/python -m fivebar_bringup.file_schemas docs/reference"
+    assert text == schemas()[name], "stale: .venv/bin/python -m fivebar_bringup.reference.file_schemas docs/reference"
     assert json.loads(text)["properties"]["format"]["const"] == NEWEST

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
-from fivebar_bringup.scenario_files import load_scenario
-from fivebar_bringup.studies.goto.program import scenario_of_program
+from fivebar_bringup.motions.program import scenario_of_program
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.board_file import board_path, load_board
 from fivebar_control.planning.program import load_program, with_files
 from fivebar_control.vision.camera_file import CameraCalibration, calibration_text

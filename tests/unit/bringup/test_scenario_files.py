@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.strict_yaml import InputError
 
 

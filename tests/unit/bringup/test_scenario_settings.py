@@ -16,7 +16,7 @@ from fivebar_control.safety.stages import Area
 from fivebar_description.settings import Declared, Keys, declared, from_parameters, to_parameters
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 GOOD = {"name": "any", "waypoints": [[0.0, 0.15], [0.0, 0.02]]}
 

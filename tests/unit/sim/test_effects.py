@@ -28,10 +28,10 @@ from fivebar_sim.effects.motion import advanced, closed, started
 from fivebar_sim.effects.motors import MotorEffects, current_after, motor_of, motor_torque
 from fivebar_sim.effects.observation import energy, joints_of
 from fivebar_sim.effects.platform_joint import PlatformJoint, joint_force
+from fivebar_sim.effects.settings import PlantSettings, has_effects, without_effects
 from fivebar_sim.effects.transmission import Transmission, transmitted
 from fivebar_sim.plant import Plant
 from fivebar_sim.sensors import TorqueOutput
-from fivebar_sim.settings import PlantSettings, has_effects, without_effects
 
 RATE = 500
 HOME = (0.0, 0.13)

@@ -15,9 +15,9 @@ from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.urdf import urdf_text
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.imu import Imu
 from fivebar_sim.plant import Plant
-from fivebar_sim.settings import PlantSettings
 
 Vector = NDArray[np.float64]
 States = Callable[[int, int], list[State]]

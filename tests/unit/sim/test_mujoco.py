@@ -19,13 +19,13 @@ from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import Tilt
 from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.settings import MUJOCO, PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.transmission import Transmission
 from fivebar_sim.engines import MUJOCO_HAS, SimulatedMechanism, motion_of
 from fivebar_sim.mujoco_model import links_of
 from fivebar_sim.mujoco_motion import MujocoMotion
 from fivebar_sim.plant import Plant, PlantDiverged
-from fivebar_sim.settings import MUJOCO, PlantSettings
 
 RATE = 500
 SAMPLES = 100

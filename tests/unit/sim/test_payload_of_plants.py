@@ -17,8 +17,8 @@ from fivebar_sim.boards.board import EmulatedBoard
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.drives.emulation import Emulation
 from fivebar_sim.effects.friction import FrictionEffects
+from fivebar_sim.effects.settings import MUJOCO, PlantSettings
 from fivebar_sim.plant import Plant
-from fivebar_sim.settings import MUJOCO, PlantSettings
 
 PLANTS = {
     "pinocchio": PlantSettings(),

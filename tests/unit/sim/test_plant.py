@@ -21,8 +21,8 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.plant import Plant, PlantDiverged
-from fivebar_sim.settings import PlantSettings
 
 Vector = NDArray[np.float64]
 Vectors = Callable[[State], tuple[Vector, Vector]]

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.sensors import Encoder, TorqueOutput
-from fivebar_sim.settings import PlantSettings
 
 FREE = PlantSettings(torque_limit=None)
 TORQUE = st.floats(-50.0, 50.0)

@@ -10,9 +10,9 @@ import pytest
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.settings import MUJOCO, PINOCCHIO, PlantSettings, has_effects
 from fivebar_sim.effects.timing import Timing, delays_of, drawn, moments_after
 from fivebar_sim.plant import Plant
-from fivebar_sim.settings import MUJOCO, PINOCCHIO, PlantSettings, has_effects
 
 RATE = 500
 PERIOD = 1.0 / RATE

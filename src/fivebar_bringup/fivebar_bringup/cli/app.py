@@ -19,14 +19,14 @@ from typer.core import TyperCommand, TyperGroup
 from fivebar_bringup.cli.printing import Printer, complain
 from fivebar_bringup.cli.words import filled
 from fivebar_bringup.errors import BagError, RunFailed
-from fivebar_bringup.runs.outcome import RunOutcome
+from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import ResumableInterrupt
 from fivebar_description.ros_environment import HIGHEST_DOMAIN
 
 if TYPE_CHECKING:
-    from fivebar_bringup.report.summary import Summary
-    from fivebar_bringup.runs.run_directory import RunDirectory
+    from fivebar_bringup.recorded.run_directory import RunDirectory
+    from fivebar_bringup.recorded.summary import Summary
 
 COMPLETED, FAILED, BAD_INPUT = 0, 1, 2
 

@@ -46,7 +46,7 @@ def benchmark(
 
     Example: `fivebar benchmark --score mine.csv`
     """
-    from fivebar_bringup.runs.results import finite
+    from fivebar_bringup.recorded.results import finite
     from fivebar_bringup.studies.benchmark.crossings import benchmark as crossings_of
     from fivebar_bringup.studies.benchmark.running import run_benchmark
     from fivebar_bringup.studies.benchmark.scoring import RULES, read_results, scores

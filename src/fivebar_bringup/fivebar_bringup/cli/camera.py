@@ -38,7 +38,7 @@ def camera_calibrate(
 
     Example: `fivebar camera-calibrate --board board.png`, print it, then `fivebar camera-calibrate pictures/`
     """
-    from fivebar_bringup.studies.camera import Board, calibrate_files, calibrate_simulated, write_board
+    from fivebar_bringup.studies.camera_calibration import Board, calibrate_files, calibrate_simulated, write_board
 
     with input_errors():
         made = Board(columns, rows, square)

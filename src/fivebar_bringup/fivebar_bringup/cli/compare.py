@@ -63,7 +63,7 @@ def compare(
 
     Example: `fivebar compare middle --durations 0.5,1 --rigs ideal,realistic --out runs/compared`
     """
-    from fivebar_bringup.scenario_files import load_scenario
+    from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_bringup.studies.compare.cases import ComparisonExtent
     from fivebar_bringup.studies.compare.compare import compare as make
     from fivebar_bringup.studies.compare.rigs import RIG_NAMES

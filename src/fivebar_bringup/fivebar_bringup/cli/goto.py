@@ -28,15 +28,15 @@ from fivebar_bringup.cli.app import (
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.status import graph_domain
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.recorded.outcome import EXIT_STATUS
 from fivebar_bringup.runs.namespace import read_namespace
-from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_environment
 
 if TYPE_CHECKING:
-    from fivebar_bringup.studies.goto.start import Start
+    from fivebar_bringup.motions.start import Start
 
 DEFAULT_CONTROLLER = "unified"
 """Of a motion that `goto` runs itself."""
@@ -152,12 +152,12 @@ def goto(
 
     Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
     """
+    from fivebar_bringup.motions.request import Request, check_positive, plan_request, scenario_of, within_drives
+    from fivebar_bringup.motions.transfer_report import as_json as transfer_as_json
+    from fivebar_bringup.motions.transfer_report import as_text
     from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
     from fivebar_bringup.runs.offline import run_offline
     from fivebar_bringup.runs.run import run_with_ros
-    from fivebar_bringup.studies.goto.request import Request, check_positive, plan_request, scenario_of, within_drives
-    from fivebar_bringup.studies.goto.transfer_report import as_json as transfer_as_json
-    from fivebar_bringup.studies.goto.transfer_report import as_text
     from fivebar_control.planning.timing import Speed
     from fivebar_control.trajectory.rounded import RESTS
 
@@ -184,7 +184,7 @@ def goto(
             _refuse_given(without_effect, OF_ITS_OWN)
             check_ros_environment()
             # here, because it loads ROS
-            from fivebar_bringup.studies.goto.live import goal_fields
+            from fivebar_bringup.motions.live import goal_fields
 
             wait = LONGEST_WAIT if timeout is None else timeout
             check_positive("--timeout", wait)
@@ -259,8 +259,8 @@ def stand(
 
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """
+    from fivebar_bringup.motions.stand import stand as rest
     from fivebar_bringup.runs.admission import load_admitted
-    from fivebar_bringup.studies.goto.stand import stand as rest
 
     with input_errors(), keyboard_interrupts():
         check_ros_environment()
@@ -277,7 +277,7 @@ def stand(
 
 def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float, as_json: bool) -> NoReturn:
     """Follow a goal on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
-    from fivebar_bringup.studies.goto.live import request_live
+    from fivebar_bringup.motions.live import request_live
 
     def report(status: dict[str, Any]) -> None:
         if not as_json:
@@ -325,8 +325,8 @@ def _start(
     robot: str | None,
     seen: str | None,
 ) -> Start:
+    from fivebar_bringup.motions.start import HOME_MODE, Start, start_after, start_seen
     from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
-    from fivebar_bringup.studies.goto.start import HOME_MODE, Start, start_after, start_seen
     from fivebar_description.robot_file import read_robot
 
     if after is None and seen is None:

@@ -15,9 +15,9 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
 
     Example: `fivebar guide calibration --out runs/led`, then `fivebar calibrate runs/led --encoders-only`
     """
-    from fivebar_bringup.runs.results import write_errors
-    from fivebar_bringup.runs.run_directory import new_run_directory
-    from fivebar_bringup.scenario_files import load_scenario
+    from fivebar_bringup.recorded.results import write_errors
+    from fivebar_bringup.recorded.run_directory import new_run_directory
+    from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_bringup.simulation.guided import guide as lead
     from fivebar_bringup.simulation.guided import write_guided_bag
     from fivebar_control.laws.registry import laws_unopened

@@ -23,15 +23,15 @@ from fivebar_bringup.cli.app import (
 )
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
+from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.recorded.outcome import EXIT_STATUS
 from fivebar_bringup.runs.namespace import read_namespace
-from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
-    from fivebar_bringup.studies.goto.program import PlannedStep
+    from fivebar_bringup.motions.program import PlannedStep
 
 
 @command()
@@ -63,7 +63,7 @@ def program(
 
     Example: `fivebar program my_work.yaml --realtime --out runs/work`
     """
-    from fivebar_bringup.studies.goto.program import (
+    from fivebar_bringup.motions.program import (
         plan_program,
         program_path,
         run_program,
@@ -105,7 +105,7 @@ def program(
 
 def _show(steps: tuple[PlannedStep, ...]) -> None:
     """Print planned steps as a table."""
-    from fivebar_bringup.studies.goto.program import words_of
+    from fivebar_bringup.motions.program import words_of
 
     table = Table("step", "line", "round", "does", "s", box=None)
     for step in steps:

@@ -71,7 +71,7 @@ def robustness(
 
 
 def _losses(out: Path | None, processes: int, as_json: bool) -> None:
-    from fivebar_bringup.runs.results import FIGURES
+    from fivebar_bringup.recorded.results import FIGURES
     from fivebar_bringup.studies.robustness.bursts import BURSTS, Lost, write_losses
 
     with input_errors(), keyboard_interrupts(), progress_bar("losses", as_json) as progress:

@@ -29,9 +29,9 @@ from fivebar_bringup.cli.app import (
 )
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.runs.graph.node_spec import Hardware, Mode
+from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.recorded.outcome import EXIT_STATUS
 from fivebar_bringup.runs.namespace import read_namespace
-from fivebar_bringup.runs.outcome import EXIT_STATUS
 from fivebar_bringup.runs.parent_death import interrupt_with
 from fivebar_description.errors import InputError
 from fivebar_description.interface import DEFAULT_PRIORITY, HIGHEST_PRIORITY
@@ -39,8 +39,8 @@ from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros_environment import check_ros_environment, domain_of_environment
 
 if TYPE_CHECKING:
-    from fivebar_bringup.report.summary import Summary
-    from fivebar_bringup.runs.run_directory import RunDirectory
+    from fivebar_bringup.recorded.run_directory import RunDirectory
+    from fivebar_bringup.recorded.summary import Summary
 
 
 @command()
@@ -117,11 +117,11 @@ def run(
 
     Example: `fivebar run experiment.yaml --hardware socketcan --drives drives.yaml`
     """
+    from fivebar_bringup.graph.bridges import BOARD_BRIDGE, bridge_of
+    from fivebar_bringup.graph.real_drives import DEFAULT_DRIVES, RealDrives, drive_file
+    from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD
     from fivebar_bringup.runs.admission import load_admitted
-    from fivebar_bringup.runs.bridges import BOARD_BRIDGE, bridge_of
     from fivebar_bringup.runs.injection import read_injection, refuse_late
-    from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES, RealDrives, drive_file
-    from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
     from fivebar_bringup.runs.run import run_with_ros
     from fivebar_description.ros.scheduling import Scheduling
 
@@ -176,7 +176,7 @@ def run(
 
 def _for_the_operator(domain: int | None, namespace: str) -> int:
     """Say who begins the run, and return the domain in which that can be: the given one, or that of the shell."""
-    from fivebar_bringup.runs.bridges import BRIDGE
+    from fivebar_bringup.graph.bridges import BRIDGE
 
     chosen = domain if domain is not None else domain_of_environment()
     name = f"{namespace}/{BRIDGE}"
@@ -236,8 +236,8 @@ def report(
 
     Example: `fivebar report runs/first runs/second`
     """
+    from fivebar_bringup.recorded.run_directory import RunDirectory
     from fivebar_bringup.report.report import write_animation, write_report
-    from fivebar_bringup.runs.run_directory import RunDirectory
 
     run_directory, *others = (RunDirectory(directory) for directory in directories)
     with input_errors():
@@ -283,8 +283,8 @@ def nodes(
 
     Example: `fivebar nodes middle`
     """
-    from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-    from fivebar_bringup.scenario_files import load_scenario
+    from fivebar_bringup.graph.crossing_graph import crossing_graph
+    from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_control.laws.registry import laws_unopened
 
     with input_errors(), nullcontext() if import_law else laws_unopened():

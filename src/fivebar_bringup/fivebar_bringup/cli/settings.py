@@ -11,6 +11,6 @@ def settings() -> None:
 
     Example: `fivebar settings > docs/settings.md`
     """
-    from fivebar_bringup.settings_page import settings_page
+    from fivebar_bringup.reference.settings_page import settings_page
 
     print(settings_page(), end="")

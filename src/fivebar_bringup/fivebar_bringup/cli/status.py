@@ -19,7 +19,7 @@ from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_environment, domain_of_environment
 
 if TYPE_CHECKING:
-    from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener, NodeReport
+    from fivebar_bringup.live.ros.diagnostics_listener import DiagnosticsListener, NodeReport
 
 COLOURS = {"ok": "green", "warning": "yellow", "error": "red", "stale": "magenta"}
 
@@ -64,7 +64,7 @@ def status(
         check_ros_environment()
         number = graph_domain(domain)
     # here, because it loads ROS
-    from fivebar_bringup.nodes.diagnostics_listener import DiagnosticsListener
+    from fivebar_bringup.live.ros.diagnostics_listener import DiagnosticsListener
 
     with keyboard_interrupts(), DiagnosticsListener(number) as listener:
         if listener.wait_for_report(DISCOVERY_TIME):

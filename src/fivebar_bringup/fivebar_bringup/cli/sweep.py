@@ -140,7 +140,7 @@ def _one_case(
     Raises:
         InputError: the directory cannot be used, or there is nothing to save.
     """
-    from fivebar_bringup.runs.results import finite
+    from fivebar_bringup.recorded.results import finite
     from fivebar_bringup.studies.sweep.directory import DEFAULT_SEED
     from fivebar_bringup.studies.sweep.running import SWEPT
     from fivebar_bringup.studies.sweep.single import rows_of, save_case

@@ -25,8 +25,8 @@ from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
-    from fivebar_bringup.report.summary import Summary
-    from fivebar_bringup.runs.run_directory import RunDirectory
+    from fivebar_bringup.recorded.run_directory import RunDirectory
+    from fivebar_bringup.recorded.summary import Summary
 
 VIEWER = "fivebar_bringup.nodes.viewer"
 

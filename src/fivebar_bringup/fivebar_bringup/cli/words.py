@@ -20,7 +20,7 @@ def filled(text: str) -> str:
 
 
 def _scenarios() -> str:
-    from fivebar_bringup.scenario_files import shipped_scenarios
+    from fivebar_bringup.scenarios.scenario_files import shipped_scenarios
 
     return ", ".join(shipped_scenarios())
 
@@ -32,7 +32,7 @@ def _controllers() -> str:
 
 
 def _crossing_controllers() -> str:
-    from fivebar_bringup.studies.goto.request import CONTROLLERS
+    from fivebar_bringup.motions.request import CONTROLLERS
 
     return ", ".join(CONTROLLERS)
 
@@ -50,7 +50,7 @@ def _benchmark_rigs() -> str:
 
 
 def _home_mode() -> str:
-    from fivebar_bringup.studies.goto.start import HOME_MODE
+    from fivebar_bringup.motions.start import HOME_MODE
 
     return " ".join(map(str, HOME_MODE))
 
@@ -80,8 +80,8 @@ def _board_faults() -> str:
 
 
 def _drive_files() -> str:
-    from fivebar_bringup.runs.real_drives import DEFAULT_DRIVES
-    from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD
+    from fivebar_bringup.graph.real_drives import DEFAULT_DRIVES
+    from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD
 
     return f"{DEFAULT_BOARD}; {DEFAULT_DRIVES}"
 

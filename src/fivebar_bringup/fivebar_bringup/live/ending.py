@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fivebar_bringup.report.outcome_words import ENDED, outcome_details
 
 if TYPE_CHECKING:
-    from fivebar_bringup.report.summary import Summary
+    from fivebar_bringup.recorded.summary import Summary
 
 
 def ended_text(summary: Summary, report: Path | None) -> str:

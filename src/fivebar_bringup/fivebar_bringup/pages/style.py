@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.summary import peak
-from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.recorded.series import RunSeries
+from fivebar_bringup.recorded.summary import peak
 
 INK, GREY, PALE = "#1f2430", "#6b7280", "#d5d9e0"
 BLUE, VERMILION, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#9b4f96"

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.recorded.series import RunSeries
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import CONDITION
 from fivebar_control.trajectory.planner import Plan

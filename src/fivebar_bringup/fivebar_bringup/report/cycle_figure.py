@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.style import BLUE, INK, new_figure
+from fivebar_bringup.recorded.summary import sample_periods
 from fivebar_bringup.report.analysis import RunAnalysis
-from fivebar_bringup.report.summary import sample_periods
 
 BINS_PER_PERIOD = 20
 LONGEST = 5.0

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.runs.bag.recording import Recording
+from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.recorded.series import RunSeries
 from fivebar_description.interface import FAULTS
 
 

@@ -24,12 +24,12 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.pages.units import error_of, plain, suitable_unit
+from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.recorded.series import RunSeries
+from fivebar_bringup.recorded.summary import peak
 from fivebar_bringup.report.analysis import RunAnalysis
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
-from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.units import error_of, plain, suitable_unit
 
 if TYPE_CHECKING:
     # from matplotlib 3.8 on

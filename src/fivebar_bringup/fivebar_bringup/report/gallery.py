@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style, png
+from fivebar_bringup.recorded.summary import REALTIME
 from fivebar_bringup.report import criterion_figure, cycle_figure, figures, plane
 from fivebar_bringup.report.analysis import RunAnalysis
-from fivebar_bringup.report.summary import REALTIME
 from fivebar_bringup.report.thesis import counterpart
 
 DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {

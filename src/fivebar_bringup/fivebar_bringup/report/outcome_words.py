@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.pages.units import in_millimetres
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.outcome import RunOutcome
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.summary import Summary
+from fivebar_bringup.units import in_millimetres
 
 SENTENCES = {
     RunOutcome.SUCCEEDED: "The run succeeded",

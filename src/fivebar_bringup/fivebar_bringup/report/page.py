@@ -8,11 +8,11 @@ from typing import NamedTuple
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import Scripts
-from fivebar_bringup.pages.units import error_of, plain
+from fivebar_bringup.recorded.summary import MotorPair, Summary
 from fivebar_bringup.report.outcome_words import outcome_sentence
-from fivebar_bringup.report.summary import MotorPair, Summary
 from fivebar_bringup.report.thesis import thesis_figures
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.units import error_of, plain
 
 RUNNERS = {"ros": "ROS 2 node graph", "offline": "one process, without ROS"}
 

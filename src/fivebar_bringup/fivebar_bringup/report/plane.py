@@ -22,13 +22,13 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.pages.units import plain
+from fivebar_bringup.recorded.bag.recording import IntArray
+from fivebar_bringup.recorded.summary import peak
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.scene import corners_of, lowest, waypoint_name
-from fivebar_bringup.report.summary import peak
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
-from fivebar_bringup.runs.bag.recording import IntArray
+from fivebar_bringup.units import plain
 from fivebar_control.trajectory.path import AnySegment
 
 FAR = "#8a93a5"

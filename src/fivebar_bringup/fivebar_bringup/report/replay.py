@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from fivebar_bringup.pages.scripts import Scripts, page_scripts
+from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray
+from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.charts import BLENDING, MOTOR_TORQUES, Chart, ChartLine
 from fivebar_bringup.report.fault_marks import FaultMark
 from fivebar_bringup.report.scene import corners_of, links, scene, shared_scene
-from fivebar_bringup.report.series import RunSeries
-from fivebar_bringup.runs.bag.recording import FloatArray, IntArray
 
 LONGEST = 20_000
 """Rows of a replay. A longer run is thinned to about as many; its peaks stay."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.results import json_text, write_results
+from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.recorded.series import read_series
+from fivebar_bringup.recorded.summary import Summary, summarize
+from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
 from fivebar_bringup.report.page import html_page, overlay_page
 from fivebar_bringup.report.requests import plan_with_requests
-from fivebar_bringup.report.series import read_series
-from fivebar_bringup.report.summary import Summary, summarize
-from fivebar_bringup.report.timing import read_timing
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.results import json_text, write_results
-from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_description.interrupts import interrupts_allowed
 from fivebar_description.strict_yaml import InputError
 

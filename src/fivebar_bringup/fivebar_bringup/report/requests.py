@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.runs.bag.recording import Recording
+from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Path

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.report.workspace import Map, survey
-from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar

@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import displaced, is_predictable, screen_run
 from fivebar_control.planning.figures import LOADS, Feasibility

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_description import robot_description

@@ -11,7 +11,7 @@ from fivebar_description.strict_yaml import InputError
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.boards.commands import read_order
 from fivebar_sim.drives.commands import USAGE, read_command
-from fivebar_sim.hardware_kinds import timed_order
+from fivebar_sim.emulators.hardware_kinds import timed_order
 
 KILL = "kill"
 

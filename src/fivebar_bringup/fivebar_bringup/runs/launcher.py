@@ -11,13 +11,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fivebar_bringup.runs.bridges import BRIDGES
-from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
+from fivebar_bringup.graph.bridges import BRIDGES
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
+from fivebar_bringup.recorded.outcome import INTERRUPTED_FAULT
+from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
-from fivebar_bringup.runs.outcome import INTERRUPTED_FAULT
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import ProcessSpec
-from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
 from fivebar_description.network import discovery_hint
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.runs.graph.node_spec import Mode
-from fivebar_bringup.runs.graph.sensor_nodes import has_compiled_estimator
+from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.sensor_nodes import has_compiled_estimator
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 

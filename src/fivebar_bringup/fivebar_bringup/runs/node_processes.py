@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.runs.node_starter import NodeCommand, StartRequest
 from fivebar_bringup.runs.processes import ProcessSpec
-from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_description.interpreter import module_command
 
 STARTER = "fivebar_bringup.runs.node_starter"

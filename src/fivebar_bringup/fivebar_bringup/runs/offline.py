@@ -6,10 +6,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fivebar_bringup.recorded.results import write_errors
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory, write_timing
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.results import write_errors
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 

@@ -7,18 +7,18 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from fivebar_bringup.errors import BagError, RunFailed
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.real_drives import RealDrives, write_real_drives
+from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive_files
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory, write_timing
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report
-from fivebar_bringup.report.summary import Summary
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.injection import Injection, kills
 from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.runs.real_drives import RealDrives, write_real_drives
-from fivebar_bringup.runs.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive_files
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.ros.scheduling import Scheduling

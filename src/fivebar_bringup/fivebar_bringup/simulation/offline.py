@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_bringup.runs.bag import serialize
-from fivebar_bringup.runs.bag.writer import BagWriter
+from fivebar_bringup.recorded.bag import serialize
+from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.settings import cycle_settings

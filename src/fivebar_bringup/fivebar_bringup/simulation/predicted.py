@@ -13,7 +13,7 @@ from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings
 from fivebar_description.parameters import without_cogging
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 PLACE = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
 MOMENT = [

@@ -15,8 +15,8 @@ from fivebar_sim.effects.friction import FrictionCurve, curve_of
 from fivebar_sim.effects.links import with_links
 from fivebar_sim.effects.loads import Push, weight_of
 from fivebar_sim.effects.motors import Motor, motor_of
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.timing import Delays, delays_of
-from fivebar_sim.settings import PlantSettings
 
 MAX_STEP = 1e-3
 """Longest integration step (s), that of the plant without effects."""

@@ -15,7 +15,7 @@ from fivebar_sim.effects.mechanism import Mechanism, mechanism_of
 from fivebar_sim.effects.mechanism_state import MechanismState
 from fivebar_sim.effects.motion import advanced, started
 from fivebar_sim.effects.observation import ImuMotion, imu_motion, joints_of, joints_seen
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 POSTURE_TOLERANCE = 1e-9
 """Largest closure gap (m) in the initial posture."""

@@ -29,8 +29,8 @@ from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH
 from fivebar_description.run_plan import robot_value
 from fivebar_sim.effects.mechanism import actual_robot
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.ros.node_settings import CameraNodeSettings
-from fivebar_sim.settings import PlantSettings
 from fivebar_sim.vision.camera import Camera, Delivered
 from fivebar_sim.vision.renderer import Picture
 

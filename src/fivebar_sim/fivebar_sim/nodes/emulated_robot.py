@@ -33,7 +33,7 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.emulated_hardware import MeasuredRecord
-from fivebar_sim.hardware_kinds import USAGE, is_order, open_hardware, timed_order
+from fivebar_sim.emulators.hardware_kinds import USAGE, is_order, open_hardware, timed_order
 from fivebar_sim.imu import Gyroscope
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings

@@ -42,11 +42,11 @@ from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
+from fivebar_sim.effects.settings import PlantSettings, has_effects
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.late_sensors import Arrived, LateSensors
 from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
 from fivebar_sim.ros.run_progress import RunProgress
-from fivebar_sim.settings import PlantSettings, has_effects
 from fivebar_sim.vision.sights import Sights
 
 REPEAT_PERIOD = 0.1

@@ -13,10 +13,10 @@ from typer.testing import CliRunner, Result
 from fivebar import load_run
 from fivebar import simulate as simulate_in_python
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.report import read_analysis
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.offline import run_offline
-from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_control.laws.registry import find_controller, find_law, laws_unopened, unopened_step
 from fivebar_description.errors import InputError
 

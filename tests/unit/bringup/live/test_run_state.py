@@ -13,9 +13,9 @@ from fivebar_bringup.live.ending import ended_message, ended_text
 from fivebar_bringup.live.page import live_page
 from fivebar_bringup.live.run_state import node_level, run_state
 from fivebar_bringup.pages.scripts import page_scripts
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.replay import SCRIPTS
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.outcome import RunOutcome
 
 ENDED = "drives_off: the plant has ended"
 NOT_ACTIVE = "drives_off: dextar_bridge is not active"

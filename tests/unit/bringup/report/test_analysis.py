@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.errors import BagError
+from fivebar_bringup.recorded.bag import serialize
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.series import RunSeries, read_series
+from fivebar_bringup.recorded.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
+from fivebar_bringup.recorded.timing import RunTiming, read_timing
 from fivebar_bringup.report.outcome_words import outcome_details
 from fivebar_bringup.report.page import html_page
-from fivebar_bringup.report.series import RunSeries, read_series
-from fivebar_bringup.report.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
-from fivebar_bringup.report.timing import RunTiming, read_timing
-from fivebar_bringup.runs.bag import serialize
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_bringup.runs.outcome import RunOutcome
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
@@ -44,7 +44,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 RATE_HZ = 50
 LAST = 10

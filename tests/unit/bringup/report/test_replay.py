@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fivebar_bringup.pages.scripts import page_scripts
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.recorded.series import RunSeries, read_series
+from fivebar_bringup.recorded.summary import summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
 from fivebar_bringup.report.replay import LONGEST, SCRIPTS, kept_rows, replay_data, replay_scripts
 from fivebar_bringup.report.report import write_animation, write_overlay
 from fivebar_bringup.report.scene import scene, shared_scene
-from fivebar_bringup.report.series import RunSeries, read_series
-from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import RunTiming
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_control.model.geometry import elbow_position
 from fivebar_description.robot_file import load_robot

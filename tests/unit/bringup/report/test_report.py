@@ -18,24 +18,24 @@ import pytest
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style
-from fivebar_bringup.pages.units import engineering, plain, suitable_unit
+from fivebar_bringup.recorded.bag import serialize
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.recorded.series import read_series
+from fivebar_bringup.recorded.summary import CycleTime, Summary, summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report import figures
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.gallery import draw
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.report.report import write_report
-from fivebar_bringup.report.series import read_series
-from fivebar_bringup.report.summary import CycleTime, Summary, summarize
 from fivebar_bringup.report.thesis import counterpart, thesis_figures
-from fivebar_bringup.report.timing import RunTiming
-from fivebar_bringup.runs.bag import serialize
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_bringup.runs.outcome import RunOutcome
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
+from fivebar_bringup.units import engineering, plain, suitable_unit
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import FAULTS, JOINT_STATES, JOINTS, TOPICS, sample_stamp_ns
 from fivebar_description.strict_yaml import InputError

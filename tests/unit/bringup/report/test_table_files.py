@@ -12,7 +12,7 @@ import pytest
 from scipy.io import loadmat
 
 import fivebar
-from fivebar_bringup.report.series import UNITS
+from fivebar_bringup.recorded.series import UNITS
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.runs.admission import load_admitted, refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
+from fivebar_bringup.scenarios.scenario_files import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.laws.registry import CONTROLLERS

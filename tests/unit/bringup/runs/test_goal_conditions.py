@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.planning.planning_process import Conditions
 from fivebar_control.ros.goal_conditions import conditions_of

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.runs.injection import kills, read_injection, refuse_late
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.strict_yaml import InputError
 
 WAIT = 10.0

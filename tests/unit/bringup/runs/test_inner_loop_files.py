@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fivebar_bringup.runs.graph.robot_nodes import bridge
-from fivebar_bringup.runs.rehearsal import write_drive_files
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.graph.rehearsal import write_drive_files
+from fivebar_bringup.graph.robot_nodes import bridge
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.board_file import load_board
 from fivebar_description.interface import JOINT_STATES, REFERENCE
 

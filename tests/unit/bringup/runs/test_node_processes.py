@@ -15,13 +15,13 @@ from pathlib import Path
 
 import pytest
 
+from fivebar_bringup.graph.node_spec import NodeSpec
+from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.runs import launcher
-from fivebar_bringup.runs.graph.node_spec import NodeSpec
 from fivebar_bringup.runs.launcher import stop_all
 from fivebar_bringup.runs.node_processes import STARTER, NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.node_starter import COMMON_MODULES, LONGEST_NAME, NodeCommand, StartRequest
 from fivebar_bringup.runs.processes import ProcessSpec
-from fivebar_bringup.runs.run_directory import RunDirectory
 from fivebar_description.ros.run import MIDDLEWARE_LEFT
 
 DOMAIN = 42

@@ -10,12 +10,12 @@ import can
 import pytest
 from emulation_file import load_emulation
 
-from fivebar_bringup.runs.rehearsal import write_drive_files
+from fivebar_bringup.graph.rehearsal import write_drive_files
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_sim.drives.emulation import SYNC_ID, Emulation
+from fivebar_sim.effects.settings import has_effects
 from fivebar_sim.emulation_file import NOT_EFFECTS
-from fivebar_sim.settings import has_effects
 
 EFFECTS: dict[str, Any] = {
     "encoders": {"zero_1": 3e-3, "zero_2": -2e-3},

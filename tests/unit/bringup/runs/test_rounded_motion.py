@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.trajectory.planner import plan_motion
 from fivebar_description.strict_yaml import InputError, validate
 

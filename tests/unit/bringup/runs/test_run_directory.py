@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.robot_file import load_robot, robot_path
 
 SCENARIO = "{name: short, robot: ROBOT, waypoints: [[0.0, 0.15], [0.0, 0.12]]}"

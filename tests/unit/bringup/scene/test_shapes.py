@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.scene.map import loci_shapes, path_shapes
 from fivebar_bringup.scene.moving import LONGEST_ARROW, SceneSample, Trail, moving_shapes
 from fivebar_bringup.scene.settings import SceneSettings

@@ -24,9 +24,9 @@ from engine_agreement import (
 )
 from estimate_replay import OFF_MODEL, summary_of
 
-from fivebar_bringup.report.summary import Summary
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation import uncompiled
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
@@ -38,10 +38,10 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
 from fivebar_sim.readings import ReadingQueue
-from fivebar_sim.settings import PlantSettings
 
 STEP = 1e-3
 WIDTH = 0.02

@@ -13,7 +13,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, NO_FAULT
 from fivebar_description.settings import sections
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 pytestmark = pytest.mark.extra  # compiling two engines takes a minute
 

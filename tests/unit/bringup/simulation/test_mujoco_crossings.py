@@ -18,8 +18,8 @@ from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.studies.compare.rigs import RIG_NAMES, on_rig
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.settings import MUJOCO, PINOCCHIO
 from fivebar_sim.engines import MUJOCO_HAS
-from fivebar_sim.settings import MUJOCO, PINOCCHIO
 
 EFFECTS: dict[str, dict[str, Any]] = {
     "links": {"l_11": 2e-5, "l_12": -1e-5, "l_21": -1e-5, "l_22": 2e-5, "base_2": 1e-5, "distal_inertia": -7e-5},

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 import yaml
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.motions.start import start_seen
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.studies.goto.start import start_seen
-from fivebar_bringup.studies.seen_starts import random_starts
+from fivebar_bringup.studies.single.seen_starts import random_starts
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot

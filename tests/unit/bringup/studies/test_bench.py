@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.estimator_speed import estimator_us
 from fivebar_bringup.studies.bench.processes import GraphSpeed
 from fivebar_bringup.studies.bench.real_time import real_time_rows

@@ -16,7 +16,7 @@ from fivebar_bringup.studies.benchmark import running
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark, drawn_crossings
 from fivebar_bringup.studies.benchmark.running import NOT_STARTED, BenchmarkTask, run_benchmark
 from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results, scores, success
-from fivebar_bringup.studies.intervals import Interval, clopper_pearson
+from fivebar_bringup.studies.common.intervals import Interval, clopper_pearson
 
 CROSSING = BenchmarkCrossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)
 GOOD = Result(0, "ideal", "mine", "", 1, 1.9e-3, 0.9e-3, 2.0)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.studies.calibrated_crossings import (
+from fivebar_bringup.studies.single.calibrated_crossings import (
     calibrated,
     crossed,
     gyro_bias,

@@ -10,12 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.report.series import read_series
-from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import RunTiming
-from fivebar_bringup.runs.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.series import read_series
+from fivebar_bringup.recorded.summary import summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonCase, ComparisonExtent

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from fivebar_bringup.report.series import read_series
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.recorded.series import read_series
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import ComparisonCase

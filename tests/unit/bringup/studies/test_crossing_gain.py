@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fivebar_bringup.studies.crossing_gain import joined_pairs, reach
+from fivebar_bringup.studies.single.crossing_gain import joined_pairs, reach
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.postures import place_at
 from fivebar_control.planning.roadmap import SPACING, roadmap

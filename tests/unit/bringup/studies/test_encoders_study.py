@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.report.thesis import MIDDLE
-from fivebar_bringup.studies.compare.encoders_study import (
+from fivebar_bringup.studies.single.encoders_study import (
     DURATIONS,
     MOVED,
     PATHS,

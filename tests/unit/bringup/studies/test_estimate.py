@@ -12,12 +12,12 @@ from rosbags.rosbag2 import Reader
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.runs.bag import serialize
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.recorded.bag import serialize
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import Sample, simulate, write_bag
 from fivebar_bringup.studies.estimate.changes import changed_scenario

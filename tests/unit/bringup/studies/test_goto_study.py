@@ -10,13 +10,13 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.runs.bag import serialize
-from fivebar_bringup.runs.bag.writer import BagWriter
-from fivebar_bringup.runs.run_directory import new_run_directory
-from fivebar_bringup.scenario_files import load_scenario
-from fivebar_bringup.studies.goto.live import goal_fields
-from fivebar_bringup.studies.goto.request import Request, plan_request, scenario_of
-from fivebar_bringup.studies.goto.start import Start
+from fivebar_bringup.motions.live import goal_fields
+from fivebar_bringup.motions.request import Request, plan_request, scenario_of
+from fivebar_bringup.motions.start import Start
+from fivebar_bringup.recorded.bag import serialize
+from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.recorded.run_directory import new_run_directory
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.motion_queue import Goal, read_goal
 from fivebar_control.planning.timing import Speed
 from fivebar_description.interface import JOINT_STATES, JOINTS, PAYLOAD
@@ -190,7 +190,7 @@ def test_a_running_graph_is_asked_for_nothing_that_it_would_not_do(
     monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], expected: str
 ) -> None:
     asked: list[dict[str, float]] = []
-    monkeypatch.setattr("fivebar_bringup.studies.goto.live.request_live", lambda fields, *others: asked.append(fields))
+    monkeypatch.setattr("fivebar_bringup.motions.live.request_live", lambda fields, *others: asked.append(fields))
     code, out, err = goto("0", "0.02", "--live", *arguments)
     assert (code, out, asked) == (2, "", [])
     assert err.startswith(f"fivebar: {expected}")
@@ -211,7 +211,7 @@ def test_what_goes_with_a_running_graph_reaches_it(monkeypatch: pytest.MonkeyPat
         asked.append(given)
         return {"state": "arrived"}
 
-    monkeypatch.setattr("fivebar_bringup.studies.goto.live.request_live", arrive)
+    monkeypatch.setattr("fivebar_bringup.motions.live.request_live", arrive)
     code, _, err = goto(
         *("0", "0.02", "--live", "--mode", "-", "--working-mode", "1", "-1", "--duration", "2", "--via", "0,0.1"),
         *("--blend-radius", "0.01", "--domain", "7", "--namespace", "left", "--timeout", "9"),

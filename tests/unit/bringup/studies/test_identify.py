@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.pages import style
-from fivebar_bringup.runs.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation import offline
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification

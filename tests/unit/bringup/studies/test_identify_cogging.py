@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.runs.run_directory import new_run_directory
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.recorded.run_directory import new_run_directory
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fivebar_bringup.studies.inner_loop import ERRORS, GAINS, crossed
+from fivebar_bringup.studies.single.inner_loop import ERRORS, GAINS, crossed
 
 
 @pytest.mark.extra

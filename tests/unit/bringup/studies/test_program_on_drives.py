@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.runs.graph.crossing_graph import Work
-from fivebar_bringup.runs.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
-from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
-from fivebar_bringup.runs.run_directory import RunDirectory
-from fivebar_bringup.scenario_files import load_scenario
-from fivebar_bringup.studies.goto.program import refuse_payload
-from fivebar_bringup.studies.goto.stand import LONGEST, standing_graph
+from fivebar_bringup.graph.crossing_graph import Work
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.motions.program import refuse_payload
+from fivebar_bringup.motions.stand import LONGEST, standing_graph
+from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.program import read_program
 from fivebar_description.interface import PAYLOAD
 from fivebar_description.strict_yaml import InputError

@@ -16,14 +16,14 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.results import finite
+from fivebar_bringup.recorded.series import read_series
+from fivebar_bringup.recorded.summary import summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals, reference_residual
-from fivebar_bringup.report.series import read_series
-from fivebar_bringup.report.summary import summarize
-from fivebar_bringup.report.timing import RunTiming
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.results import finite
-from fivebar_bringup.scenario_files import load_scenario, shipped_scenarios
+from fivebar_bringup.scenarios.scenario_files import load_scenario, shipped_scenarios
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, claims_vision, tables

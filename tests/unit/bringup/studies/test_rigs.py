@@ -27,7 +27,7 @@ from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.links import LinkErrors
-from fivebar_sim.settings import PlantSettings, has_effects
+from fivebar_sim.effects.settings import PlantSettings, has_effects
 
 SEED = 11
 DOCUMENT = Path(__file__).parents[4] / "docs/sweeps.md"

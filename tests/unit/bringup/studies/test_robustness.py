@@ -20,7 +20,7 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import load_robot
 from fivebar_description.tolerances import EXACT
 from fivebar_sim.effects.mechanism import mechanism_of
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 DOCUMENT = Path(__file__).parents[4] / "docs/robustness.md"
 EXACT_ROBOT = FaultyRobot(PlantSettings(), ImuSettings(), EXACT)

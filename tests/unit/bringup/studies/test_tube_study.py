@@ -7,7 +7,16 @@ from itertools import islice
 import pytest
 
 from fivebar_bringup.studies.benchmark.crossings import benchmark
-from fivebar_bringup.studies.tube_study import BELIEVED, OFF_MODEL, TubeRun, accepted, off_model, read, table, tube_run
+from fivebar_bringup.studies.single.tube_study import (
+    BELIEVED,
+    OFF_MODEL,
+    TubeRun,
+    accepted,
+    off_model,
+    read,
+    table,
+    tube_run,
+)
 
 
 def test_robots_off_the_model_are_within_the_mismatch_and_the_same_again() -> None:

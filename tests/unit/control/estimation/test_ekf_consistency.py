@@ -17,7 +17,7 @@ import pytest
 from scipy.stats import chi2
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
@@ -29,8 +29,8 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.robot_file import load_robot
 from fivebar_description.tolerances import Tolerances
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.plant import Plant
-from fivebar_sim.settings import PlantSettings
 
 RATE_HZ, COUNTS, MODES = 500, 20000, (1, -1)
 ROBOTS = 200

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from estimate_replay import encoder_scenario
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.strict_yaml import InputError, yaml_text

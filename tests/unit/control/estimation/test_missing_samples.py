@@ -7,7 +7,7 @@ from typing import NamedTuple
 import pytest
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.estimation.estimator import StateEstimator

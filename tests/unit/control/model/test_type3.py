@@ -15,8 +15,8 @@ from fivebar_control.model.state import State
 from fivebar_control.workspace.loci import Type3, singular_loci
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.robot_file import load_robot
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.plant import Plant
-from fivebar_sim.settings import PlantSettings
 
 ROBOT = load_robot("dextar")
 POINTS = singular_loci(ROBOT).type3

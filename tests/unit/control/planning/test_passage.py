@@ -9,10 +9,10 @@ import pytest
 
 from fivebar_bringup.runs.admission import refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
-from fivebar_bringup.studies.passage_study import passage
+from fivebar_bringup.studies.single.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course

@@ -37,8 +37,8 @@ from fivebar_control.safety.stages import (
 )
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import load_robot
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.plant import Plant
-from fivebar_sim.settings import PlantSettings
 
 ROBOT = load_robot()
 RATE_HZ = 500

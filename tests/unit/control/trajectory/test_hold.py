@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from bound_laws import bound_law
 
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.blend import blend
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.loop.law_runner import LawRunner

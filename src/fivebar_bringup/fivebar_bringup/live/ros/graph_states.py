@@ -10,8 +10,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
 from fivebar_bringup.live.recovery import advice
+from fivebar_bringup.live.ros.diagnostics_listener import LEVELS, LONGEST_NAME, MOST_NODES
 from fivebar_bringup.live.run_state import OFF, RunWord, node_level, run_state
-from fivebar_bringup.nodes.diagnostics_listener import LEVELS, LONGEST_NAME, MOST_NODES
 from fivebar_description.interface import (
     ALL_WELL,
     DIAGNOSTICS,

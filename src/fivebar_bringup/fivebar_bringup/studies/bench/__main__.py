@@ -5,8 +5,8 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.runs.graph.node_spec import Mode
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
 from fivebar_bringup.studies.bench.estimator_speed import estimator_us
 from fivebar_bringup.studies.bench.histogram import histogram

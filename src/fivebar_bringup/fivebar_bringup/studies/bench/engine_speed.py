@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.studies.bench.mujoco_speed import STEP, MujocoFiveBar, loop_gap

@@ -11,8 +11,8 @@ import mujoco
 
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.mujoco_model import mjcf_text
-from fivebar_sim.settings import PlantSettings
 
 STEP = 1e-3
 """s, with the integrator RK4."""

@@ -14,18 +14,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.run_directory import new_run_directory
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report
-from fivebar_bringup.report.summary import Summary
-from fivebar_bringup.runs.bag.reader import read_bag
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.graph.crossing_graph import crossing_graph
-from fivebar_bringup.runs.graph.node_spec import Mode
 from fivebar_bringup.runs.launcher import run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import CONTROLLERS, ProcessSpec, processes
-from fivebar_bringup.runs.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.run import write_outcome
-from fivebar_bringup.runs.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES
 from fivebar_description.ros.scheduling import Scheduling

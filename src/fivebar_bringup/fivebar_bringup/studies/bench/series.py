@@ -12,13 +12,13 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.pages.units import in_millimetres
-from fivebar_bringup.runs.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import CONTROLLERS
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.processes import GraphSpeed, graph_speed, stamp
 from fivebar_bringup.studies.bench.stalls import bare_loop
+from fivebar_bringup.units import in_millimetres
 from fivebar_description.interface import DEFAULT_PRIORITY
 
 RUNS = 20

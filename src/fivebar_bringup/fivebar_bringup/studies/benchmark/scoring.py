@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing
-from fivebar_bringup.studies.intervals import Interval, clopper_pearson
+from fivebar_bringup.studies.common.intervals import Interval, clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT
 from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_description.strict_yaml import InputError

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.report.series import read_series
-from fivebar_bringup.report.summary import peak, rms, summarize
-from fivebar_bringup.report.timing import RunTiming
-from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.runs.outcome import RunOutcome
+from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.series import read_series
+from fivebar_bringup.recorded.summary import peak, rms, summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import ComparisonCase

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.gains import Gains
-from fivebar_sim.settings import PlantSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 WRONG = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 0.8}
 ENCODERS = {"encoder_counts": 20_000, "torque_quantum": 0.002, "delay_samples": 1}

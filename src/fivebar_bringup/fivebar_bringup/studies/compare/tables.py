@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.pages.units import error_of, plain
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonExtent
 from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
 from fivebar_bringup.studies.compare.verdicts import lost
 from fivebar_bringup.studies.reproduce.rows import largest
+from fivebar_bringup.units import error_of, plain
 
 METRICS = (
     "error",

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.units import engineering, error_of, plain
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT
 from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.reproduce.rows import largest
+from fivebar_bringup.units import engineering, error_of, plain
 
 UNIFIED = "unified"
 

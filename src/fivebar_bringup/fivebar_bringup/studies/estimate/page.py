@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.style import BLUE, GREY, house_style, new_figure, png
-from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.studies.estimate.changes import SECTIONS
 from fivebar_bringup.studies.estimate.estimate import EstimationComparison
 from fivebar_description.strict_yaml import yaml_text

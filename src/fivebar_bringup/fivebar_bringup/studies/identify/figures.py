@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, MOTORS, house_style, new_figure, png
-from fivebar_bringup.pages.units import engineering, suitable_unit
-from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult, IdentifiedParameter
+from fivebar_bringup.units import engineering, suitable_unit
 
 TORQUES = (
     "Torques of both motors after the filters, measured and as the identified model predicts them, with the"

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.pages.units import engineering
 from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult
+from fivebar_bringup.units import engineering
 
 
 def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> str:

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.runs.bag.reader import read_bag
-from fivebar_bringup.runs.bag.recording import FloatArray, IntArray, Recording
-from fivebar_bringup.runs.run_directory import RunDirectory
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
+from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_control.identification.equations import Record
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.interface import ACTIVE_JOINTS, JOINT_STATES, JOINTS, MOTOR_STATES, NANOSECONDS, Topic

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.runs.results import json_text, new_directory, write_results
+from fivebar_bringup.recorded.results import json_text, new_directory, write_results
 from fivebar_bringup.studies.identify.reading import find_bag, read_record, read_start
 from fivebar_control.identification.identification import NotIdentifiable
 from fivebar_control.identification.least_squares import CONFIDENCE

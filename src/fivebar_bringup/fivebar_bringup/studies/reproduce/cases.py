@@ -9,7 +9,7 @@ from pydantic import PrivateAttr
 
 from fivebar_bringup.report.thesis import CARTESIAN, MIDDLE, MULTIPLE, Waypoints
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC, Plan
 from fivebar_description.camera import CameraSettings
 from fivebar_description.imu import ImuSettings

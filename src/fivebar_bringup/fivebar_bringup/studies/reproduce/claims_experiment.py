@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.pages.units import plain
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.studies.reproduce.cases import SHOWN, ReproductionCase, ReproductionExtent
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, by_duration, of, runs_of, torque_row
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import near_noise
+from fivebar_bringup.units import plain
 
 SLOW_ENOUGH = 1.0
 """Shortest segments (s) on which the acceleration error is judged."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Picture
-from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.studies.reproduce.cases import (
     CTC,
@@ -31,6 +30,7 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     some_not_across,
     some_setting_works,
 )
+from fivebar_bringup.units import engineering, plain
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC
 
 NAMES = {

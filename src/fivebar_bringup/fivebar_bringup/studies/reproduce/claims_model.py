@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 
 from fivebar_bringup.pages.content import Picture
-from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.studies.closed_chain.cosimulation import THESIS_ERROR, CoSimulation, co_simulate, draw_cosimulation
 from fivebar_bringup.studies.reproduce.cases import SHOWN, ReproductionCase, ReproductionExtent
 from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
@@ -15,6 +14,7 @@ from fivebar_bringup.studies.reproduce.own_figures import draw_free_dynamics
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, largest, of, runs_of
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import as_printed, finite_torque, order_of_magnitude, vanishing
+from fivebar_bringup.units import engineering, plain
 from fivebar_description.robot_file import load_robot
 
 ROUNDING = 1e-9

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fivebar_bringup.pages.content import Picture
-from fivebar_bringup.pages.units import engineering
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.studies.reproduce.cases import (
     DELAY,
@@ -27,6 +26,7 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     shown_necessary,
     shown_unnecessary,
 )
+from fivebar_bringup.units import engineering
 
 UNKNOWN_DURATION = (
     "Durations and gains are not in the text; the verdict is on the worst of"

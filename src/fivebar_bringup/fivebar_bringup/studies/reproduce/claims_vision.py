@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.studies.reproduce.cases import SHOWN, ReproductionCase, ReproductionExtent
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, of
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import within
-from fivebar_bringup.studies.vision_accuracy import position_errors
+from fivebar_bringup.studies.reproduce.vision_accuracy import position_errors
+from fivebar_bringup.units import engineering, plain
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
 

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.runs.results import finite, new_directory
+from fivebar_bringup.recorded.results import finite, new_directory
+from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.reproduce import (
     claims_experiment,
     claims_methods,
@@ -22,7 +23,6 @@ from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, ReproductionCas
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow
 from fivebar_bringup.studies.reproduce.runner import Drawings, Results, run_cases
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
-from fivebar_bringup.studies.study_directory import StudyDirectory
 
 WORKERS = 2
 """Number of processes for the runs."""

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_bringup.pages.content import Picture
-from fivebar_bringup.pages.units import plain
 from fivebar_bringup.studies.reproduce.cases import ReproductionCase, ReproductionExtent
 from fivebar_bringup.studies.reproduce.runner import Drawings, ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.verdicts import Judgement, finite_torque
+from fivebar_bringup.units import plain
 
 
 class ClaimRow(NamedTuple):

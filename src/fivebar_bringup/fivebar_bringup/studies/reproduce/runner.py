@@ -10,16 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.recorded.series import read_series
+from fivebar_bringup.recorded.summary import Summary, rms, summarize
+from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals
-from fivebar_bringup.report.series import read_series
-from fivebar_bringup.report.summary import Summary, rms, summarize
-from fivebar_bringup.report.timing import RunTiming
-from fivebar_bringup.runs.bag.recording import FloatArray
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
+from fivebar_bringup.studies.common.shared_work import share
 from fivebar_bringup.studies.reproduce.cases import ReproductionCase
-from fivebar_bringup.studies.shared_work import share
 from fivebar_control.estimation.imu_check import noise_floor
 from fivebar_control.trajectory.planner import PlanRefused
 

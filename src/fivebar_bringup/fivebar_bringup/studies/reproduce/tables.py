@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.pages.units import engineering, plain
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.studies.reproduce.cases import (
     CTC,
@@ -21,6 +20,7 @@ from fivebar_bringup.studies.reproduce.cases import (
 )
 from fivebar_bringup.studies.reproduce.runner import ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.verdicts import IMU_RATIO
+from fivebar_bringup.units import engineering, plain
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC
 
 MODE_CHANGES = {"middle": 2, "multiple": 8}

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.pages.units import engineering
+from fivebar_bringup.units import engineering
 
 
 class Verdict(StrEnum):

@@ -21,9 +21,9 @@ from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.timing import Timing
 from fivebar_sim.effects.transmission import Transmission
-from fivebar_sim.settings import PlantSettings
 
 STEPS = 12
 """Sizes of an effect."""

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_bringup.runs.results import json_text, new_directory, write_results
-from fivebar_bringup.studies.study_directory import StudyDirectory
+from fivebar_bringup.recorded.results import json_text, new_directory, write_results
+from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.program import program_digest
 from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_lines

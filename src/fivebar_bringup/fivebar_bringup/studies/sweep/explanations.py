@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from fivebar_bringup.pages.units import in_millimetres
-from fivebar_bringup.runs.bag.recording import FloatArray
+from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import TraceRow
@@ -15,6 +14,7 @@ from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import DrawnScenario
 from fivebar_bringup.studies.sweep.rows import SweepRow
 from fivebar_bringup.studies.sweep.running import made
+from fivebar_bringup.units import in_millimetres
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.strict_yaml import InputError, validate

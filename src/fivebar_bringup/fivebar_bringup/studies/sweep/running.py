@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from fivebar_bringup.pages.units import in_millimetres
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
@@ -15,6 +14,7 @@ from fivebar_bringup.simulation.predicted import predicted_on_engine
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
+from fivebar_bringup.units import in_millimetres
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
 from fivebar_control.machine_code import expect_many_motions

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fivebar_bringup.pages.style import GREY, INK, MOTORS, ZONE, house_style, new_figure, png
+from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.recorded.results import new_directory, write_results
 from fivebar_bringup.report.workspace import draw_base, draw_map, draw_robot, frame, survey
-from fivebar_bringup.runs.bag.recording import FloatArray
-from fivebar_bringup.runs.results import new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import TraceRow

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.runs.results import finite, write_errors
-from fivebar_bringup.studies.shared_work import stream
+from fivebar_bringup.recorded.results import finite, write_errors
+from fivebar_bringup.studies.common.shared_work import stream
 from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSettings, opened
 from fivebar_bringup.studies.sweep.drawing import VARIED

@@ -1,0 +1,155 @@
+"""The node graph of a run: its nodes, their parameters, and the topics that connect them.
+
+The `fivebar` command, the launch files and `fivebar nodes` all use this one description.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.graph.control_nodes import (
+    blender,
+    controller,
+    motion_parameters,
+    supervisor,
+    trajectory_generator,
+)
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode, NodeSpec
+from fivebar_bringup.graph.rehearsal import Rehearsal
+from fivebar_bringup.graph.robot_nodes import bridge, emulated_hardware, plant
+from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_listener, vision_nodes
+from fivebar_bringup.recorded.bag.recorder_settings import RecorderSettings
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scene.settings import SceneSettings
+from fivebar_control.ros.node_settings import ProgramSettings
+from fivebar_description.interface import (
+    CAMERA_TOPICS,
+    CANDIDATES,
+    ESTIMATION_TOPICS,
+    FAULTS,
+    GOAL,
+    GOAL_STATUS,
+    GROUND_TRUTH,
+    IMU_DATA,
+    IMU_ERROR,
+    JOINT_STATES,
+    PASSIVE_STATES,
+    PAYLOAD,
+    PICTURES,
+    PROGRAM,
+    PROGRAM_STATUS,
+    RECORDED_BESIDES,
+    REFERENCE,
+    RUN_EPOCH,
+    RUN_PLAN,
+    SAFETY_STATE,
+    TOPICS,
+    TORQUE_COMMAND,
+    WORK_TOPICS,
+    output_topic,
+)
+from fivebar_description.settings import to_parameters
+
+
+class Work(NamedTuple):
+    """What a robot does after its plan: the path of a program, if any, from an instruction on, with its pins."""
+
+    program: str = ""
+    begin: int = 0
+    pins: tuple[str, ...] = ()
+
+
+def crossing_graph(
+    scenario: Scenario,
+    mode: Mode,
+    bag: Path,
+    rehearsal: Rehearsal | None = None,
+    drives: str | None = None,
+    scene: bool = False,
+    activate: bool = False,
+    work: Work | None = None,
+) -> tuple[NodeSpec, ...]:
+    """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
+
+    With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
+    configuration, which is configured and activated by the operator, or with `activate` by itself, once all nodes are
+    ready, and reports when the motion has ended. With `scene`, a node publishes pictures of the run, which are recorded
+    too. With `work`, a node carries out programs.
+
+    Raises:
+        InputError: the scenario's motion is refused.
+    """
+    scheme = scenario.scheme()
+    bridged = rehearsal is not None or drives is not None
+    nodes = [
+        *([estimator(scenario, mode)] if scenario.estimated else []),
+        trajectory_generator(scenario, mode),
+        supervisor(scenario),
+        *(controller(scenario, law) for law in scenario.tuned().laws),
+    ]
+    nodes.append(blender(scenario, mode, endless=bridged))
+    nodes += [] if bridged else [imu_listener(scenario)]
+    nodes += [] if work is None else [_program_runner(scenario, work)]
+    keeper = PLANT if rehearsal is None else EMULATED_ROBOT
+    nodes += vision_nodes(scenario, mode, None if drives is not None else keeper)
+    candidates = [law.topic for law in scheme.laws]
+    absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
+    absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
+    absent = (*absent, *(() if scenario.passive.leg else (PASSIVE_STATES,)))
+    absent = (*absent, *absent_of_vision(scenario))
+    if bridged:
+        # the emulated robot has a gyroscope, but no accelerometer
+        absent = (*absent, IMU_ERROR)
+    if drives is not None:
+        absent = (*absent, GROUND_TRUTH, *(() if scenario.gyro else (IMU_DATA,)))
+    awaited = [*(node.executable for node in nodes), RECORDER]
+    if drives is not None:
+        nodes.append(bridge(scenario, drives, awaited, activate, last_sample=True))
+    elif rehearsal is None:
+        nodes.append(plant(scenario, mode, awaited))
+    else:
+        nodes += emulated_hardware(scenario, rehearsal, awaited)
+    recorded = tuple(topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent)
+    recorded = (*recorded, *RECORDED_BESIDES, *(PICTURES if scene else ()))
+    if work is not None:
+        recorded = (*recorded, *WORK_TOPICS, *(output_topic(pin) for pin in work.pins))
+    if scenario.camera.on and scenario.camera.pictures and scenario.camera.record:
+        recorded = (*recorded, *CAMERA_TOPICS)
+    recorder = NodeSpec(
+        "fivebar_bringup",
+        RECORDER,
+        to_parameters(
+            RecorderSettings(
+                str(bag.absolute()),
+                tuple(topic.name for topic in recorded),
+                tuple(node.executable for node in nodes),
+            )
+        ),
+        recorded,
+        (FAULTS,),
+    )
+    # the recorder does not wait for the pictures, which a late subscriber gets too
+    return (*nodes, *([_scene(scenario)] if scene else ()), recorder)
+
+
+def _program_runner(scenario: Scenario, work: Work) -> NodeSpec:
+    return NodeSpec(
+        "fivebar_control",
+        "program_runner",
+        to_parameters(
+            ProgramSettings(scenario.rate_hz, work.program, work.begin, scenario.plan().path.samples(scenario.rate_hz))
+        ),
+        (GOAL_STATUS, SAFETY_STATE, PROGRAM, JOINT_STATES, RUN_PLAN, RUN_EPOCH),
+        (GOAL, PAYLOAD, PROGRAM_STATUS, *(output_topic(pin) for pin in work.pins)),
+    )
+
+
+def _scene(scenario: Scenario) -> NodeSpec:
+    return NodeSpec(
+        "fivebar_bringup",
+        SCENE_NODE,
+        {**motion_parameters(scenario), **to_parameters(SceneSettings())},
+        (JOINT_STATES, REFERENCE, TORQUE_COMMAND, RUN_PLAN, RUN_EPOCH),
+        PICTURES,
+    )

@@ -1,0 +1,68 @@
+"""Sends a goal to a running graph and follows it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fivebar_bringup.motions.request import ASSEMBLY_MODES
+from fivebar_bringup.nodes.goal_client import GoalClient
+from fivebar_control.planning.motion_queue import via_fields
+from fivebar_control.planning.sight import Point
+from fivebar_description.strict_yaml import InputError
+
+ENDS = ("arrived", "refused", "stopped")
+"""Final states of a goal."""
+
+Report = Callable[[dict[str, Any]], None]
+
+
+def goal_fields(
+    x: float,
+    y: float,
+    assembly: str | None,
+    working_mode: tuple[int, int] | None,
+    duration: float | None,
+    via: Sequence[Point] = (),
+    blend_radius: Sequence[float] = (),
+) -> dict[str, float]:
+    """Return the fields of a goal message; those that are None are left out. Each via point has a blend radius (m).
+
+    Raises:
+        InputError: there is no such assembly mode.
+    """
+    if assembly is not None and assembly not in ASSEMBLY_MODES:
+        raise InputError(f"--mode: {assembly!r}: expected + or -, the sign of det A")
+    fields = {"x": x, "y": y}
+    if assembly is not None:
+        fields["assembly_mode"] = float(ASSEMBLY_MODES[assembly])
+    if working_mode is not None:
+        fields["mode1"], fields["mode2"] = float(working_mode[0]), float(working_mode[1])
+    if duration is not None:
+        fields["duration"] = duration
+    return fields | via_fields(via, blend_radius)
+
+
+def request_live(
+    fields: dict[str, float], domain: int, timeout: float, report: Report, namespace: str = ""
+) -> dict[str, Any]:
+    """Send a goal to the graph in a DDS domain and a namespace and follow it to its end; return the last status.
+
+    `report` is called with every status on the way.
+
+    Raises:
+        InputError: no graph there accepts goals, or the goal does not end within the timeout (s).
+    """
+    with GoalClient(domain, namespace) as client:
+        if not client.find():
+            raise InputError(f"--domain: {domain}: no graph there accepts goals")
+        client.request(fields)
+        end = time.monotonic() + timeout
+        while True:
+            status = client.next_status(max(0.0, end - time.monotonic()))
+            if status is None:
+                raise InputError(f"--domain: {domain}: the motion was not over within {timeout:g} s")
+            report(status)
+            if status["state"] in ENDS:
+                return status

@@ -1,0 +1,212 @@
+"""A requested motion: from the command's options to a planned transfer and the scenario that runs it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_bringup.motions.start import Start
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.estimation.homing import check_declared, homing_at
+from fivebar_control.laws import registry
+from fivebar_control.laws.registry import TunedController
+from fivebar_control.planning.limits import MotionLimits, limits_of, predicted_within, speed_step_of
+from fivebar_control.planning.postures import mode_name
+from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.planning.sight import Point
+from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.transfer import Transfer, plan_transfer
+from fivebar_control.trajectory.rounded import RESTS
+from fivebar_description.forbidden import named_bounds
+from fivebar_description.robot_file import load_robot, loads_of, read_robot
+from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.effects.settings import PlantSettings
+
+ASSEMBLY_MODES = {"+": 1, "-": -1}
+"""The assembly modes by name: the sign of det A."""
+
+CONTROLLERS = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.crosses)
+"""Controllers that can cross the Type 2 locus."""
+
+
+class Request(NamedTuple):
+    """A request for a motion.
+
+    Attributes:
+        x, y: goal (m).
+        assembly: "+" or "-", None for the assembly mode that the goal has.
+        working_mode: in which the goal is to be reached, None for that of the start.
+        start: where the robot rests.
+        controller: one of `CONTROLLERS`.
+        robot: a shipped parameter file's name, or a path to one.
+        torque_limit: of both motors (Nm).
+        motor_speed: allowed for both motors (rad/s).
+        rate_hz: of the controllers.
+        duration: s, or how to choose it.
+        via: points (m) on the way.
+        blend_radius: within which each corner there is rounded (m), 0 for a rest; one for all, or one for each.
+    """
+
+    x: float
+    y: float
+    assembly: str | None
+    working_mode: tuple[int, int] | None
+    start: Start
+    controller: str
+    robot: str
+    torque_limit: float
+    motor_speed: float
+    rate_hz: int
+    duration: float | Speed
+    via: tuple[Point, ...] = ()
+    blend_radius: tuple[float, ...] = RESTS
+
+
+def within_drives(robot: str, torque_limit: float | None, speed_limit: float | None) -> tuple[float, float]:
+    """Return limits of torque (Nm) and motor speed (rad/s): as given, else of the robot's file, else the usual ones.
+
+    Raises:
+        InputError: the robot's file is missing or does not describe a five-bar.
+    """
+    drives, usual = read_robot(robot).drives, MotionLimits()
+    return (
+        _first(torque_limit, drives.torque_limit, usual.torque),
+        _first(speed_limit, drives.joint_speed_limit, usual.motor_speed),
+    )
+
+
+def plan_request(request: Request) -> Transfer:
+    """Plan the motion.
+
+    Raises:
+        InputError: a value is impossible, or there is no feasible motion; says why.
+        HomingContradicted: the estimator could not tell the assembly mode at the start.
+    """
+    _refuse_malformed(request)
+    follower = _follower(request)
+    before = _before(request)
+    step = speed_step_of(request.rate_hz, before.plant.encoder_counts)
+    start = request.start
+    if request.working_mode is not None and request.working_mode != start.working_mode:
+        raise InputError(
+            f"--working-mode: {mode_name(request.working_mode)}: the robot rests in working mode"
+            f" {mode_name(start.working_mode)}, and another one is reached only through a Type 1 singularity:"
+            " see working_modes in a scenario"
+        )
+    robot = load_robot(request.robot)
+    transfer = plan_transfer(
+        robot,
+        start.working_mode,
+        (start.x, start.y),
+        (request.x, request.y),
+        None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
+        request.rate_hz,
+        follower,
+        _limits(request, limits_of(follower, request.torque_limit, request.motor_speed, step)),
+        duration=request.duration,
+        sensing=_sensing(request, before),
+        via=request.via,
+        blend_radius=request.blend_radius,
+    )
+    if before.estimated:
+        check_declared(robot, homing_at(robot, *start.working_mode, start.x, start.y))
+    return transfer
+
+
+def scenario_of(request: Request, transfer: Transfer) -> Scenario:
+    """Return the scenario that runs a transfer; what it does not say is as in the run before, if there was one.
+
+    Raises:
+        InputError: the run before has settings that do not go with the request.
+    """
+    before = request.start.scenario
+    content = {} if before is None else before.model_dump(mode="json", exclude={"working_modes"})
+    content |= {
+        "name": "goto",
+        "controller": request.controller,
+        "robot": request.robot,
+        "working_mode": list(request.start.working_mode),
+        "waypoints": [list(point) for point in transfer.waypoints],
+        "segment_duration": list(transfer.durations),
+        "time_law": transfer.course.time_law,
+        "blend_radius": list(transfer.course.blend_radius) if transfer.course.rounded else 0.0,
+        "rate_hz": request.rate_hz,
+        "plant": _plant(request, _before(request))._asdict(),
+    }
+    return validate(content, Scenario, "goto")
+
+
+def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
+    """Return the limits with what the run before allows, and the loads that the robot has to bear."""
+    before = request.start.scenario
+    if before is None:
+        robot = read_robot(request.robot)
+        return limits._replace(loads=robot.loads, forbidden=named_bounds(robot.forbidden))
+    loads = loads_of(request.robot, before.loads)
+    return limits._replace(
+        predicted_error=predicted_within(before.error_tolerance, before.tracking_error_limit),
+        error_tolerance=before.error_tolerance,
+        risk=before.risk,
+        loads=loads,
+        forbidden=before.kept_clear_of(),
+        workspace=before.allowed_area(),
+    )
+
+
+def _sensing(request: Request, before: Scenario) -> Sensing | None:
+    """Return what the estimator of the run has, that of the run before; None without one."""
+    update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request, before)}
+    return before.model_copy(update=update).sensing()
+
+
+def _plant(request: Request, before: Scenario) -> PlantSettings:
+    return before.plant._replace(torque_limit=request.torque_limit)
+
+
+def _before(request: Request) -> Scenario:
+    """Return the run before, or one with the defaults of the robot."""
+    if request.start.scenario is not None:
+        return request.start.scenario
+    start = request.start
+    content = {
+        "name": "goto",
+        "controller": request.controller,
+        "robot": request.robot,
+        "working_mode": list(start.working_mode),
+        "waypoints": [[start.x, start.y], [request.x, request.y]],
+    }
+    return validate(content, Scenario, "goto")
+
+
+def _follower(request: Request) -> TunedController:
+    """Return the controller with default settings, those of torques in the robot's size."""
+    return registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
+
+
+def _refuse_malformed(request: Request) -> None:
+    if request.assembly is not None and request.assembly not in ASSEMBLY_MODES:
+        raise InputError(f"--mode: {request.assembly!r}: expected + or -, the sign of det A")
+    for option, mode in (("--working-mode", request.working_mode), ("--from-mode", request.start.working_mode)):
+        if mode is not None and any(sign not in (-1, 1) for sign in mode):
+            raise InputError(f"{option}: {list(mode)}: expected two signs, each 1 or -1")
+    if request.controller not in CONTROLLERS:
+        raise InputError(f"--controller: {request.controller!r}: expected one of {', '.join(CONTROLLERS)}")
+    figures = {"--torque-limit": request.torque_limit, "--speed-limit": request.motor_speed}
+    if not isinstance(request.duration, Speed):
+        figures["--duration"] = request.duration
+    for option, value in figures.items():
+        check_positive(option, value)
+
+
+def check_positive(option: str, value: float) -> None:
+    """Refuse the value of an option that is no positive number.
+
+    Raises:
+        InputError: it is zero, negative or not finite.
+    """
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(f"{option}: {value}: expected a positive number")
+
+
+def _first(given: float | None, known: float | None, usual: float) -> float:
+    return next(value for value in (given, known, usual) if value is not None)

@@ -1,0 +1,81 @@
+"""A graph that keeps running after its planned motion: the robot rests and accepts goals."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+
+from fivebar_bringup.graph.crossing_graph import Work, crossing_graph
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.graph.rehearsal import Rehearsal
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.runs.domain import private_domain
+from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
+from fivebar_bringup.runs.machine_code import compile_for
+from fivebar_bringup.runs.processes import processes
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.laws.registry import GOAL_CONTROLLERS
+from fivebar_control.ros.node_settings import HOLD
+from fivebar_description.interface import DEFAULT_PRIORITY
+from fivebar_description.ros.scheduling import Scheduling
+from fivebar_description.strict_yaml import InputError
+
+GENERATOR = "trajectory_generator"
+
+LONGEST = 100_000_000
+"""Number of the last sample of a plant that goes on until it is stopped: 55 hours at 500 Hz."""
+
+
+def stand(
+    scenario: Scenario,
+    seconds: float | None,
+    mode: Mode,
+    out: Path | None,
+    domain: int | None,
+    progress: Progress,
+    namespace: str = "",
+) -> tuple[RunDirectory, list[str]]:
+    """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return the faults too.
+
+    Without a time it rests until it is interrupted, which then is no fault.
+
+    Raises:
+        InputError: the controller accepts no goals, or the output directory cannot be used.
+    """
+    check_takes_goals(scenario)
+    run = new_run_directory(out, scenario)
+    compile_for(scenario, mode)
+    resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
+    nodes = standing_graph(scenario, mode, run, resting, Work())
+    specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
+    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
+    return run, [fault for fault in outcome.faults if seconds is not None or fault != INTERRUPTED]
+
+
+def check_takes_goals(scenario: Scenario) -> None:
+    """Check that a scenario's controller follows requests.
+
+    Raises:
+        InputError: it does not.
+    """
+    if not scenario.scheme().takes_goals:
+        raise InputError(
+            f"controller: {scenario.controller}: accepts no goals: expected {' or '.join(GOAL_CONTROLLERS)}"
+        )
+
+
+def standing_graph(
+    scenario: Scenario, mode: Mode, run: RunDirectory, resting: int, work: Work, rehearsal: Rehearsal | None = None
+) -> tuple[NodeSpec, ...]:
+    """Return the nodes of a run whose robot rests for some samples after its plan and does what it is asked to."""
+    return tuple(_standing(node, resting) for node in crossing_graph(scenario, mode, run.bag, rehearsal, work=work))
+
+
+def _standing(node: NodeSpec, samples: int) -> NodeSpec:
+    if node.executable == GENERATOR:
+        # a robot that stands is to be found there again after a fault, in lockstep too
+        return node._replace(parameters={**node.parameters, "after_fault": HOLD})
+    if node.executable not in (PLANT, EMULATED_ROBOT):
+        return node
+    return node._replace(parameters={**node.parameters, "samples": min(node.parameters["samples"] + samples, LONGEST)})

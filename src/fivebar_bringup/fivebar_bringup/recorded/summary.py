@@ -1,0 +1,345 @@
+"""The metrics of a run, and what became of it."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from fivebar_bringup.recorded.bag.recording import FloatArray, Recording
+from fivebar_bringup.recorded.outcome import RunOutcome, fault_name, outcome_of
+from fivebar_bringup.recorded.series import RunSeries
+from fivebar_bringup.recorded.timing import RunTiming
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.units import in_millimetres
+from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.type1 import working_mode_changes
+from fivebar_description.interface import FAULTS
+
+ERROR_LIMIT = 0.050
+"""The platform stays within this distance (m) of its reference throughout, whatever the tolerance."""
+
+FINAL_ERROR_LIMIT = 0.002
+"""The platform ends within this distance (m) of its reference."""
+
+REALTIME = "realtime"
+"""The mode of runs that follow the clock, as in timing.json."""
+
+COMPLETED = "completed"
+"""A deprecated field of summary.json: whether there is no reason in `not_completed_because`."""
+
+MotorPair = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
+class CycleTime:
+    """Median, 99th percentile and maximum of a time (ms), as between two samples' recording."""
+
+    p50: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The metrics of a run. None stands for one that does not apply or is not known.
+
+    Attributes:
+        outcome: what became of the run: "succeeded" where the whole motion was made without a fault and within the
+            scenario's tolerance; "off_reference" where it was made without a fault, but beyond the tolerance, beside
+            its goal or in another mode than planned; "stopped" by a fault, or before its last sample; "refused" where
+            nothing has moved; "interrupted" by a signal. In real time samples may be late or missing, but for the last
+            one.
+        faults: names of the faults, each once, in the order in which they came.
+        samples: samples recorded, of `planned_samples`.
+        assembly_mode_changes: changes of the sign of det A, of `planned_mode_changes`.
+        torque_peak_nm: largest applied torque of each motor (Nm).
+        torque_requested_peak_nm: largest requested torque of each motor, before limits (Nm).
+        tracking_error_max_m: largest error in x and in y (m).
+        tracking_error_rms_m: root mean square of the error in x and in y (m).
+        vhc_error_max_m: largest distance from the current path segment while sigma > 0 (m).
+        vhc_error_joint_max_rad: the same for the motor angles, against those of the nearest path point (rad).
+        sigma_max: largest blending weight.
+        torque_saturated_samples: samples that requested more than the torque limit; None without a limit.
+        estimate_error_max_m: largest distance of the estimated platform from the actual one at the time that the
+            estimate is for, prediction over the drives' delay included (m); None without estimator.
+        imu_acceleration_error_rms: of the IMU's minus the desired magnitude (m/s^2).
+        vision_error_rms_m, vision_error_max_m: distance of the platform by the camera from that by the joints at the
+            time of the exposure (m); None without a camera.
+        vision_true_error_max_m: its largest distance from the exact platform (m), as far as that is recorded.
+        cycle_time_ms: None where time did not pass, as in an offline run.
+        latency_ms: from a sample to its torque at the plant; None where time did not pass.
+        overruns: clock periods that passed without a torque: samples whose torque was late.
+        missing_samples: planned samples up to the last one recorded that were not recorded: not measured, or lost by
+            the recorder; in real time also those without a reference, where that was missing.
+        simulated_s: nominal time from sample 0 to the last one recorded (s).
+        wall_s: how long the run took (s).
+        not_completed_because: why the run was stopped, refused or interrupted, or has ended in another mode than
+            planned, beside its goal or more than 50 mm off its reference, in real time more than the tolerance; in
+            words.
+        fault_details: the faults' full texts.
+        tracking_error_peak_m: largest distance from the reference (m).
+        dropped_messages: messages that the recorder is known to have missed.
+        error_tolerance_m: the scenario's tolerance (m).
+        within_tolerance: whether the platform is known to have stayed within it throughout, in real time at all samples
+            that are not missing.
+        stray_messages: recorded messages with other names, lengths or stamps than those of their topic have.
+        not_judged: what is not known because the module of the run's law is not imported by what only reads a run.
+        working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
+    """
+
+    outcome: RunOutcome
+    faults: list[str]
+    samples: int
+    assembly_mode_changes: int
+    torque_peak_nm: MotorPair
+    torque_requested_peak_nm: MotorPair
+    tracking_error_max_m: MotorPair
+    tracking_error_rms_m: MotorPair
+    vhc_error_max_m: float | None
+    vhc_error_joint_max_rad: float | None
+    sigma_max: float | None
+    torque_saturated_samples: int | None
+    estimate_error_max_m: float | None
+    imu_acceleration_error_rms: float | None
+    vision_error_rms_m: float | None
+    vision_error_max_m: float | None
+    vision_true_error_max_m: float | None
+    cycle_time_ms: CycleTime | None
+    latency_ms: CycleTime | None
+    overruns: int | None
+    missing_samples: int
+    simulated_s: float | None
+    wall_s: float | None
+    name: str
+    controller: str
+    mode: str | None
+    runner: str | None
+    not_completed_because: list[str]
+    fault_details: list[str]
+    tracking_error_peak_m: float | None
+    planned_samples: int
+    planned_mode_changes: int
+    working_mode_changes: int
+    planned_working_mode_changes: int
+    dropped_messages: int | None
+    error_tolerance_m: float
+    within_tolerance: bool
+    stray_messages: int
+    not_judged: list[str]
+
+    @property
+    def completed(self) -> bool:
+        """Whether the motion was made, within the tolerance or not; deprecated, `outcome` takes its place."""
+        warnings.warn("Summary.completed is deprecated: use Summary.outcome", DeprecationWarning, stacklevel=2)
+        return not self.not_completed_because
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the summary as plain lists, numbers and texts, with no NaN or infinity in it."""
+        values = asdict(self)
+        content = {"outcome": values.pop("outcome").value, COMPLETED: not self.not_completed_because, **values}
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in content.items()}
+
+
+def summarize(
+    recording: Recording, series: RunSeries, scenario: Scenario, timing: RunTiming, planned: Plan | None = None
+) -> Summary:
+    """Return the summary of a run; `planned` is what it was to do, by default the scenario's motion.
+
+    Raises:
+        BagError: the recorded faults cannot be read.
+        InputError: the scenario's motion is refused.
+    """
+    plan = scenario.plan() if planned is None else planned
+    planned_samples = plan.path.samples(scenario.rate_hz) + 1
+    planned_changes = len(plan.crossings)
+    recorded = list(dict.fromkeys(recording.texts(FAULTS))) if recording.count(FAULTS) else []
+    details = [*recorded, *(fault for fault in timing.faults if fault not in recorded)]
+    distance = np.hypot(series.tracking_error[:, 0], series.tracking_error[:, 1])
+    changes = sign_changes(series.det_a)
+    turned = working_mode_changes(np.sin(series.joint_position[:, [1, 3]]).tolist())
+    clocked = timing.mode == REALTIME
+    judged = distance[~np.isnan(distance)] if clocked else distance
+    within = bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance))
+    unrecorded = _unrecorded_samples(series, planned_samples, clocked)
+    bridged = _bridged_samples(scenario, timing) if clocked else 0
+    deviations = [
+        *_lost_tracking(distance, bridged),
+        *(_beyond_tolerance(distance, scenario.error_tolerance) if clocked else ()),
+        *_wrong_changes("assembly", changes, planned_changes),
+        *_wrong_changes("working", turned, plan.working_mode_changes),
+    ]
+    reasons = [*details, *unrecorded, *deviations]
+    vhc_error_joint = np.max(np.abs(series.vhc_error_joint), axis=1)
+    limit = scenario.torque_limit
+    dropped = recording.custom_data.get("dropped", "")
+    return Summary(
+        outcome=outcome_of(series.sample.size, not unrecorded, within and not deviations, recorded, timing.faults),
+        faults=list(dict.fromkeys(map(fault_name, details))),
+        samples=series.sample.size,
+        assembly_mode_changes=changes,
+        torque_peak_nm=_pair(series.torque_applied, peak),
+        torque_requested_peak_nm=_pair(series.torque_requested, peak),
+        tracking_error_max_m=_pair(series.tracking_error, peak),
+        tracking_error_rms_m=_pair(series.tracking_error, rms),
+        vhc_error_max_m=peak(series.vhc_error[series.in_zone]),
+        vhc_error_joint_max_rad=peak(vhc_error_joint[series.in_zone]),
+        sigma_max=peak(series.sigma),
+        torque_saturated_samples=None if limit is None else _saturated(series.torque_requested, limit),
+        estimate_error_max_m=peak(series.estimate_error),
+        imu_acceleration_error_rms=rms(series.acceleration_error),
+        vision_error_rms_m=rms(np.hypot(*series.vision.error.T)),
+        vision_error_max_m=peak(np.hypot(*series.vision.error.T)),
+        vision_true_error_max_m=peak(np.hypot(*series.vision.true_error.T)),
+        cycle_time_ms=cycle_time(series),
+        latency_ms=CycleTime(**timing.latency_ms) if clocked and timing.latency_ms else None,
+        overruns=timing.overruns,
+        missing_samples=_missing(series) + (int(np.count_nonzero(np.isnan(distance))) if clocked else 0),
+        simulated_s=float(series.time[-1]) if series.time.size else None,
+        wall_s=timing.wall_s,
+        name=scenario.name,
+        controller=str(scenario.controller),
+        mode=timing.mode,
+        runner=timing.runner,
+        not_completed_because=reasons,
+        fault_details=details,
+        tracking_error_peak_m=peak(distance),
+        planned_samples=planned_samples,
+        planned_mode_changes=planned_changes,
+        working_mode_changes=turned,
+        planned_working_mode_changes=plan.working_mode_changes,
+        dropped_messages=int(dropped) if dropped.isdecimal() else None,
+        error_tolerance_m=scenario.error_tolerance,
+        within_tolerance=within,
+        stray_messages=recording.strays,
+        not_judged=_not_judged(recording, scenario, bridged),
+    )
+
+
+def peak(values: FloatArray) -> float | None:
+    """Return the largest magnitude in an array, NaN left out; None where there is none or it is infinite."""
+    known = np.abs(values[~np.isnan(values)])
+    return _finite(float(np.max(known))) if known.size else None
+
+
+def rms(values: FloatArray) -> float | None:
+    """Return the root mean square of an array, NaN left out; None where there is none or it is infinite."""
+    known = values[~np.isnan(values)]
+    largest = peak(known)
+    if not largest:
+        return largest
+    # scaled, so that the squares of a diverged run's errors do not overflow
+    return _finite(largest * math.sqrt(float(np.mean((known / largest) ** 2))))
+
+
+def sign_changes(values: FloatArray) -> int:
+    """Return how often a series changes its sign; zeros and NaN count for neither sign."""
+    signs = np.sign(values[~np.isnan(values) & (values != 0.0)])
+    return int(np.count_nonzero(np.diff(signs)))
+
+
+def cycle_time(series: RunSeries) -> CycleTime | None:
+    """Return the times between the recording of consecutive samples; None where the log times equal the stamps."""
+    periods = sample_periods(series)
+    if not periods.size or np.array_equal(series.log_time_ns, series.stamp_ns):
+        return None
+    p50, p99 = np.percentile(periods, (50, 99)).tolist()
+    return CycleTime(p50, p99, float(np.max(periods)))
+
+
+def sample_periods(series: RunSeries) -> FloatArray:
+    """Return the times (ms) between the recording of consecutive samples; missing samples are left out."""
+    neighbours = np.diff(series.sample) == 1
+    periods: FloatArray = np.diff(series.log_time_ns)[neighbours] / 1e6
+    return periods
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _pair(columns: FloatArray, metric: Any) -> MotorPair:
+    return metric(columns[:, 0]), metric(columns[:, 1])
+
+
+def _saturated(requested: FloatArray, limit: float) -> int | None:
+    """Return at how many samples a requested torque exceeds the limit; None where no torque is known."""
+    if np.all(np.isnan(requested)):
+        return None
+    # a law that respects the limit itself requests it to within a rounding error
+    return int(np.count_nonzero(np.any(np.abs(requested) > limit * (1.0 + 1e-9), axis=1)))
+
+
+def _missing(series: RunSeries) -> int:
+    """Return how many samples are missing between the first of the run and the last one recorded."""
+    return int(series.sample[-1]) + 1 - series.sample.size if series.sample.size else 0
+
+
+def _unrecorded_samples(series: RunSeries, planned: int, clocked: bool) -> Sequence[str]:
+    """Return that samples are missing; in real time, where some are bridged, that the end of the run is.
+
+    Real drives hold the robot at its goal until their bridge is stopped: samples after the last one are none too many.
+    """
+    reached = int(series.sample[-1]) + 1 if clocked and series.sample.size else series.sample.size
+    if reached == planned or (clocked and reached > planned):
+        return ()
+    return (f"{series.sample.size} of the {planned} planned samples were recorded",)
+
+
+def _beyond_tolerance(distance: FloatArray, tolerance: float) -> Sequence[str]:
+    largest = peak(distance)
+    if largest is None or largest <= tolerance:
+        return ()
+    tolerated = f"tolerated are {tolerance * 1e3:g} mm"
+    return (f"the platform was up to {in_millimetres(largest)} from its reference, {tolerated}",)
+
+
+def _bridged_samples(scenario: Scenario, timing: RunTiming) -> int | None:
+    """Return how many samples in a row may lack their reference in real time; None where the law would have to say."""
+    if timing.stop_cycles is not None:
+        return timing.stop_cycles
+    return None if scenario.law_unopened and scenario.stops_by_its_law else scenario.stop_cycles()
+
+
+def _not_judged(recording: Recording, scenario: Scenario, bridged: int | None) -> list[str]:
+    """Return what is not known of a run, of whose law only the name is known."""
+    unknown = []
+    why = f"the module of {scenario.controller} is not imported"
+    if bridged is None:
+        unknown.append(
+            f"whether the tracking error was unknown for too long: {why}, and timing.json has no stop_cycles"
+        )
+    candidates = recording.torque_candidates() if scenario.law_unopened else ()
+    if len(candidates) > 1:
+        names = ", ".join(topic.name for topic in candidates)
+        unknown.append(f"the torque that the law asked for: {why}, and the bag has {names}")
+    return unknown
+
+
+def _lost_tracking(distance: FloatArray, bridged: int | None) -> list[str]:
+    """Return reasons where the error is beyond its limits, or unknown for more than the bridged samples in a row.
+
+    None for the bridged samples leaves out how many these may be.
+    """
+    reasons = []
+    largest = peak(distance)
+    if largest is not None and largest > ERROR_LIMIT:
+        reasons.append(f"the platform was up to {in_millimetres(largest)} from its reference, allowed are 50 mm")
+    unknown = np.isnan(distance)
+    longest = max((len(list(run)) for lacks, run in groupby(unknown.tolist()) if lacks), default=0)
+    if (bridged is not None and longest > bridged) or unknown[-1:].any():
+        reasons.append(f"the tracking error is not known at {unknown.sum()} of the {distance.size} samples")
+    if distance.size and distance[-1] > FINAL_ERROR_LIMIT:
+        reasons.append(f"the platform ended {in_millimetres(distance[-1])} from its reference, allowed are 2 mm")
+    return reasons
+
+
+def _wrong_changes(mode: str, changes: int, planned: int) -> Sequence[str]:
+    if changes == planned:
+        return ()
+    return (f"the {mode} mode changed {changes} times, planned are {planned}",)

@@ -1,0 +1,1 @@
+"""Emulated hardware as programs of their own."""
