@@ -30,7 +30,7 @@ DECIDING = {
         "trajectory/*.py",
     ),
     fivebar_bringup: (
-        "pages/units.py",
+        "units.py",
         "simulation/*.py",
         "scenario.py",
         "robot_defaults.py",
