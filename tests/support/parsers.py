@@ -57,7 +57,7 @@ from fivebar_sim.drives.configuration import EmulationFile
 SRC = Path(__file__).parents[2] / "src"
 
 FILES: dict[type[StrictModel], list[Path]] = {
-    Scenario: sorted(SRC.glob("fivebar_bringup/config/scenarios/*.yaml")),
+    Scenario: sorted(SRC.glob("fivebar_description/config/scenarios/*.yaml")),
     RobotFile: sorted(SRC.glob("fivebar_description/config/*.yaml")),
     DriveFile: sorted(SRC.glob("fivebar_control/config/drives/*.yaml")),
     BoardFile: sorted(SRC.glob("fivebar_control/config/boards/*.yaml")),

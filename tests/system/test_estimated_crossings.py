@@ -10,10 +10,11 @@ from engine_agreement import expect_completed, outcome_of
 from estimate_replay import OFF_MODEL, encoder_scenario, summary_of
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenarios.scenario_files import load_scenario, shipped_scenarios
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.scenario_file import shipped_scenarios
 
 NAMES, DURATIONS = ("middle", "multiple"), (0.5, 1.0, 2.0)
 CROSSINGS = {"middle": 2, "multiple": 8}

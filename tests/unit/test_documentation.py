@@ -18,7 +18,7 @@ import pytest
 import typer
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.scenarios.scenario_files import shipped_scenarios
+from fivebar_description.scenario_file import shipped_scenarios
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -34,7 +34,6 @@ ELSEWHERE = {
     "unit/control/hardware/test_waiting_session.py": ("fivebar_control.hardware.drive_session",),
     "unit/control/laws/test_multi_model.py": ("fivebar_control.trajectory.criterion",),
     "unit/control/laws/test_robot_sizes.py": (
-        "fivebar_bringup.robot_defaults",
         "fivebar_description.known_drives",
         "fivebar_description.tuning",
     ),

@@ -11,10 +11,10 @@ from fivebar_bringup.motions.request import CONTROLLERS, Request, plan_request, 
 from fivebar_bringup.motions.start import HOME_MODE, Start
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario as _load_scenario
-from fivebar_bringup.scenarios.scenario_files import shipped_scenarios
 from fivebar_control.laws import registry
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer
+from fivebar_description.scenario_file import shipped_scenarios
 from fivebar_description.strict_yaml import validate
 
 

@@ -57,16 +57,19 @@ def parse_versioned(text: str, source: str, model: type[M], placed: Callable[[An
     Raises:
         InputError: it is not YAML, of another format, or does not fit the model.
     """
+    return validate(placed(parse_versioned_content(text, source)), model, source)
+
+
+def parse_versioned_content(text: str, source: str) -> object:
+    """Return the content of a file's text as plain values; `source` starts every error.
+
+    Raises:
+        InputError: it is not YAML, or names another format, whatever else it holds.
+    """
     content = parse_yaml(text, source)
-    _refuse_another_format(content, source)
-    return validate(placed(content), model, source)
-
-
-def _refuse_another_format(content: object, source: str) -> None:
-    """Refuse parsed content that names another format, whatever else it holds."""
     number = content.get(KEY, NEWEST) if isinstance(content, dict) else NEWEST
     if type(number) is int and number == NEWEST:
-        return
+        return content
     known = type(number) is int and (number == 0 or number > NEWEST)
     advice = f"; {OTHERS[number > NEWEST]}" if known else ""
     raise InputError(f"{source}: {KEY}: {number!r}: this release understands format {NEWEST}{advice}")

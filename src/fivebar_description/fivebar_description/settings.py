@@ -336,9 +336,11 @@ class Keys:
 
     Attributes:
         without: settings that are no keys of the section and keep their defaults.
+        others: whether the section may have further keys, of whoever else reads it; they are left out.
     """
 
     without: tuple[str, ...] = ()
+    others: bool = False
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return pydantic's schema of the section: a mapping in the file, the NamedTuple once read."""
@@ -354,7 +356,9 @@ class Keys:
             inner: Any = Annotated[section, Keys()]
             schema = core_schema.with_default_schema(handler.generate_schema(inner), default=section())
             fields[name] = core_schema.typed_dict_field(schema, required=False)
-        keys = core_schema.typed_dict_schema(fields, extra_behavior="forbid", config=STRICT)
+        keys = core_schema.typed_dict_schema(
+            fields, extra_behavior="ignore" if self.others else "forbid", config=STRICT
+        )
         plain = partial(_plain, without=self.without)
         return core_schema.no_info_before_validator_function(
             partial(_mapping, plain=plain),

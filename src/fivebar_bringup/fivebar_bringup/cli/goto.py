@@ -155,11 +155,11 @@ def goto(
     from fivebar_bringup.motions.request import Request, check_positive, plan_request, scenario_of, within_drives
     from fivebar_bringup.motions.transfer_report import as_json as transfer_as_json
     from fivebar_bringup.motions.transfer_report import as_text
-    from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
     from fivebar_bringup.runs.offline import run_offline
     from fivebar_bringup.runs.run import run_with_ros
     from fivebar_control.planning.timing import Speed
     from fivebar_control.trajectory.rounded import RESTS
+    from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors(), keyboard_interrupts():
         if fastest and duration is not None:
@@ -326,8 +326,8 @@ def _start(
     seen: str | None,
 ) -> Start:
     from fivebar_bringup.motions.start import HOME_MODE, Start, start_after, start_seen
-    from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
     from fivebar_description.robot_file import read_robot
+    from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     if after is None and seen is None:
         return Start(*(start or read_robot(robot or DEFAULT_ROBOT).home_m), start_mode or HOME_MODE)

@@ -40,10 +40,10 @@ def posture(
     Example: `fivebar posture 1.2 1.9 --robot my_robot.yaml`
     """
     from fivebar_bringup.motions.start import standing_after
-    from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
     from fivebar_control.estimation.ekf import EkfSettings
     from fivebar_control.planning.standstill import DEVIATIONS, mode_by_turn, standstill_at, way_out
     from fivebar_description.robot_file import load_robot, tolerances_of
+    from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors():
         for name, value in (("Q11", q11), ("Q21", q21), ("--rate", rate)):

@@ -20,7 +20,7 @@ def filled(text: str) -> str:
 
 
 def _scenarios() -> str:
-    from fivebar_bringup.scenarios.scenario_files import shipped_scenarios
+    from fivebar_description.scenario_file import shipped_scenarios
 
     return ", ".join(shipped_scenarios())
 

@@ -16,7 +16,6 @@ from fivebar_bringup.motions.stand import LONGEST, check_takes_goals, standing_g
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.robot_defaults import DEFAULT_ROBOT
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.launcher import Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
@@ -33,6 +32,7 @@ from fivebar_description.interface import DEFAULT_PRIORITY, PAYLOAD
 from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.robot_file import read_robot
 from fivebar_description.ros.scheduling import Scheduling
+from fivebar_description.scenario_file import DEFAULT_ROBOT
 from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import InputError, validate
 

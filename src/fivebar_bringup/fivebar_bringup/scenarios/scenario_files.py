@@ -4,26 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from fivebar_bringup.scenario import SEEN, Scenario
 from fivebar_control.estimation.homing import check_declared
-from fivebar_control.planning.program import SCENARIO_FILES
 from fivebar_description.file_format import read_versioned
-from fivebar_description.share import placed_beside, share_file
+from fivebar_description.scenario_file import scenario_path, with_files_beside
 from fivebar_description.strict_yaml import InputError
-from fivebar_description.text_file import is_file
 from fivebar_sim.engines import check_engine, check_plant
-
-
-def scenario_directory() -> Path:
-    """Return the folder of the shipped scenarios."""
-    return share_file("fivebar_bringup", "config", "scenarios")
-
-
-def shipped_scenarios() -> list[str]:
-    """Return the names of the shipped scenarios."""
-    return sorted(path.stem for path in scenario_directory().glob("*.yaml"))
 
 
 def read_scenario(name_or_path: str) -> Scenario:
@@ -32,7 +19,7 @@ def read_scenario(name_or_path: str) -> Scenario:
     Raises:
         InputError: there is no such scenario, it is malformed, or the camera does not see where the robot stands.
     """
-    return _read(_path_of(name_or_path))
+    return _read(scenario_path(name_or_path))
 
 
 def _read(path: Path) -> Scenario:
@@ -49,29 +36,13 @@ def _read(path: Path) -> Scenario:
         raise InputError(f"{path}: {error}") from error
 
 
-def with_files_beside(folder: Path, content: Any) -> Any:
-    """Return a scenario's content with the paths of files that it names and that lie beside it."""
-    return placed_beside(folder, content, *SCENARIO_FILES)
-
-
-def _path_of(name_or_path: str) -> Path:
-    path = Path(name_or_path)
-    if path.suffix not in (".yaml", ".yml"):
-        path = scenario_directory() / f"{name_or_path}.yaml"
-        if not is_file(path):
-            raise InputError(
-                f"scenario {name_or_path!r}: expected a path to a .yaml file or one of {', '.join(shipped_scenarios())}"
-            )
-    return path
-
-
 def load_scenario(name_or_path: str) -> Scenario:
     """Read a scenario as `read_scenario` does, and check that its motion can be made.
 
     Raises:
         InputError: there is no such scenario, it is malformed, or its motion is refused.
     """
-    path = _path_of(name_or_path)
+    path = scenario_path(name_or_path)
     scenario = _read(path)
     try:
         scenario.plan()

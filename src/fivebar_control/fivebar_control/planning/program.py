@@ -18,6 +18,7 @@ from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
 from fivebar_description.file_format import NEWEST, Format, parse_versioned
 from fivebar_description.parameters import MOST_PAYLOAD
+from fivebar_description.scenario_file import FILES_NAMED
 from fivebar_description.share import placed_beside
 from fivebar_description.strict_yaml import InputError, StrictModel, read_text, yaml_nodes
 
@@ -41,11 +42,8 @@ ASSEMBLY = {"+": 1, "-": -1}
 SAME_PAYLOAD = 1e-9
 """Mass (kg) up to which what is put down may exceed what is carried: sums of decimal fractions."""
 
-SCENARIO_FILES = (("robot",), ("camera", "calibration"))
-"""Keys of a scenario whose values may be names of files."""
-
-PROGRAM_FILES = tuple(("scenario", *keys) for keys in SCENARIO_FILES)
-"""Those of a program, in whose section they stand."""
+PROGRAM_FILES = tuple(("scenario", *keys) for keys in FILES_NAMED)
+"""Keys of a program whose values may be names of files: those of its section `scenario`."""
 
 Place = Annotated[tuple[float, float], Field(strict=False)]
 Share = Annotated[float, Field(gt=0.0, le=1.0)]

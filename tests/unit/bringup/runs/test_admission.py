@@ -18,13 +18,14 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.runs.admission import load_admitted, refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenarios.scenario_files import load_scenario, shipped_scenarios
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.planning.figures import ERROR, MODE_CHANGES, NEAREST, REQUEST, TORQUE, UNCERTAINTY, WRONG_MODE
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_description.scenario_file import shipped_scenarios
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.links import LinkErrors
 

@@ -23,7 +23,7 @@ from fivebar_bringup.recorded.summary import summarize
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals, reference_residual
-from fivebar_bringup.scenarios.scenario_files import load_scenario, shipped_scenarios
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, claims_vision, tables
@@ -54,6 +54,7 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     within,
 )
 from fivebar_description.camera import NO_CAMERA, CameraSettings
+from fivebar_description.scenario_file import shipped_scenarios
 from fivebar_description.strict_yaml import InputError
 
 AGREED, BETTER, NOT = Verdict.AGREED, Verdict.BETTER, Verdict.NOT_REPRODUCED
@@ -322,7 +323,7 @@ def test_the_posture_of_figure_3_2_is_crossed() -> None:
 def test_shipped_scenarios_say_what_they_show(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name
-    path = Path(__file__).parents[4] / "src/fivebar_bringup/config/scenarios" / f"{name}.yaml"
+    path = Path(__file__).parents[4] / "src/fivebar_description/config/scenarios" / f"{name}.yaml"
     assert path.read_text(encoding="utf-8").startswith("# ")
 
 

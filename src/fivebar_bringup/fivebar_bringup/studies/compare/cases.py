@@ -8,7 +8,6 @@ from typing import NamedTuple
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.rigs import can_be_on, default_rigs, on_rig
 from fivebar_bringup.studies.compare.screening import has_quickest, quickest_durations
-from fivebar_bringup.studies.reproduce.cases import PlannedScenario
 from fivebar_description.strict_yaml import validate
 
 TIGHT_LIMIT = 0.6
@@ -47,7 +46,7 @@ class ComparisonCase(NamedTuple):
         """About how long the motion is (s)."""
         return (len(self.given.waypoints) - 1) * (1.2 if self.duration is None else self.duration)
 
-    def scenario(self) -> PlannedScenario:
+    def scenario(self) -> Scenario:
         """Return what to run.
 
         Raises:
@@ -62,10 +61,10 @@ class ComparisonCase(NamedTuple):
             content["plant"]["torque_limit"] = self.torque_limit if own is None else min(own, self.torque_limit)
         if self.duration is not None:
             content["segment_duration"] = self.duration
-        scenario = validate(content, PlannedScenario, self.motion)
+        scenario = validate(content, Scenario, self.motion)
         if self.duration is not None:
             return scenario
-        return validate({**content, "segment_duration": quickest_durations(scenario)}, PlannedScenario, self.motion)
+        return validate({**content, "segment_duration": quickest_durations(scenario)}, Scenario, self.motion)
 
 
 class ComparisonExtent(NamedTuple):

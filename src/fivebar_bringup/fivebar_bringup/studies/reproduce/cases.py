@@ -5,12 +5,10 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, NamedTuple
 
-from pydantic import PrivateAttr
-
 from fivebar_bringup.report.thesis import CARTESIAN, MIDDLE, MULTIPLE, Waypoints
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.trajectory.planner import CRITERION, QUINTIC, Plan
+from fivebar_control.trajectory.planner import CRITERION, QUINTIC
 from fivebar_description.camera import CameraSettings
 from fivebar_description.imu import ImuSettings
 
@@ -94,9 +92,9 @@ class ReproductionCase(NamedTuple):
         parts += [] if self.adaptive_gain else ["no adaptive gain"]
         return ", ".join(parts)
 
-    def scenario(self) -> PlannedScenario:
+    def scenario(self) -> Scenario:
         """Return what to run."""
-        return PlannedScenario(
+        return Scenario(
             name=f"{self.motion}-{self.controller}",
             controller=self.controller,
             waypoints=waypoints(self.motion),
@@ -108,22 +106,6 @@ class ReproductionCase(NamedTuple):
             camera=CameraSettings(on=self.camera),
             **VARIANTS[self.variant],
         )
-
-
-class PlannedScenario(Scenario):
-    """A scenario that plans its motion once; running and reporting need the plan several times."""
-
-    _plan: Plan | None = PrivateAttr(default=None)
-
-    def plan(self) -> Plan:
-        """Return the checked motion.
-
-        Raises:
-            PlanRefused: the motion cannot be made.
-        """
-        if self._plan is None:
-            self._plan = super().plan()
-        return self._plan
 
 
 @cache

@@ -7,11 +7,11 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from fivebar_bringup.report.thesis import MIDDLE
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.studies.compare.rigs import on_rig
-from fivebar_bringup.studies.reproduce.cases import PlannedScenario
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, TORQUE_LIMIT, UNIFIED_WEIGHT
 from fivebar_bringup.studies.sweep.rigs import GYRO_BIAS, RIGS, sections_for
@@ -174,7 +174,7 @@ def cause_of(outcome: Outcome, crossings: int) -> str | None:
 
 
 @cache
-def prepared(name: str, duration: float) -> tuple[PlannedScenario, Sampled]:
+def prepared(name: str, duration: float) -> tuple[Scenario, Sampled]:
     """Return the scenario of an equipment on an exact robot, and its sampled plan."""
     equipment = EQUIPMENT[name]
     start, end, *_ = MIDDLE
@@ -186,9 +186,9 @@ def prepared(name: str, duration: float) -> tuple[PlannedScenario, Sampled]:
         "segment_duration": duration,
         "plant": {"torque_limit": TORQUE_LIMIT},
     }
-    content = on_rig(validate(common, PlannedScenario, "robustness"), "encoders", equipment.controller)
+    content = on_rig(validate(common, Scenario, "robustness"), "encoders", equipment.controller)
     content["unified"]["weight"] = UNIFIED_WEIGHT
     for section, keys in equipment.sections.items():
         content[section] |= keys
-    scenario = validate(content, PlannedScenario, "robustness")
+    scenario = validate(content, Scenario, "robustness")
     return scenario, sampled(scenario.five_bar(), scenario.plan(), RATE_HZ, scenario.lead_samples)

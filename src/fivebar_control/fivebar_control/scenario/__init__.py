@@ -1,0 +1,1 @@
+"""The file of a run as the control chain reads it."""

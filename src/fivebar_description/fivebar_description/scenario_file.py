@@ -1,0 +1,94 @@
+"""The file of a run: found by name or by path, and its content read before any package takes its sections from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fivebar_description.errors import InputError
+from fivebar_description.file_format import parse_versioned_content
+from fivebar_description.robot_file import read_robot
+from fivebar_description.share import placed_beside, share_file
+from fivebar_description.strict_yaml import read_text
+from fivebar_description.text_file import is_file
+
+DEFAULT_ROBOT = "dextar"
+
+DEFAULT_SCENARIO = "middle"
+"""What a node takes that is told of no scenario."""
+
+FILES_NAMED = (("robot",), ("camera", "calibration"))
+"""Keys of a scenario whose values may be names of files."""
+
+
+def scenario_directory() -> Path:
+    """Return the folder of the shipped scenarios."""
+    return share_file("fivebar_description", "config", "scenarios")
+
+
+def shipped_scenarios() -> list[str]:
+    """Return the names of the shipped scenarios."""
+    return sorted(path.stem for path in scenario_directory().glob("*.yaml"))
+
+
+def scenario_path(name_or_path: str) -> Path:
+    """Return the file of a scenario, by the name of a shipped one or by path.
+
+    Raises:
+        InputError: it is neither.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        path = scenario_directory() / f"{name_or_path}.yaml"
+        if not is_file(path):
+            raise InputError(
+                f"scenario {name_or_path!r}: expected a path to a .yaml file or one of {', '.join(shipped_scenarios())}"
+            )
+    return path
+
+
+def with_files_beside(folder: Path, content: Any) -> Any:
+    """Return a scenario's content with the paths of files that it names and that lie beside it."""
+    return placed_beside(folder, content, *FILES_NAMED)
+
+
+def read_content(path: Path) -> dict[str, Any]:
+    """Return the keys and sections of a scenario file, names of files beside it as paths; nothing else is checked.
+
+    Raises:
+        InputError: the file is missing, not YAML, of another format, or holds no keys.
+    """
+    content = with_files_beside(path.parent, parse_versioned_content(read_text(path), str(path)))
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: expected keys with values, found {type(content).__name__}")
+    return content
+
+
+def with_drives_of_robot(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scenario's content with what it leaves out of `estimator` and `plant`, as far as the robot's file says.
+
+    A robot whose file has the encoders of its motors is estimated from these, unless the scenario says otherwise or
+    meets Type 1, where the estimator cannot follow.
+    """
+    filled, robot = dict(content), content.get("robot", DEFAULT_ROBOT)
+    if not isinstance(robot, str):
+        return filled
+    try:
+        drives = read_robot(robot).drives
+    except InputError:
+        # named where the robot is read
+        return filled
+    found: dict[str, Any] = {} if drives.torque_limit is None else {"torque_limit": drives.torque_limit}
+    if drives.encoder_counts is not None:
+        if content.get("working_modes") is None:
+            filled.setdefault("estimator", "ekf")
+        if filled.get("estimator") == "ekf":
+            found |= {"encoder_counts": drives.encoder_counts, "delay_samples": drives.delay_samples}
+    return with_defaults(filled, "plant", found)
+
+
+def with_defaults(content: dict[str, Any], section: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scenario's content with defaults for keys of a section that it leaves out."""
+    given = content.get(section, {})
+    return {**content, section: {**values, **given}} if values and isinstance(given, Mapping) else content
