@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from fivebar_control.scenario import scenario as control
+from fivebar_control.scenario.scenario import DECLARED, SEEN, ControlScenario
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Section
 from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.effects.settings import PlantSettings, has_effects
 
-DECLARED, SEEN = control.DECLARED, control.SEEN
+__all__ = ["DECLARED", "SEEN", "Scenario"]
 
 
-class Scenario(control.Scenario):
+class Scenario(ControlScenario):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
     # the controllers know its drives only

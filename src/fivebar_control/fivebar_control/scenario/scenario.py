@@ -99,7 +99,7 @@ LEAST_STOP_CYCLES = 3
 """Bridge, blender and drives notice what is missing one after the other, so that the one reports it that knows what."""
 
 
-class Scenario(StrictModel):
+class ControlScenario(StrictModel):
     """One run. Every field but the name, the waypoints and the controller has a default."""
 
     format: Format = NEWEST
@@ -189,7 +189,7 @@ class Scenario(StrictModel):
         return with_robot_defaults(content)
 
     @model_validator(mode="after")
-    def _settings_of_its_law(self) -> Scenario:
+    def _settings_of_its_law(self) -> ControlScenario:
         self._law_unopened = stays_unopened(self.controller)
         if self._law_unopened:
             return self
@@ -200,7 +200,7 @@ class Scenario(StrictModel):
 
     # before what looks at the first waypoint
     @model_validator(mode="after")
-    def _starts_somewhere(self) -> Scenario:
+    def _starts_somewhere(self) -> ControlScenario:
         seen = self.start == SEEN
         if len(self.waypoints) < (1 if seen else 2):
             raise ValueError(f"waypoints: {len(self.waypoints)} given: expected at least {'one' if seen else 'two'}")
@@ -215,7 +215,7 @@ class Scenario(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _may_meet_type1(self) -> Scenario:
+    def _may_meet_type1(self) -> ControlScenario:
         if self.working_modes is None:
             return self
         if self.rounded:
@@ -242,7 +242,7 @@ class Scenario(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _gyroscope_in_time(self) -> Scenario:
+    def _gyroscope_in_time(self) -> ControlScenario:
         lag = self.imu.gyro_lag(1.0 / self.rate_hz)
         if self.gyro and self.imu.latency + lag > LONGEST_LATENCY:
             raise ValueError(
@@ -481,7 +481,7 @@ class Scenario(StrictModel):
         return yaml_text(self.model_dump(mode="json"))
 
 
-SECTIONS: dict[str, Callable[[Scenario], tuple[Any, ...]]] = {
+SECTIONS: dict[str, Callable[[ControlScenario], tuple[Any, ...]]] = {
     "ctc": lambda scenario: CtcSettings(scenario.gains.kp, scenario.gains.kd),
     "reduced_ctc": lambda scenario: ReducedCtcSettings(scenario.gains.kp_vhc, scenario.gains.kd_vhc),
     "vhc_cartesian": lambda scenario: VhcCartesianSettings(
