@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -67,6 +68,9 @@ def test_a_standing_robot_goes_where_it_is_asked_to(fivebar: Callable[..., Fiveb
         assert "needs working mode (-1, +1)" in refused.stdout
         standing.send(signal.SIGINT)
         assert standing.finish() == 1
+        assert standing.stdout.startswith("interrupted: interrupted: stopped by a signal")
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["outcome"], summary["faults"]) == ("interrupted", ["interrupted"])
     recording = read_bag(out / "bag")
     x, y = recording.field(REFERENCE, "position")[-1, :2].tolist()
     assert (round(x, 6), round(y, 6)) == (0.0, 0.03)

@@ -69,7 +69,6 @@ ELSEWHERE = {
     "unit/bringup/report/test_analysis.py": (
         "fivebar_bringup.recorded.outcome",
         "fivebar_bringup.recorded.summary",
-        "fivebar_bringup.simulation.offline",
     ),
     "unit/bringup/report/test_replay.py": ("fivebar_bringup.recorded.series",),
     "unit/bringup/report/test_report.py": ("fivebar_bringup.recorded.vision",),

@@ -12,7 +12,3 @@ class BagError(Exception):
 
     def __init__(self, path: Path, what: str) -> None:
         super().__init__(printable(f"{path}: {what}"))
-
-
-class RunFailed(Exception):
-    """A run that failed before there was anything to report on; the text says why."""

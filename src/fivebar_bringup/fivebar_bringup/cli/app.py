@@ -18,7 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from fivebar_bringup.cli.printing import Printer, complain
 from fivebar_bringup.cli.words import filled
-from fivebar_bringup.errors import BagError, RunFailed
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import ResumableInterrupt
@@ -125,7 +125,7 @@ def _options(
 
 @contextmanager
 def input_errors() -> Iterator[None]:
-    """Turn bad input, and a run without a result, into one line on standard error and exit status 2 or 1.
+    """Turn bad input into one line on standard error and exit status 2.
 
     An interrupt of what can be resumed says so in one line, and goes on. From here on any is a KeyboardInterrupt;
     before, while the command was loaded, it ended the process.
@@ -137,9 +137,6 @@ def input_errors() -> Iterator[None]:
     except (InputError, BagError) as error:
         complain(error)
         raise typer.Exit(BAD_INPUT) from error
-    except RunFailed as error:
-        complain(f"the run failed: {error}")
-        raise typer.Exit(FAILED) from error
     except ResumableInterrupt as interrupt:
         complain(interrupt)
         raise

@@ -270,9 +270,10 @@ def stand(
         how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
         Printer(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
         with live_page(view, domain, within) as live, progress_bar(loaded.name, False) as progress:
-            directory, faults = rest(loaded, seconds, mode, out, live.domain, progress, within)
-    Printer(soft_wrap=True).print(f"{'; '.join(faults) or 'ended'}: the bag is {directory.bag}")
-    raise typer.Exit(FAILED if faults else COMPLETED)
+            directory, summary = rest(loaded, seconds, mode, out, live.domain, progress, within)
+            live.tell(directory, summary)
+    print_outcome(directory, summary)
+    raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
 def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float, as_json: bool) -> NoReturn:

@@ -28,7 +28,7 @@ from fivebar_bringup.cli import (
 )
 from fivebar_bringup.cli.app import BAD_INPUT, FAILED, app
 from fivebar_bringup.cli.exhaustion import exhaustion
-from fivebar_bringup.cli.printing import accept_any_character, complain, flush
+from fivebar_bringup.cli.printing import accept_any_character, complain, flush, open_closed_streams
 
 __all__ = [
     "benchmark",
@@ -55,6 +55,7 @@ __all__ = [
 
 def main() -> None:
     """Run the command; what the operating system refuses, such as a full disk, is one line and exit status 2."""
+    open_closed_streams()
     accept_any_character()
     try:
         try:
@@ -78,7 +79,9 @@ def main() -> None:
         if exhausted is None:
             raise
         complain(exhausted)
-        sys.exit(FAILED)
+        sys.stderr.flush()
+        # at once: at the exit of an interpreter without memory, libraries may end in a segmentation fault
+        os._exit(BAD_INPUT)
 
 
 def _discard_output() -> None:

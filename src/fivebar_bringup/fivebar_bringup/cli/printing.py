@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import codecs
 import io
+import os
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, TextIO
 
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -70,6 +72,20 @@ def say(*words: object) -> None:
 def complain(message: object) -> None:
     """Print one line on standard error, with the name of the command."""
     print(f"fivebar: {printable(str(message))}", file=sys.stderr)
+
+
+def open_closed_streams() -> None:
+    """Let what is written to a closed standard output or error go nowhere, and not into the next file to be opened."""
+    for descriptor, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is None:
+            with suppress(OSError):
+                nowhere = os.open(os.devnull, os.O_RDWR)
+                os.dup2(nowhere, descriptor)
+                if nowhere != descriptor:
+                    os.close(nowhere)
+                # processes that are started have it, too
+                os.set_inheritable(descriptor, True)
+                setattr(sys, name, os.fdopen(descriptor, mode, closefd=False))
 
 
 def accept_any_character() -> None:

@@ -221,7 +221,6 @@ def run_program(
     Raises:
         InputError: the output directory cannot be used, the scenario cannot be rehearsed, or the robot that would be
             moved cannot carry the program's payload.
-        RunFailed: the run left no bag that can be reported on.
     """
     first = steps[0].planned
     course = first.course

@@ -9,14 +9,17 @@ from fivebar_bringup.graph.crossing_graph import Work, crossing_graph
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.graph.rehearsal import Rehearsal
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
+from fivebar_bringup.runs.run import report_on
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.ros.node_settings import HOLD
 from fivebar_description.interface import DEFAULT_PRIORITY
+from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred, resumable
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.strict_yaml import InputError
 
@@ -34,13 +37,15 @@ def stand(
     domain: int | None,
     progress: Progress,
     namespace: str = "",
-) -> tuple[RunDirectory, list[str]]:
-    """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return the faults too.
+) -> tuple[RunDirectory, Summary]:
+    """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return its summary.
 
-    Without a time it rests until it is interrupted, which then is no fault.
+    Without a time it rests until it is interrupted, which then is no fault. A further interrupt ends the reading of its
+    bag, which takes as long as a tenth of the run.
 
     Raises:
         InputError: the controller accepts no goals, or the output directory cannot be used.
+        ResumableInterrupt: the summary has not been written.
     """
     check_takes_goals(scenario)
     run = new_run_directory(out, scenario)
@@ -48,9 +53,11 @@ def stand(
     resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
     nodes = standing_graph(scenario, mode, run, resting, Work())
     specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
-    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+    with nullcontext(domain) if domain is not None else private_domain() as chosen, interrupts_deferred():
         outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
-    return run, [fault for fault in outcome.faults if seconds is not None or fault != INTERRUPTED]
+        faults = [fault for fault in outcome.faults if seconds is not None or fault != INTERRUPTED]
+        with resumable(f"interrupted: `fivebar report {run.path}` judges the run"), interrupts_allowed():
+            return run, report_on(run, scenario, mode, outcome._replace(faults=faults), with_page=False)
 
 
 def check_takes_goals(scenario: Scenario) -> None:

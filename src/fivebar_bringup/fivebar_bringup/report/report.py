@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.recorded.bag.definitions import absolute_name
 from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.recording import RawTopic, Recording
 from fivebar_bringup.recorded.results import json_text, write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.recorded.series import read_series
@@ -15,6 +17,8 @@ from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
 from fivebar_bringup.report.page import html_page, overlay_page
 from fivebar_bringup.report.requests import plan_with_requests
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.interface import JOINT_STATES
 from fivebar_description.interrupts import interrupts_allowed
 from fivebar_description.strict_yaml import InputError
 
@@ -36,6 +40,18 @@ def write_report(run: RunDirectory, with_page: bool = True, namespace: str | Non
     if with_page:
         with interrupts_allowed():
             _write_page(run, recorded)
+    return summary
+
+
+def write_summary_without_bag(run: RunDirectory) -> Summary:
+    """Write the summary of a run whose bag cannot be read, with the faults of its launcher, and return it.
+
+    Raises:
+        InputError: the directory does not hold a run, or cannot be written to.
+    """
+    nothing = {absolute_name(JOINT_STATES): RawTopic(JOINT_STATES.type, [], [])}
+    summary = _analysed(run, run.read_scenario(), Recording(run.bag, nothing, {})).analysis.summary
+    write_results(run.path, {run.summary.name: json_text(summary.as_json())}, {})
     return summary
 
 
@@ -109,8 +125,11 @@ class _Recorded(NamedTuple):
 
 def _read(run: RunDirectory, namespace: str | None = None) -> _Recorded:
     scenario = run.read_scenario()
+    return _analysed(run, scenario, read_bag(run.bag, namespace))
+
+
+def _analysed(run: RunDirectory, scenario: Scenario, recording: Recording) -> _Recorded:
     timing = read_timing(run.timing)
-    recording = read_bag(run.bag, namespace)
     plan = plan_with_requests(recording, scenario)
     series = read_series(recording, scenario, plan)
     summary = summarize(recording, series, scenario, timing, plan)

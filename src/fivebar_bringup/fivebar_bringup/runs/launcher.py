@@ -41,6 +41,9 @@ FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
 plant waits for a torque."""
 
+LAST_FAULT_TIMEOUT = 1.0
+"""Time (s) in which the fault is heard of a plant that has ended by one."""
+
 SILENCE = 6.0
 """Time (s) within which a node is heard that looks for the others; discovery takes a tenth of it."""
 
@@ -191,9 +194,11 @@ def _watch(
         if pace != PLANT and monitor.status.get("state", "running") != "running":
             # keep the drives running until the bridge has disabled them
             return
-    # the plant's last status may still be in transit
+    # the plant's last status and its fault may still be in transit
     monitor.take_one(POLL_PERIOD)
-    if processes[pace].status not in (0, 1):
+    if processes[pace].status not in (0, 1) or (
+        processes[pace].status == 1 and not monitor.wait_for(lambda: monitor.faults, LAST_FAULT_TIMEOUT)
+    ):
         faults.append(f"node_died: {pace} {processes[pace].how_it_ended()}")
 
 

@@ -6,12 +6,14 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fivebar_bringup.recorded.outcome import INTERRUPTED_FAULT
 from fivebar_bringup.recorded.results import write_errors
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
+from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
 
 if TYPE_CHECKING:
     from fivebar_bringup.runs.launcher import Progress
@@ -22,15 +24,28 @@ def run_offline(
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario in this process, without ROS.
 
+    Where a block that defers interrupts would raise one, the run ends with its last finished sample instead.
+
     Raises:
         InputError: the motion is refused or the output directory cannot be used.
     """
     run = new_run_directory(out, scenario)
     last = scenario.plan().path.samples(scenario.rate_hz)
     began = time.monotonic()
-    result = simulate(scenario, lambda sample: progress(sample, last))
-    wall_s = time.monotonic() - began
-    with write_errors(run.path):
-        write_bag(result, scenario, run.bag)
-    write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": []})
-    return run, write_report(run, with_page)
+    faults: list[str] = []
+
+    def interrupted() -> bool:
+        try:
+            with interrupts_allowed():
+                return False
+        except KeyboardInterrupt:
+            faults.append(f"{INTERRUPTED_FAULT}: stopped by a signal")
+            return True
+
+    with interrupts_deferred():
+        result = simulate(scenario, lambda sample: progress(sample, last), stopped=interrupted)
+        wall_s = time.monotonic() - began
+        with write_errors(run.path):
+            write_bag(result, scenario, run.bag)
+        write_timing(run, {"runner": "offline", "mode": None, "wall_s": wall_s, "faults": faults})
+        return run, write_report(run, with_page)

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
-from fivebar_bringup.errors import BagError, RunFailed
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.graph.real_drives import RealDrives, write_real_drives
 from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive_files
+from fivebar_bringup.recorded.outcome import RECORDING_FAILED
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.report import write_report, write_summary_without_bag
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.injection import Injection, kills
 from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
@@ -47,7 +48,6 @@ def run_with_ros(
 
     Raises:
         InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
-        RunFailed: the run left no bag that can be reported on.
     """
     run = new_run_directory(out, scenario)
     compile_for(scenario, mode)
@@ -77,15 +77,20 @@ def run_with_ros(
 def report_on(run: RunDirectory, scenario: Scenario, mode: Mode, outcome: GraphOutcome, with_page: bool) -> Summary:
     """Keep how a run of the graph ended, and write the report of what it has recorded.
 
+    A bag that cannot be read is a fault of the run, whose summary then tells of no sample.
+
     Raises:
         InputError: the directory cannot be written to.
-        RunFailed: the run left no bag that can be reported on.
     """
     write_outcome(run, scenario, mode, outcome)
     try:
         return write_report(run, with_page)
     except BagError as error:
-        raise RunFailed("; ".join([*outcome.faults, str(error)])) from error
+        # where nothing has begun, there is no bag, and the reason is known
+        if not (outcome.faults and not run.bag.exists()):
+            faults = [*outcome.faults, f"{RECORDING_FAILED}: {error}"]
+            write_outcome(run, scenario, mode, outcome._replace(faults=faults))
+        return write_summary_without_bag(run)
 
 
 def write_outcome(run: RunDirectory, scenario: Scenario, mode: Mode, outcome: GraphOutcome) -> None:

@@ -197,11 +197,18 @@ class OfflineRun(NamedTuple):
 
 
 def simulate(
-    scenario: Scenario, progress: Callable[[int], None] = lambda sample: None, plant: Plant | None = None
+    scenario: Scenario,
+    progress: Callable[[int], None] = lambda sample: None,
+    plant: Plant | None = None,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> OfflineRun:
-    """Run a scenario in this process; `progress` is called with each finished sample's number.
+    """Run a scenario in this process.
 
-    `plant` is the robot to be moved, by default the one that the scenario describes.
+    Args:
+        scenario: what is to be run.
+        progress: called with each finished sample's number.
+        plant: the robot to be moved, by default the one that the scenario describes.
+        stopped: says after each sample whether the run is to end with it.
     """
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
     if plant is None:
@@ -286,6 +293,8 @@ def simulate(
         if estimator is not None:
             estimator.commanded(number, *cycle.command)
         progress(number)
+        if stopped():
+            break
         if number < last:
             try:
                 plant.advance(cycle.command)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import resource
@@ -91,6 +92,31 @@ def test_a_full_disk_is_one_line(arguments: tuple[str, ...], tmp_path: Path) -> 
     assert (done.returncode, line[:9]) == (2, "fivebar: ")
     assert line.startswith(f"fivebar: {tmp_path}/")
     assert line.endswith(": File too large")
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_closed_stream_is_no_error_of_the_command(closed: str, tmp_path: Path) -> None:
+    """What is written there goes nowhere, and not into the next file that is opened."""
+    line = f"{FIVEBAR} simulate middle --no-page --out {tmp_path}/run {closed}"
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["outcome"] == "succeeded"
+
+
+def test_a_process_without_memory_ends_with_its_line(tmp_path: Path) -> None:
+    """And not in a segmentation fault of a library at the exit."""
+    limit = 300_000_000
+    done = subprocess.run(
+        [FIVEBAR, "simulate", "middle", "--no-page", "--out", str(tmp_path / "run")],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("fivebar: the system gives this process no more memory, threads or files: ")
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_an_output_that_is_full_is_one_line() -> None:
