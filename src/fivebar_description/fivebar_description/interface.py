@@ -101,6 +101,10 @@ class Topic(NamedTuple):
         qos: quality of service.
         from_outside: whether drivers and users publish it, who are heard whatever quality of service they offer.
         one_publisher: whether it belongs to the control chain, where a second publisher is a fault.
+        of_joints: whether a robot of its own may publish it where others publish other joints: then it is told from
+            those by the names of the joints, and may have several publishers.
+        reader_reports: whether neither blender nor plant or bridge reads it, so that who does reports a second
+            publisher.
     """
 
     name: str
@@ -108,17 +112,26 @@ class Topic(NamedTuple):
     qos: Qos = CONTROL_QOS
     from_outside: bool = False
     one_publisher: bool = False
+    of_joints: bool = False
+    reader_reports: bool = False
 
 
-def _chain_topic(
-    name: str, kind: str = "sensor_msgs/msg/JointState", qos: Qos = CONTROL_QOS, from_outside: bool = False
-) -> Topic:
-    return Topic(name, kind, qos, from_outside, one_publisher=True)
+JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
-JOINT_STATES = _chain_topic("joint_states")
+def _chain_topic(name: str, kind: str = JOINT_STATE, qos: Qos = CONTROL_QOS, **kept: bool) -> Topic:
+    """Return a topic of the control chain."""
+    return Topic(name, kind, qos, one_publisher=True, **kept)
+
+
+def _reading(name: str, kind: str = JOINT_STATE, qos: Qos = CONTROL_QOS, **kept: bool) -> Topic:
+    """Return a topic of a sensor whose driver may be another's."""
+    return _chain_topic(name, kind, qos, from_outside=True, reader_reports=True, **kept)
+
+
+JOINT_STATES = _chain_topic("joint_states", of_joints=True)
 REFERENCE = _chain_topic("reference")
-REFERENCE_AHEAD = _chain_topic("reference/ahead")
+REFERENCE_AHEAD = _chain_topic("reference/ahead", reader_reports=True)
 """The references of the samples that follow, for a law that looks ahead; names and fields from `ahead_names`. A bag
 leaves it out, since it holds every reference itself."""
 
@@ -135,24 +148,24 @@ SUPERVISOR_STATE = _chain_topic("supervisor/state")
 SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_REQUESTED = Topic("torque_requested", "sensor_msgs/msg/JointState")
 TORQUE_COMMAND = _chain_topic("torque_command")
-MOTOR_STATES = _chain_topic("motor_states")
-PASSIVE_STATES = _chain_topic("passive_states", from_outside=True)
+MOTOR_STATES = _chain_topic("motor_states", of_joints=True, reader_reports=True)
+PASSIVE_STATES = _reading("passive_states", of_joints=True)
 """Angle of the passive joint that has an encoder, stamped with the time of the reading. A topic of its own: it comes
 from a driver of its own, at its own rate, and late, while `motor_states` is what the drives answer in one cycle."""
 ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
-ESTIMATE_DISTURBANCE = _chain_topic("estimate/disturbance")
+ESTIMATE_DISTURBANCE = _chain_topic("estimate/disturbance", reader_reports=True)
 GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
-IMU_DATA = _chain_topic("imu/data", "sensor_msgs/msg/Imu", from_outside=True)
-READINGS_RELEASED = _chain_topic("readings_released")
+IMU_DATA = _reading("imu/data", "sensor_msgs/msg/Imu")
+READINGS_RELEASED = _chain_topic("readings_released", reader_reports=True)
 """In lockstep, which late readings come with a sample: for each the name of its sensor and, as its position, the moment
 of its stamp in samples. Topics have no order among each other; the estimator waits for exactly these. A bag leaves it
 out."""
 IMU_ERROR = Topic("imu/acceleration_error", "std_msgs/msg/Float64")
-VISION_PLATFORM = _chain_topic("vision/platform", from_outside=True)
+VISION_PLATFORM = _reading("vision/platform")
 """The platform by the camera, stamped with the time of the exposure; NaN where a picture does not show it."""
 VISION_ERROR = Topic("vision/error", "sensor_msgs/msg/JointState")
-CAMERA_IMAGE = _chain_topic("camera/image_raw", "sensor_msgs/msg/Image", Qos(depth=16), from_outside=True)
-CAMERA_INFO = _chain_topic("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(depth=16), from_outside=True)
+CAMERA_IMAGE = _reading("camera/image_raw", "sensor_msgs/msg/Image", Qos(depth=16))
+CAMERA_INFO = _reading("camera/camera_info", "sensor_msgs/msg/CameraInfo", Qos(depth=16))
 FAULTS = Topic("faults", "std_msgs/msg/String", LATCHED_QOS)
 SAFETY_STATE = _chain_topic("safety/state", "std_msgs/msg/String", STATE_QOS)
 DRIVES_STATE = _chain_topic("drives/state", "std_msgs/msg/String", STATE_QOS)
@@ -255,18 +268,14 @@ PICTURES = (SCENE, SCENE_TRAIL, SCENE_MAP)
 """Pictures of a run for RViz and Foxglove: what moves, where it has been, and loci, path and zones. No node waits for
 them; a bag has them where the run was asked for them."""
 
-READ_BESIDES = (
-    REFERENCE_AHEAD,
-    MOTOR_STATES,
-    PASSIVE_STATES,
-    ESTIMATE_DISTURBANCE,
-    READINGS_RELEASED,
-    IMU_DATA,
-    VISION_PLATFORM,
-    CAMERA_IMAGE,
-    CAMERA_INFO,
-)
-"""Topics of the control chain that neither blender nor plant or bridge reads: who reads them reports their faults."""
+CONTROL_CHAIN = tuple(one for one in tuple(globals().values()) if isinstance(one, Topic) and one.one_publisher)
+"""The topics by which the robot moves, each with one publisher; that of a law from elsewhere belongs to them too."""
+
+JOINT_SOURCES = tuple(one for one in CONTROL_CHAIN if one.of_joints)
+"""Those that a robot of its own may publish where others publish other joints."""
+
+READ_BESIDES = tuple(one for one in CONTROL_CHAIN if one.reader_reports)
+"""Those that neither blender nor plant or bridge reads: who reads them reports their faults."""
 
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""

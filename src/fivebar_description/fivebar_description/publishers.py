@@ -13,6 +13,9 @@ SECOND_PUBLISHER = "second_publisher"
 UNKNOWN_NAME = "_NODE_NAME_UNKNOWN_"
 """What ROS calls the node of a publisher whose name has not been announced yet."""
 
+UNNAMED = "a node whose name is not known yet"
+"""How such a node is called in a fault."""
+
 FAST_DDS = b"\x01\x0f"
 """How the identities of Fast DDS begin. Two bytes of the machine follow, then the lower two of the process' number."""
 
@@ -46,7 +49,7 @@ class PublisherOf(NamedTuple):
 
     def describe(self, machine: bytes) -> str:
         """Return node and process for people on a machine."""
-        name = self.node if self.known else "a node whose name is not known yet"
+        name = self.node if self.known else UNNAMED
         if not self.machine or not machine:
             return name
         if self.machine != machine:

@@ -64,3 +64,12 @@ def test_the_first_value_of_a_sample_counts() -> None:
     join.restart()
     assert join.put("a", 3, (2.0, nan)) is None
     assert join.repeats("b", 6.0)
+
+
+def test_what_is_not_complete_can_be_forgotten() -> None:
+    join = StampJoin(["a", "b"])
+    assert join.put("a", 3, 1.0) is None
+    join.forget()
+    assert join.put("a", 3, 2.0) is None
+    assert join.put("b", 3, 5.0) == (2.0, 5.0)
+    assert join.last == 3

@@ -120,6 +120,7 @@ class Blender(SamplingNode):
         """Answer a sample with zero torque, whatever its candidates will be."""
         self._watchdog.received(sample, self._deadline_clock.read())
         self._watchdog.answered(sample)
+        self._first = max(self._first, sample + 1)
         self._reply_with(sample, ZERO)
 
     def stop(self) -> None:
@@ -159,6 +160,9 @@ class Blender(SamplingNode):
         """Publish the torque of a sample; while a fault is latched, only check its inputs."""
         self._watchdog.completed(sample, self._deadline_clock.read())
         if sample < self._first:
+            return
+        if self.may_have_second_publisher:
+            self.hold(sample)
             return
         (position, velocity), (reference,), (alone,), *rest = values
         state = shared_state(sample, self._robot, position, velocity)

@@ -193,6 +193,11 @@ class StateEstimatorNode(SamplingNode):
         self._late.clear()
         self._replied = -1
 
+    def forget(self) -> None:
+        """Forget the inputs of samples that are not complete, and the readings that no sample has taken."""
+        super().forget()
+        self._late.clear()
+
     def admit(self, sample: int, driving: bool, values: Any) -> bool:
         """Answer nothing where the node has come after the beginning of the run: no sample is complete without it."""
         if not driving:

@@ -23,6 +23,7 @@ from fivebar_description.interface import (
     DIAGNOSTICS,
     FAULTS,
     HARDWARE,
+    JOINT_STATE,
     READ_BESIDES,
     RUN_PLAN,
     RUN_READY,
@@ -70,9 +71,6 @@ REPORT_PERIOD = 1.0
 
 S = TypeVar("S", bound=tuple[Any, ...])
 R = TypeVar("R")
-
-
-JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
 class Serializing:
@@ -162,6 +160,10 @@ class GraphNode(Node):
         """Whether a publisher has been found that may be a second one: there must be no torque meanwhile."""
         return self._watch.pending
 
+    def has_second_publisher(self, topic: Topic) -> bool:
+        """Return whether a topic has a second publisher now, so that nothing that comes on it can be used."""
+        return bool(self._watch.conflicts) and self.resolve_topic_name(topic.name) in self._watch.conflicts
+
     def contradicted(self, topic: Topic, moment: str) -> None:
         """Take that two different messages of a topic have come for one moment, so that one is of a second publisher.
 
@@ -185,6 +187,7 @@ class GraphNode(Node):
 
     def _on_second_publisher(self, topic: str, fault: str) -> None:
         """Refuse to begin, or after the first sample stop the robot, unless another node does."""
+        self.forget()
         if not self.answered:
             self.get_logger().error(f"refuses to begin: {fault}")
             if self._relies_on(topic):
@@ -194,6 +197,9 @@ class GraphNode(Node):
             self.stop_robot(fault)
         else:
             self.get_logger().error(fault)
+
+    def forget(self) -> None:
+        """Forget what has come and is still to be used, since a second publisher may have sent it."""
 
     def refuse(self, fault: str) -> None:
         """Publish why the node ends before the first sample."""

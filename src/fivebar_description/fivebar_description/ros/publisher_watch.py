@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from fivebar_description.interface import RUN_READY
-from fivebar_description.publishers import HALF, Living, PublisherOf, contradiction, second_publisher
+from fivebar_description.publishers import HALF, UNNAMED, Living, PublisherOf, contradiction, second_publisher
 
 if TYPE_CHECKING:
     from fivebar_description.ros.node import GraphNode
@@ -27,12 +27,12 @@ NAME_TIME = 0.01
 """Longest time (s) to wait for that name while the robot may move: a few samples."""
 
 NAME_TIME_AT_REST = 1.0
-"""The same before the first sample, and in a node that commands no torque meanwhile."""
+"""The same before the first sample, in lockstep, and in a node that commands no torque meanwhile."""
 
 NAME_TIME_AFTER_DEATH = 5.0
 """The same where all others have died: the name will say whether it is their successor."""
 
-LOOK_PERIOD = 1.0
+LOOK_PERIOD = 0.1
 """Period (s) of looking again where a dead predecessor is still known, or a second publisher."""
 
 Matched = Callable[[Any], None]
@@ -116,7 +116,8 @@ class PublisherWatch:
         for topic, since in list(self._suspected.items()):
             publishers = self._publishers(topic)
             complete = len(publishers) > 1 and all(one.known for one in publishers)
-            if not complete and now - since < self._longest_wait(publishers, machine):
+            waits = topic not in self.conflicts and now - since < self._longest_wait(publishers, machine)
+            if waits and not complete:
                 continue
             del self._suspected[topic]
             alive = self._living.among(publishers, machine)
@@ -126,16 +127,26 @@ class PublisherWatch:
                 self._look_again.pop(topic, None)
             if len(alive) < 2:
                 self.conflicts.pop(topic, None)
-            elif topic not in self.conflicts:
-                self.conflicts[topic] = second_publisher(self._short(topic), alive, machine)
-                self._found(self._short(topic), self.conflicts[topic])
+            elif topic not in self.conflicts or complete:
+                self._report(topic, second_publisher(self._short(topic), alive, machine))
         self._update()
+
+    def _report(self, topic: str, fault: str) -> None:
+        """Report a second publisher, and log it again where a name that was not known has become known."""
+        before = self.conflicts.get(topic, "")
+        self.conflicts[topic] = fault
+        if not before:
+            self._found(self._short(topic), fault)
+        elif UNNAMED in before:
+            self._node.get_logger().error(fault)
 
     def _longest_wait(self, publishers: list[PublisherOf], machine: bytes) -> float:
         """Return how long (s) names are awaited."""
         if len(publishers) > 1 and sum(not self._living.is_gone(one, machine) for one in publishers) < 2:
             return NAME_TIME_AFTER_DEATH
-        return NAME_TIME_AT_REST if self._node.commands_robot or not self._node.answered else NAME_TIME
+        agreement = self._node.agreement
+        waits = self._node.commands_robot or not self._node.answered or (agreement is not None and agreement.simulated)
+        return NAME_TIME_AT_REST if waits else NAME_TIME
 
     def _update(self) -> None:
         """Wait for names that are not known; a topic that has been reported stays so while it is looked at again."""

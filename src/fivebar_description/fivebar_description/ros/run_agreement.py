@@ -78,6 +78,11 @@ class RunAgreement:
         return self.agrees and (self.begun or not self._node.count_publishers(RUN_EPOCH.name))
 
     @property
+    def simulated(self) -> bool:
+        """Whether time is simulated, as in lockstep, so that nothing moves while a sample waits for its answer."""
+        return self.epoch_ns == START_STAMP_NS
+
+    @property
     def digest(self) -> str:
         """The digest of the plan, empty before it has come."""
         return self._plan.digest if self._plan is not None else ""

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, NamedTuple
 
-from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, PASSIVE_STATES, Topic
+from fivebar_description.interface import JOINT_SOURCES, Topic
 from fivebar_description.joint_sample import MessageError, part_of
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
@@ -17,13 +17,10 @@ QUEUE_DEPTH = 2000
 """History depth of nodes outside of the control cycle: the run continues while such a node gets no processor time."""
 
 
-STATES = (JOINT_STATES.name, MOTOR_STATES.name, PASSIVE_STATES.name)
-"""Topics whose messages a robot of its own may publish."""
-
-
 def _unknown_states(names: tuple[str, ...]) -> str | None:
-    unknown = [name for name in names if name not in STATES]
-    return f"{unknown[0]!r}: expected one of {', '.join(STATES)}" if unknown else None
+    states = [topic.name for topic in JOINT_SOURCES]
+    unknown = [name for name in names if name not in states]
+    return f"{unknown[0]!r}: expected one of {', '.join(states)}" if unknown else None
 
 
 class ExternalInputs(NamedTuple):
@@ -104,7 +101,11 @@ class SamplingNode(GraphNode):
         """Answer the last sample again: its driving message was repeated, so the answer may have been lost."""
 
     def hold(self, sample: int) -> None:
-        """Answer a sample as it is safe, since its inputs may be those of a second publisher."""
+        """Answer a sample as it is safe, since its inputs may be those of a second publisher; it is answered once."""
+
+    def forget(self) -> None:
+        """Forget the inputs of samples that are not complete."""
+        self._join.forget()
 
     def restart(self) -> None:
         """Reset the state: the driving input starts a new run at sample 0."""
@@ -140,7 +141,7 @@ class SamplingNode(GraphNode):
                 if message is None:
                     return
             sample = run.sample(stamp_of(message))
-            if self.may_have_second_publisher:
+            if self.has_second_publisher(topic):
                 if driving and sample is not None:
                     self.hold(sample)
                 return
@@ -165,12 +166,18 @@ class SamplingNode(GraphNode):
                 if names and sample > 0 and not join.repeats(topic.name, values):
                     self.contradicted(topic, f"sample {sample}")
                     return
-                if driving:
+                if driving and self.may_have_second_publisher:
+                    self.hold(sample)
+                elif driving:
                     self.repeat()
                 return
             if arrival is Arrival.OLD:
                 self._begin_run()
-            if not self.admit(sample, driving, values):
+            if self.may_have_second_publisher:
+                # its inputs are kept, for there may be none
+                if driving:
+                    self.hold(sample)
+            elif not self.admit(sample, driving, values):
                 return
             try:
                 complete = join.put(topic.name, sample, values)

@@ -100,6 +100,10 @@ class StampJoin:
             for old in [number for number in self._open if number < sample]:
                 del self._open[old]
 
+    def forget(self) -> None:
+        """Forget the samples that are not complete."""
+        self._open.clear()
+
     def restart(self) -> None:
         """Forget everything: a new run begins at sample 0."""
         self._open.clear()
