@@ -270,6 +270,30 @@ def test_a_second_message_of_a_sample_never_takes_the_place_of_the_first(bench: 
     )
 
 
+def test_other_joints_of_the_same_driver_are_left_out(bench: Bench, motion: MiddleMotion) -> None:
+    """A robot and its gripper in one message, on a topic of which nothing is declared; joints that lack are named."""
+    process = bench.start("supervisor")
+    probe = bench.probe()
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE])
+
+    def state(sample: int, names: tuple[str, ...]) -> Any:
+        message = motion.joint_states_message(sample)
+        fields = (dict(zip(JOINTS, values, strict=True)) for values in (message.position, message.velocity))
+        position, velocity = ([field.get(name, 9.0) for name in names] for field in fields)
+        return joint_state(sample_stamp_ns(sample, RATE_HZ), names, position, velocity)
+
+    probe.ask([(JOINT_STATES, state(0, (*JOINTS, "finger")))], [SUPERVISOR_STATE], 0)
+    probe.publish(JOINT_STATES, state(1, ("finger", *reversed(JOINTS), "thumb")))
+    own = probe.answer(SUPERVISOR_STATE, 1)
+    probe.publish(JOINT_STATES, state(2, (*JOINTS[:3], "finger")))
+    probe.publish(JOINT_STATES, state(2, ("finger", "thumb")))
+    probe.wait_for_dropped("/supervisor", 2)
+    assert process.stderr.count("joint_states has other joints, too: finger\n") == 1
+    assert "dropped a message on joint_states: " in process.stderr
+    probe.publish(JOINT_STATES, state(2, JOINTS))
+    assert list(own.position) != list(probe.answer(SUPERVISOR_STATE, 2).position)
+
+
 def test_others_may_publish_other_joints_where_states_come_from_outside(bench: Bench, motion: MiddleMotion) -> None:
     cell = Topic("cell/joint_states", JOINT_STATES.type)
     process = bench.start(

@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import ACTIVE_JOINTS, JOINTS, REFERENCE_NAMES, SUPERVISOR_NAMES
 from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
-from fivebar_description.ros.messages import SampleReader, joint_state, read_fields, sampled, stamp_of
+from fivebar_description.ros.messages import SampleReader, joint_state, own_fields, read_fields, sampled, stamp_of
 
 STAMP = 1_234_567_890_123_456_789
 
@@ -77,6 +77,16 @@ def test_bytes_that_are_no_message_are_refused_and_the_next_message_is_read(data
         with pytest.raises(MessageError, match="no JointState"):
             read(data)
         assert same(read(LAYOUTS[0].cdr()), LAYOUTS[0])
+
+
+def test_other_names_in_a_message_are_left_out_where_that_is_asked_for() -> None:
+    names = ("finger", *reversed(ACTIVE_JOINTS))
+    message = joint_state(STAMP, names, (9.0, 2.0, 1.0), (), (9.0, 4.0, 3.0))
+    assert own_fields(message, ACTIVE_JOINTS, ("position", "effort")) == ((1.0, 2.0), (3.0, 4.0))
+    with pytest.raises(MessageError):
+        read_fields(message, ACTIVE_JOINTS, ("position",))
+    with pytest.raises(MessageError):
+        own_fields(joint_state(STAMP, names[:2], (9.0, 2.0)), ACTIVE_JOINTS, ("position",))
 
 
 def test_a_sample_is_read_as_a_message_is() -> None:

@@ -33,7 +33,7 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.joint_sample import MessageError
-from fivebar_description.ros.messages import checked_stamp, read_fields, received_joint_state, stamp_of, to_stamp
+from fivebar_description.ros.messages import checked_stamp, own_fields, received_joint_state, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node
@@ -144,7 +144,7 @@ class Scene(GraphNode):
     def _read(self, topic: Topic, message: JointState, names: tuple[str, ...], *fields: str) -> tuple[Any, ...]:
         """Return fields of a message, () where it is malformed."""
         try:
-            return read_fields(message, names, fields)
+            return own_fields(message, names, fields)
         except MessageError as error:
             self.drop(topic, str(error))
             return ()

@@ -15,8 +15,19 @@ elsewhere: what cannot be seen stays as it was.
 
 from __future__ import annotations
 
+import numpy as np
+
 from fivebar_control.calibration.least_squares import ClosureProblem
-from fivebar_control.calibration.record import NOT_SEEN, CalibrationRecord, SeenPositions, TouchedPoint, turning
+from fivebar_control.calibration.otherwise import READINGS
+from fivebar_control.calibration.record import (
+    NOT_SEEN,
+    CalibrationRecord,
+    ContradictsRobot,
+    NotCalibratable,
+    SeenPositions,
+    TouchedPoint,
+    turning,
+)
 from fivebar_control.calibration.result import Calibration
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
@@ -45,8 +56,38 @@ def calibrate(
             known before; sensors and drives are found anew.
 
     Raises:
-        NotCalibratable: the recording is too short, does not cross the locus, or is that of another robot.
+        NotCalibratable: the recording is too short, does not cross the locus, or is that of another robot; where it
+            would be that of the robot with sensors that are mounted, signed or scaled otherwise, the text names them.
     """
+    try:
+        return _calibrated(robot, tolerances, record, imu, touched, seen, known)
+    except ContradictsRobot as error:
+        words = _explanation(robot, tolerances, record, imu)
+        raise error if words is None else ContradictsRobot(f"the recording contradicts the robot: {words}") from error
+
+
+def _explanation(
+    robot: FiveBar, tolerances: Tolerances, record: CalibrationRecord, imu: ImuSettings | None
+) -> str | None:
+    """Return how a recording is to be read so that it is one of the robot, None where no known way makes it so."""
+    for otherwise in READINGS:
+        try:
+            _calibrated(robot, tolerances, otherwise.read(record), imu)
+        except (NotCalibratable, np.linalg.LinAlgError):
+            continue
+        return otherwise.words
+    return None
+
+
+def _calibrated(
+    robot: FiveBar,
+    tolerances: Tolerances,
+    record: CalibrationRecord,
+    imu: ImuSettings | None,
+    touched: tuple[TouchedPoint, ...] = (),
+    seen: SeenPositions = NOT_SEEN,
+    known: Calibration | None = None,
+) -> Calibration:
     turned = turning(record, (imu or ImuSettings()).rotation()[2])
     problem = ClosureProblem(robot, tolerances, record, turned, touched, seen, known)
     fit = min((problem.fitted(*start) for start in problem.starts()), key=lambda one: one.cost)

@@ -22,6 +22,7 @@ from fivebar_control.calibration.parameters import (
 from fivebar_control.calibration.record import (
     Angles,
     CalibrationRecord,
+    ContradictsRobot,
     NotCalibratable,
     SeenPositions,
     TouchedPoint,
@@ -312,7 +313,7 @@ class ClosureProblem:
         closed, deviation = self._closure(values, states)
         residual = math.sqrt(float(np.mean(closed.gap**2)))
         if residual > LARGEST_RESIDUAL or misfit > LARGEST_MISFIT:
-            raise NotCalibratable(
+            raise ContradictsRobot(
                 f"the recording contradicts the robot: the loop stays open by {1e3 * residual:.2g} mm, and the"
                 f" residuals are {math.sqrt(misfit):.0f} times the sensors' noise: are robot, tolerances, motor order"
                 " and signs, and the IMU's place on the distal link of leg 2 those of the recording?"

@@ -34,6 +34,10 @@ class NotCalibratable(ValueError):
     """The recording does not allow a calibration; the message says what is missing."""
 
 
+class ContradictsRobot(NotCalibratable):
+    """The recording is not that of the robot, or its sensors are others than is said of them."""
+
+
 class CalibrationRecord(NamedTuple):
     """Readings of a motion.
 

@@ -47,7 +47,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
-from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample, part_of
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
 from fivebar_description.parameters import laden
 from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.publishers import same
@@ -245,7 +245,7 @@ class StateEstimatorNode(SamplingNode):
     def _on_passive(self, message: JointSample) -> None:
         if not self._run.holds or self.holds_back:
             return
-        part = part_of(message, (self._joint,)) if PASSIVE_STATES.name in self.external_inputs else message
+        part = self.own_part(PASSIVE_STATES, message, (self._joint,))
         if part is None:
             return
         try:

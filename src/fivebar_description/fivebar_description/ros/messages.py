@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS, Topic
-from fivebar_description.joint_sample import JointSample, MessageError, checked_fields
+from fivebar_description.joint_sample import JointSample, MessageError, checked_fields, part_of
 
 
 def message_class(topic: Topic) -> Any:
@@ -144,3 +144,15 @@ def read_fields(
     if isinstance(message, JointSample):
         return message.read(names, fields, allow_nan)
     return checked_fields(message, names, fields, allow_nan)
+
+
+def own_fields(
+    message: JointState, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool = False
+) -> tuple[tuple[float, ...], ...]:
+    """Return what `read_fields` does of a JointState that may have other names besides, such as those of a gripper.
+
+    Raises:
+        MessageError: as `read_fields` does, or the stamp is impossible.
+    """
+    sample = sampled(message)
+    return read_fields(part_of(sample, names) or sample, names, fields, allow_nan)

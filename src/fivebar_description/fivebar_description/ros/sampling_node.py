@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import Annotated, Any, NamedTuple
 
 from fivebar_description.interface import JOINT_SOURCES, Topic
-from fivebar_description.joint_sample import MessageError, part_of
+from fivebar_description.joint_sample import JointSample, MessageError, part_of
+from fivebar_description.outside_text import one_line
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import CAPACITY, Arrival, Contradicted, StampJoin
@@ -75,6 +76,7 @@ class SamplingNode(GraphNode):
     def __init__(self, name: str) -> None:
         """Make the node; subclasses add parameters and topics."""
         super().__init__(name)
+        self._with_others: set[str] = set()
         if self.in_chain:
             self.external_inputs = self.declare_settings(ExternalInputs).external_inputs
 
@@ -127,19 +129,37 @@ class SamplingNode(GraphNode):
         """Return how many samples wait for a topic."""
         return self._join.waiting(topic.name)
 
+    def own_part(self, topic: Topic, message: JointSample, names: tuple[str, ...]) -> JointSample | None:
+        """Return the part of a message that is about the robot's own joints, None where it is about none of them.
+
+        Joints that are left out, such as a gripper's, are logged once. Without any of its own joints a message is
+        dropped, unless the topic comes from outside, where others may publish.
+        """
+        part = part_of(message, names)
+        if part is None:
+            if topic.name not in self.external_inputs:
+                self.drop(topic, f"has none of {', '.join(names)}")
+        elif len(message.name) > len(part.name) and topic.name not in self._with_others:
+            self._with_others.add(topic.name)
+            others = [name for name in message.name if name not in names]
+            self.get_logger().info(f"{topic.name} has other joints, too: {one_line(', '.join(others))}")
+        return part
+
     def _receiver(self, one: Input) -> Callable[[Any], None]:
         topic, read, later = one
         driving = topic is self._driver
         run, join = self._run, self._join
-        names = read.names if topic.name in self.external_inputs and isinstance(read, FieldReader) else ()
+        names = read.names if topic.of_joints and isinstance(read, FieldReader) else ()
+        external = bool(names) and topic.name in self.external_inputs
 
         def receive(message: Any) -> None:
             if not run.holds or self.holds_back:
                 return
-            if names:
-                message = part_of(message, names)
-                if message is None:
+            if external or (names and len(message.name) > len(names)):
+                part = self.own_part(topic, message, names)
+                if part is None:
                     return
+                message = part
             sample = run.sample(stamp_of(message))
             if self.has_second_publisher(topic):
                 if driving and sample is not None:
@@ -163,7 +183,7 @@ class SamplingNode(GraphNode):
                 return
             if arrival is Arrival.REPEATED:
                 # a second source of a state from outside shows in this only; sample 0 is measured anew until answered
-                if names and sample > 0 and not join.repeats(topic.name, values):
+                if external and sample > 0 and not join.repeats(topic.name, values):
                     self.contradicted(topic, f"sample {sample}")
                     return
                 if driving and self.may_have_second_publisher:

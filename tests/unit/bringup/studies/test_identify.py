@@ -20,12 +20,14 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation import offline
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
 from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
+from fivebar_bringup.studies.identify.reading import Source, read_record
 from fivebar_bringup.studies.identify.result import IdentificationResult
-from fivebar_control.identification.equations import PARAMETERS
+from fivebar_control.identification.equations import PARAMETERS, Record
 from fivebar_control.identification.identification import parameter_values
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.robot_file import load_robot
+from fivebar_description.robot_file import RobotFile, load_robot
+from fivebar_description.strict_yaml import InputError
 from fivebar_sim.plant import Plant
 
 LENGTHS = "lengths_m: {a: 0.118, l_11: 0.09, l_12: 0.09, l_21: 0.09, l_22: 0.09}\n"
@@ -251,6 +253,18 @@ def test_a_motion_that_does_not_excite_is_refused(folder: Path) -> None:
     assert re.match(r"fivebar: \S+bag: not enough motion: motor 1 turns faster than 0.06 rad/s", complaint)
     assert complaint.count("\n") == 1
     assert not (folder / "unused").exists()
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+def test_torques_in_another_unit_are_noticed(factor: float, counted: RunDirectory) -> None:
+    def scaled(source: Source, start: RobotFile) -> Record:
+        record = read_record(source, start)
+        return record._replace(torques=factor * record.torques)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fivebar_bringup.studies.identify.identify.read_record", scaled)
+        with pytest.raises(InputError, match=r"times those of robot .*: are the recorded torques in Nm?"):
+            identify_bag(counted.path)
 
 
 def test_another_robot_is_noticed(counted: RunDirectory, tmp_path: Path) -> None:

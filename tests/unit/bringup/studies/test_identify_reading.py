@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from fivebar_bringup.studies.identify.reading import Source, read_record
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import ACTIVE_JOINTS, JOINT_STATES, JOINTS, MOTOR_STATES, sample_stamp_ns
 from fivebar_description.robot_file import read_robot
+from fivebar_description.strict_yaml import InputError
 
 Array = NDArray[np.float64]
 
@@ -122,6 +124,27 @@ def test_other_joints_are_refused(tmp_path: Path) -> None:
     source = bag_of(tmp_path, postures(), names=("q11", "q12", "q31", "q32"))
     with pytest.raises(BagError, match="/joint_states: has no q21"):
         read_record(source, read_robot("dextar"))
+
+
+TURN = np.array([np.pi / 2, 0.0, np.pi / 2, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("angles", "words"),
+    [
+        (postures() * [1, 1, -1, 1], "the angles of q21 have the opposite sign"),
+        (postures() * [1, -1, 1, 1], "the angles of q12 have the opposite sign"),
+        (postures() * [-1, 1, -1, 1], "the angles of q11 and q21 have the opposite sign"),
+        (np.degrees(postures()), "the angles are in degrees: expected rad"),
+        (postures()[:, [2, 3, 0, 1]], "both legs are exchanged"),
+        (postures()[:, [0, 0, 2, 2]] + postures() * [0, 1, 0, 1], "q12 and q22 count from the x axis"),
+        (postures() - TURN, "the angles count from the y axis"),
+        (0.5 * postures(), "is it the robot of the bag?"),
+    ],
+)
+def test_angles_that_are_counted_otherwise_are_named(angles: Array, words: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=f"mm apart, expected at most 2 mm: {re.escape(words)}"):
+        read_record(bag_of(tmp_path, angles), read_robot("dextar"))
 
 
 def test_stamps_off_the_grid_are_refused(tmp_path: Path) -> None:

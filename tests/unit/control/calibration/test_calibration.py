@@ -240,8 +240,47 @@ def test_what_cannot_be_calibrated_is_refused_by_name(dextar: FiveBar) -> None:
     assert refused(dextar, still).startswith("the distal link hardly turns")
     late = record._replace(imu_times=record.imu_times + 0.5)
     assert refused(dextar, late).startswith("too short")
-    reversed_ = record._replace(motors=record.motors * [1.0, -1.0])
-    assert "contradicts the robot" in refused(dextar, reversed_)
+    half = record._replace(motors=record.motors * [1.0, 0.5])
+    assert "the loop stays open by" in refused(dextar, half)
+
+
+@pytest.mark.parametrize(
+    ("motors", "offset", "rates", "words"),
+    [
+        (
+            [1, 1],
+            0.0,
+            [1, -1, -1],
+            "is it mounted upside down (imu.roll: 3.14159), or do both encoders count backwards?",
+        ),
+        (
+            [-1, -1],
+            0.0,
+            [1, 1, 1],
+            "is it mounted upside down (imu.roll: 3.14159), or do both encoders count backwards?",
+        ),
+        ([-1, 1], 0.0, [1, 1, 1], "the readings of q11 have the opposite sign: its encoder counts backwards"),
+        ([1, -1], 0.0, [1, 1, 1], "the readings of q21 have the opposite sign: its encoder counts backwards"),
+        ([57.29578] * 2, 0.0, [1, 1, 1], "the readings of the motors are in degrees: expected rad"),
+        ([1, 1], 0.0, [57.29578] * 3, "the gyroscope's readings are in degrees per second: expected rad/s"),
+        ([1, 1], np.pi / 2, [1, 1, 1], "the angles of both motors count from the -y axis: expected from the x axis"),
+    ],
+)
+def test_sensors_that_are_mounted_or_signed_otherwise_are_named(
+    dextar: FiveBar, motors: list[float], offset: float, rates: list[float], words: str
+) -> None:
+    record = led(dextar, ZEROS, path=PATH[:5])
+    other = record._replace(motors=record.motors * motors + offset, angular_velocity=record.angular_velocity * rates)
+    assert refused(dextar, other).startswith("the recording contradicts the robot: ")
+    assert words in refused(dextar, other)
+
+
+def test_exchanged_motors_are_named_and_a_gyroscope_upside_down_may_be_declared(dextar: FiveBar) -> None:
+    record = led(dextar, ZEROS, path=PATH[:5])
+    assert refused(dextar, record._replace(motors=record.motors[:, ::-1])).endswith("q11 and q21 are exchanged")
+    below = record._replace(angular_velocity=record.angular_velocity * [1.0, -1.0, -1.0])
+    found = calibrate(dextar, TOLERANCES, below, ImuSettings(roll=np.pi))
+    assert found.values == pytest.approx(calibrate(dextar, TOLERANCES, record).values, abs=1e-12)
 
 
 def test_both_distal_angles_close_the_loop_in_their_assembly_modes(dextar: FiveBar) -> None:

@@ -24,7 +24,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.parameters import FiveBar
-from fivebar_description.ros.messages import read_fields, received_joint_state
+from fivebar_description.ros.messages import own_fields, received_joint_state
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import best_effort, qos_profile
 from fivebar_description.run_plan import read_epoch
@@ -120,6 +120,6 @@ def _read(data: bytes | None, names: tuple[str, ...], *fields: str) -> tuple[flo
     if data is None:
         return None
     try:
-        return sum(read_fields(received_joint_state(data), names, fields, allow_nan=True), ())
+        return sum(own_fields(received_joint_state(data), names, fields, allow_nan=True), ())
     except MessageError:
         return None

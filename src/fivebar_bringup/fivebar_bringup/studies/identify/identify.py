@@ -17,6 +17,12 @@ ROBOT_FILE = "identified.yaml"
 """The parameter file that `robot:` in a scenario takes."""
 
 
+SCALED_BY_TORQUE = ("zz_11R", "zz_21R", "m")
+
+LARGEST_RATIO = 300.0
+"""Ratio of all inertias and the mass to those of the file before, from which on the torques' unit is doubted."""
+
+
 def identify_bag(path: Path, robot: str | None = None, namespace: str | None = None) -> IdentificationResult:
     """Identify the robot of a bag or of a run's directory, starting from the run's parameter file or a given one.
 
@@ -31,7 +37,23 @@ def identify_bag(path: Path, robot: str | None = None, namespace: str | None = N
         found = identify(start.five_bar(), record)
     except NotIdentifiable as error:
         raise InputError(f"{source.bag}: {error}") from error
-    return IdentificationResult(start, source.bag, record.rate_hz, len(record.angles), found)
+    result = IdentificationResult(start, source.bag, record.rate_hz, len(record.angles), found)
+    _refuse_other_unit(result)
+    return result
+
+
+def _refuse_other_unit(result: IdentificationResult) -> None:
+    """Refuse inertias and a mass that are all far from those of the file.
+
+    Raises:
+        InputError: they are, as with torques in another unit.
+    """
+    ratios = [one.value / one.before for one in result.parameters() if one.name in SCALED_BY_TORQUE and one.before]
+    if ratios and (min(ratios) > LARGEST_RATIO or max(ratios) < 1.0 / LARGEST_RATIO):
+        raise InputError(
+            f"{result.bag}: inertias and mass come out {min(ratios):.3g} to {max(ratios):.3g} times those of robot"
+            f" {result.start.name}: are the recorded torques in Nm?"
+        )
 
 
 def map_bag(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,8 +26,31 @@ LARGEST_GAP = 2e-3
 POSTURES = 200
 """Number of postures at which the gap is evaluated."""
 
+QUARTERS = 0.5 * math.pi * np.array([1.0, 0.0, 1.0, 0.0])
+"""A quarter of a turn of both proximal links."""
+
 MOST_MISSING = 10
 """Samples of the grid per recorded one, beyond which the stamps are not accepted as a grid."""
+
+
+def _reversed(*joints: str) -> Callable[[FloatArray], FloatArray]:
+    factors = np.array([-1.0 if joint in joints else 1.0 for joint in JOINTS])
+    return lambda angles: angles * factors
+
+
+OTHER_ANGLES: tuple[tuple[str, Callable[[FloatArray], FloatArray]], ...] = (
+    *((f"the angles of {joint} have the opposite sign", _reversed(joint)) for joint in JOINTS),
+    ("the angles of q11 and q21 have the opposite sign", _reversed(*ACTIVE_JOINTS)),
+    ("the angles are in degrees: expected rad", np.radians),
+    ("both legs are exchanged", lambda angles: angles[:, [2, 3, 0, 1]]),
+    (
+        "q12 and q22 count from the x axis: expected from the proximal link",
+        lambda angles: angles - angles[:, [0, 0, 2, 2]] * [0.0, 1.0, 0.0, 1.0],
+    ),
+    ("the angles count from the y axis: expected from the x axis", lambda angles: angles + QUARTERS),
+    ("the angles count from the -y axis: expected from the x axis", lambda angles: angles - QUARTERS),
+)
+"""Other readings of joint angles, [n, 4], that would close the loop, in words."""
 
 
 class Source(NamedTuple):
@@ -137,9 +160,14 @@ def _refuse_foreign(source: Source, start: RobotFile, joints: FloatArray) -> Non
     """Raise where the recorded joints do not close the loop of the robot."""
     loop = ClosedLoop(start.five_bar())
     some = joints[:: max(1, len(joints) // POSTURES)]
-    gap = float(np.median([math.hypot(*loop.tip_gap(q).gap.tolist()) for q in some]))
+
+    def gap_of(angles: FloatArray) -> float:
+        return float(np.median([math.hypot(*loop.tip_gap(q).gap.tolist()) for q in angles]))
+
+    gap = gap_of(some)
     if gap > LARGEST_GAP:
+        words = next((words for words, read in OTHER_ANGLES if gap_of(read(some)) <= LARGEST_GAP), None)
         raise InputError(
             f"{source.bag}: with the lengths of robot {start.name} the recorded legs end {1e3 * gap:.1f} mm apart,"
-            f" expected at most {1e3 * LARGEST_GAP:.0f} mm: is it the robot of the bag?"
+            f" expected at most {1e3 * LARGEST_GAP:.0f} mm: {words or 'is it the robot of the bag?'}"
         )
