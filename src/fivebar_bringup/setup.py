@@ -59,11 +59,11 @@ setup(
     ],
     entry_points={
         "console_scripts": [
-            "bag_recorder = fivebar_bringup.nodes.bag_recorder:main",
+            "bag_recorder = fivebar_bringup.executables:bag_recorder",
             "fivebar = fivebar_bringup.cli.entry:main",
-            "scene = fivebar_bringup.nodes.scene:main",
-            "node_group = fivebar_bringup.nodes.node_group:main",
-            "viewer = fivebar_bringup.nodes.viewer:main",
+            "scene = fivebar_bringup.executables:scene",
+            "node_group = fivebar_bringup.executables:node_group",
+            "viewer = fivebar_bringup.executables:viewer",
         ],
     },
 )

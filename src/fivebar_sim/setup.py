@@ -40,11 +40,11 @@ setup(
     ],
     entry_points={
         "console_scripts": [
-            "plant = fivebar_sim.nodes.plant:main",
-            "camera = fivebar_sim.nodes.camera:main",
-            "emulated_board = fivebar_sim.emulators.board:main",
-            "emulated_drives = fivebar_sim.emulators.drives:main",
-            "emulated_robot = fivebar_sim.nodes.emulated_robot:main",
+            "plant = fivebar_sim.executables:plant",
+            "camera = fivebar_sim.executables:camera",
+            "emulated_board = fivebar_sim.executables:emulated_board",
+            "emulated_drives = fivebar_sim.executables:emulated_drives",
+            "emulated_robot = fivebar_sim.executables:emulated_robot",
         ],
     },
 )

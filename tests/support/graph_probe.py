@@ -10,13 +10,13 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
 import rclpy
 import yaml
+from console_scripts import console_scripts
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from forked_node import DEADLINE, ForkedNode, end_with_parent, fork_context
 from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -34,6 +34,7 @@ from std_srvs.srv import Trigger
 
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.processes import NODE_GROUP
+from fivebar_description.executable import Executable
 from fivebar_description.interface import (
     NANOSECONDS,
     RUN_EPOCH,
@@ -77,12 +78,10 @@ T = TypeVar("T")
 
 def node_modules() -> dict[str, str]:
     """Return every executable that is a node, with its module, as the packages announce them."""
-    packages = ("fivebar_control", "fivebar_sim", "fivebar_bringup")
-    entries = [entry for name in packages for entry in distribution(name).entry_points.select(group="console_scripts")]
-    nodes = {entry.name: entry.module for entry in entries if ".nodes." in entry.module}
+    loaded = {name: entry.load() for name, entry in console_scripts().items()}
+    modules = {name: program.module for name, program in loaded.items() if isinstance(program, Executable)}
     # a process for others, no node itself
-    del nodes["node_group"]
-    return nodes
+    return {name: module for name, module in modules.items() if ".nodes." in module and module != NODE_GROUP}
 
 
 PRELOADED = (*node_modules().values(), NODE_GROUP, COMMAND)

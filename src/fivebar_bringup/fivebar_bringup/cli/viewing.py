@@ -14,21 +14,19 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from fivebar_bringup import executables
 from fivebar_bringup.cli.app import NamespaceOption, command, input_errors
 from fivebar_bringup.cli.status import DomainOption, graph_domain
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.errors import InputError
-from fivebar_description.interpreter import module_command
 from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
     from fivebar_bringup.recorded.run_directory import RunDirectory
     from fivebar_bringup.recorded.summary import Summary
-
-VIEWER = "fivebar_bringup.nodes.viewer"
 
 START_TIMEOUT = 120.0
 """Longest time (s) until the page is served."""
@@ -65,10 +63,7 @@ def view(
         remapped = remapping(read_namespace(namespace))
         os.environ["ROS_DOMAIN_ID"] = str(graph_domain(domain))
     sys.argv = ["viewer", "--ros-args", *remapped, "-p", f"port:={port}"]
-    # here, because it loads ROS
-    from fivebar_bringup.nodes.viewer import main
-
-    main()
+    executables.viewer()
 
 
 class LivePage(NamedTuple):
@@ -110,7 +105,7 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
         return
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
         viewer = subprocess.Popen(
-            [*module_command(VIEWER), "--ros-args", *remapping(namespace), "-p", "told_on_input:=true"],
+            [*executables.viewer.command, "--ros-args", *remapping(namespace), "-p", "told_on_input:=true"],
             env={**os.environ, "ROS_DOMAIN_ID": str(chosen)},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -135,7 +130,7 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
 
 
 def _begin_viewer() -> None:
-    """End with the run; an interrupt waits until the node handles it, see `run_nodes`, as those of a run do."""
+    """End with the run; signals wait until the viewer hears them, see `Executable`."""
     end_with_parent()
     signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
 

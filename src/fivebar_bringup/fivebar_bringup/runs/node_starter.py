@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from fivebar_bringup.runs.parent_death import end_with_parent
+from fivebar_description.executable import Executable
 from fivebar_description.interrupts import STOP_SIGNALS
 
 COMMON_MODULES = (
@@ -103,7 +104,7 @@ def start(request: StartRequest) -> None:
 def _run(request: StartRequest, node: NodeCommand) -> NoReturn:
     """Run a node as `python -m MODULE ARGUMENTS` would, in a session of its own, once the gate opens.
 
-    Signals that ask it to stop are blocked until it handles them, see `run_nodes`.
+    Signals that ask it to stop are blocked until it handles them, see `Executable`.
     """
     signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
     os.setsid()
@@ -119,7 +120,7 @@ def _run(request: StartRequest, node: NodeCommand) -> NoReturn:
     if not opened or os.getppid() != request.launcher:
         os._exit(0)
     sys.argv = [node.module, *node.arguments]
-    import_module(node.module).main()
+    Executable(node.module)()
     sys.exit(0)
 
 

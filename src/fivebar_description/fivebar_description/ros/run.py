@@ -16,7 +16,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
-from fivebar_description.interrupts import STOP_SIGNALS, service_signals
+from fivebar_description.interrupts import service_signals
 from fivebar_description.network import PROFILE_VARIABLES
 from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
@@ -90,10 +90,6 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
 
     for number in service_signals():
         signal.signal(number, stop)
-    # who has started this process may have blocked them: an interrupt among imports can get lost in a library
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
-    if stopping:
-        sys.exit(0)
     # nodes still publish after a signal, so rclpy's own handlers, which shut the context down, are not installed
     try:
         check_ros_environment()

@@ -49,8 +49,7 @@ PROGRAMS = {
         import os, signal
         os.kill(os.getpid(), signal.SIGINT)
         def main():
-            from fivebar_description.ros.run import run_nodes
-            run_nodes([])
+            raise RuntimeError("not reached")
     """,
     "never_taken_apart": """
         import ctypes
@@ -72,12 +71,19 @@ PROGRAMS = {
         import pathlib, signal, sys, time
         signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
         def main():
+            print("begun", flush=True)
             signal.sigwait([signal.SIGINT])
             for size in range(10):
                 pathlib.Path(sys.argv[-1]).with_name(f"part{size}").write_text("more")
                 time.sleep(0.1)
     """,
-    "waits": "import signal\ndef main():\n    print('waiting', flush=True)\n    signal.pause()",
+    "waits": """
+        import signal
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        def main():
+            print("begun", flush=True)
+            signal.pause()
+    """,
 }
 
 
@@ -105,6 +111,15 @@ def processes() -> Iterator[dict[str, NodeProcess]]:
 
 def spec(name: str) -> ProcessSpec:
     return ProcessSpec(name, (NodeSpec(PACKAGE, name, {"rate_hz": 500}, (), ()),))
+
+
+def wait_for_line(run: RunDirectory, name: str, line: str) -> None:
+    """Wait until a process has printed a line."""
+    log = run.logs / f"{name}.log"
+    end = time.monotonic() + DEADLINE
+    while line not in log.read_text(encoding="utf-8").splitlines():
+        assert time.monotonic() < end, log.read_text(encoding="utf-8")
+        time.sleep(0.02)
 
 
 def wait(process: NodeProcess) -> int | None:
@@ -139,7 +154,7 @@ def test_how_a_process_has_ended(run: RunDirectory, processes: dict[str, NodePro
     assert wait(processes["exits"]) == 3
     assert wait(processes["raises"]) == 1
     assert processes["raises"].last_line() == "ValueError: no such thing"
-    # an interrupt while a node still loads its modules is kept until it can stop in order
+    # an interrupt while a node still loads its modules
     assert wait(processes["interrupted"]) == 0
     assert processes["interrupted"].last_line() == ""
     waiting = processes["waits"]
@@ -173,13 +188,10 @@ def test_a_node_whose_middleware_does_not_end_has_done_its_work(
     run: RunDirectory, processes: dict[str, NodeProcess]
 ) -> None:
     start_processes([spec("never_taken_apart")], run, DOMAIN, processes)
-    log = run.logs / "never_taken_apart.log"
-    end = time.monotonic() + DEADLINE
-    while "made" not in log.read_text(encoding="utf-8") and time.monotonic() < end:
-        time.sleep(0.02)
+    wait_for_line(run, "never_taken_apart", "made")
     assert stop_all(processes, run.bag) == []
     assert processes["never_taken_apart"].status == 0
-    text = log.read_text(encoding="utf-8")
+    text = (run.logs / "never_taken_apart.log").read_text(encoding="utf-8")
     assert "stopped" in text
     assert text.endswith(f": {MIDDLEWARE_LEFT}\n")
 
@@ -192,6 +204,7 @@ def test_a_recorder_is_waited_for_as_long_as_its_bag_grows(
     monkeypatch.setattr(launcher, "RECORDER_STOP_TIMEOUT", 0.5)
     monkeypatch.setattr(launcher, "PROGRESS_PERIOD", 0.02)
     start_processes([spec(program)], run, DOMAIN, processes)
+    wait_for_line(run, program, "begun")
     recorders = {launcher.RECORDER: processes[program]}
     # the parts are beside the file of parameters
     faults = stop_all(recorders, run.parameters)

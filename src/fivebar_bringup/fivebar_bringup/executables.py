@@ -1,0 +1,10 @@
+"""The executables of this package: recorder, pictures, live page, and several nodes in one process."""
+
+from __future__ import annotations
+
+from fivebar_description.executable import Executable
+
+bag_recorder = Executable("fivebar_bringup.nodes.bag_recorder")
+scene = Executable("fivebar_bringup.nodes.scene")
+node_group = Executable("fivebar_bringup.nodes.node_group")
+viewer = Executable("fivebar_bringup.nodes.viewer")

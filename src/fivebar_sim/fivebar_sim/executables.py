@@ -1,0 +1,11 @@
+"""The executables of this package: the simulated robot and emulated hardware."""
+
+from __future__ import annotations
+
+from fivebar_description.executable import Executable
+
+plant = Executable("fivebar_sim.nodes.plant")
+camera = Executable("fivebar_sim.nodes.camera")
+emulated_board = Executable("fivebar_sim.emulators.board")
+emulated_drives = Executable("fivebar_sim.emulators.drives")
+emulated_robot = Executable("fivebar_sim.nodes.emulated_robot")

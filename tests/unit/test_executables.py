@@ -1,0 +1,88 @@
+"""Every executable hears signals before it loads anything large, and then ends at once without a traceback."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+
+import pytest
+from console_scripts import console_scripts
+
+from fivebar_description.executable import Executable
+from fivebar_description.interrupts import STOP_SIGNALS
+
+SERVICES = {name: entry for name, entry in console_scripts().items() if name != "fivebar"}
+
+STARTED = """
+import json, os, signal, sys
+
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == {interrupted!r}:
+            os.write(1, json.dumps(sorted({{name.partition(".")[0] for name in sys.modules}})).encode())
+            os.kill(os.getpid(), signal.{number.name})
+
+for number in {ignored}:
+    signal.signal(number, signal.SIG_IGN)
+signal.pthread_sigmask(signal.SIG_BLOCK, {blocked})
+sys.meta_path.insert(0, Interrupting())
+sys.argv = [{name!r}, *{arguments}]
+from {module} import {name}
+sys.exit({name}())
+"""
+"""What the script of an entry point does, with a signal while a module is searched for."""
+
+
+def interrupted(
+    name: str,
+    place: str,
+    number: signal.Signals,
+    *arguments: str,
+    ignored: tuple[int, ...] = (),
+    blocked: tuple[int, ...] = (),
+) -> tuple[int, str, str]:
+    """Return exit status, standard error and output of an executable, which begins with the packages loaded so far."""
+    program = STARTED.format(
+        interrupted=place,
+        number=number,
+        name=name,
+        module=SERVICES[name].module,
+        arguments=[*arguments],
+        ignored=[*map(int, ignored)],
+        blocked=[*map(int, blocked)],
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    return done.returncode, done.stderr, done.stdout
+
+
+@pytest.mark.parametrize("name", SERVICES)
+def test_a_signal_ends_an_executable_that_loads(name: str) -> None:
+    program = SERVICES[name].load()
+    assert isinstance(program, Executable)
+    assert SERVICES[name].module == f"{program.module.partition('.')[0]}.executables"
+    number = STOP_SIGNALS[list(SERVICES).index(name) % len(STOP_SIGNALS)]
+    status, errors, loaded = interrupted(name, program.module, number)
+    assert (status, errors) == (0, "")
+    # an interrupt before this point is Python's own
+    others = {"_distutils_hack", "cmeel_pth", "ros_wheels_bootstrapper", "sitecustomize", "fivebar_description"}
+    assert set(json.loads(loaded)) <= {*sys.stdlib_module_names, *others, program.module.partition(".")[0], "__main__"}
+
+
+@pytest.mark.parametrize("number", STOP_SIGNALS)
+def test_a_signal_ends_a_node_that_loads_ros(number: signal.Signals) -> None:
+    status, errors, _ = interrupted("ctc_controller", "rclpy.impl.implementation_singleton", number)
+    assert (status, errors) == (0, "")
+
+
+@pytest.mark.parametrize("number", STOP_SIGNALS)
+@pytest.mark.parametrize("how", ["ignored", "blocked"])
+def test_a_service_hears_signals_whoever_has_started_it_but_a_hangup_under_nohup(
+    how: str, number: signal.Signals
+) -> None:
+    """A shell's job in the background ignores Ctrl-C; a starter may block signals until they are handled."""
+    place = SERVICES["emulated_board"].load().module
+    status, errors, _ = interrupted("emulated_board", place, number, "--no-such-option", **{how: STOP_SIGNALS})
+    went_on = how == "ignored" and number == signal.SIGHUP
+    assert (status, "--no-such-option" in errors) == ((2, True) if went_on else (0, False))
