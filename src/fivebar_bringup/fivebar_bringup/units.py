@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from decimal import ROUND_CEILING, Decimal
+
+from fivebar_description.rounding import exactly, rounded_up
 
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
@@ -35,38 +36,17 @@ def plain(value: float | None, unit: str) -> str:
     return f"{value:#.3g}".rstrip(".") + f" {unit}"
 
 
-def in_millimetres(distance: float | None, decimals: int = 2) -> str:
-    """Return an error (m) in mm, rounded up to so many decimals, a smaller one to its first digit, or a dash."""
-    if distance is None:
-        return "–"
-    if not math.isfinite(distance):
-        return f"{distance} mm"
-    millimetres = _exactly(distance) * 1000
-    if 0 < millimetres < Decimal(1).scaleb(-decimals):
-        return f"{_rounded_up(millimetres, -millimetres.adjusted()):.1g} mm"
-    return f"{_rounded_up(millimetres, decimals):.{decimals}f} mm"
-
-
 def error_of(value: float | None, unit: str) -> str:
     """Return an error for a person like :func:`engineering`, but rounded up, so that it is within what is told."""
     if not value or not math.isfinite(value):
         return engineering(value, unit)
-    exact = _exactly(value)
-    up = _rounded_up(exact, 2 - exact.adjusted())
+    exact = exactly(value)
+    up = rounded_up(exact, 2 - exact.adjusted())
     for factor, prefix in PREFIXES:
-        scaled = up / _exactly(factor)
+        scaled = up / exactly(factor)
         if scaled >= 1:
             return f"{scaled:.{max(0, 2 - scaled.adjusted())}f} {prefix}{unit}"
     return f"{up:.2e} {unit}"
-
-
-def _exactly(value: float) -> Decimal:
-    """Return a number as it is written: 0.002 is two thousandths, and not what a binary number can hold of them."""
-    return Decimal(repr(float(value)))
-
-
-def _rounded_up(value: Decimal, decimals: int) -> Decimal:
-    return value.quantize(Decimal(1).scaleb(-decimals), ROUND_CEILING)
 
 
 def _three_digits(value: float) -> str:

@@ -14,6 +14,7 @@ from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.rounding import in_millimetres
 
 
 @command()
@@ -83,8 +84,8 @@ def benchmark(
             one.controller,
             f"{one.successes}/{one.crossings}",
             f"{100.0 * one.interval.low:.1f}-{100.0 * one.interval.high:.1f}",
-            f"{1e3 * one.error_median:.2f}",
-            f"{1e3 * one.error_95:.2f}",
+            in_millimetres(one.error_median).removesuffix(" mm"),
+            in_millimetres(one.error_95).removesuffix(" mm"),
             f"{one.torque_median:.2f}",
             str(one.stopped),
         )

@@ -86,7 +86,7 @@ def compare(
         return
     printer = Printer()
     # as many columns as a narrow terminal has room for; the page has all
-    table = Table(*("rig", "controller", "completed", "error", "applied", "requested", "saturated"), box=None)
+    table = Table(*("rig", "controller", "succeeded", "error", "applied", "requested", "saturated"), box=None)
     places = [made.overview.columns.index(str(column.header)) for column in table.columns]
     for row in made.overview.rows:
         table.add_row(*(row[place].text for place in places))

@@ -15,6 +15,7 @@ from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.rounding import in_millimetres
 
 
 @command()
@@ -84,7 +85,9 @@ def _losses(out: Path | None, processes: int, as_json: bool) -> None:
         table = Table(f"{lost}: largest error in mm", "none lost", *(f"{one} lost" for one in BURSTS[lost]), box=None)
         for one in made:
             if one.lost is lost:
-                table.add_row(one.equipment, *(f"{error * 1e3:.2f}" for error in (one.without, *one.worst)))
+                table.add_row(
+                    one.equipment, *(in_millimetres(error).removesuffix(" mm") for error in (one.without, *one.worst))
+                )
         printer.print(table)
     printer.print(f"look at {directory / FIGURES / 'losses.png'}", soft_wrap=True)
 

@@ -16,10 +16,10 @@ from fivebar_bringup.recorded.outcome import RunOutcome, fault_name, outcome_of
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS
+from fivebar_description.rounding import in_millimetres
 
 ERROR_LIMIT = 0.050
 """The platform stays within this distance (m) of its reference throughout, whatever the tolerance."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.units import in_millimetres
+from fivebar_description.rounding import in_millimetres
 
 SENTENCES = {
     RunOutcome.SUCCEEDED: "The run succeeded",

@@ -26,6 +26,7 @@ from fivebar_control.safety.forbidden import (
 )
 from fivebar_description.forbidden import bounds_in, numbers_problem
 from fivebar_description.parameters import FiveBar
+from fivebar_description.rounding import in_millimetres
 from fivebar_description.settings import Setting
 
 REACH_TOLERANCE = 1e-3
@@ -381,7 +382,7 @@ def fault_of(
             reason = f"workspace {list(limits.workspace)} m"
         else:
             beyond = -type1_distance(robot, state)
-            reason = f"{beyond * 1e3:.1f} mm out of reach: the joints contradict each other"
+            reason = f"{in_millimetres(beyond, 1)} out of reach: the joints contradict each other"
         return Fault(name, f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
     if number == FORBIDDEN_POSTURE:
         which = next_forbidden(limits.forbidden, state)
@@ -401,7 +402,7 @@ def fault_of(
         detail = f"({requested.tau1:.4g}, {requested.tau2:.4g}) Nm requested, more than {limit:.4g} Nm for"
         return Fault(name, f"{detail} {limits.request_samples} samples")
     error, limit = distance_from(state, x, y), limits.tracking_error
-    return Fault(name, f"{error * 1e3:.1f} mm from the reference, limit {limit * 1e3:.1f} mm")
+    return Fault(name, f"{in_millimetres(error, 1)} from the reference, limit {limit * 1e3:g} mm")
 
 
 def fastest_motor(state: State) -> float:

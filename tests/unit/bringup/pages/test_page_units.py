@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_bringup.units import PREFIXES, error_of, in_millimetres
+from fivebar_bringup.units import PREFIXES, error_of
+from fivebar_description.rounding import in_millimetres
 
 ERRORS = st.floats(min_value=1e-15, max_value=10.0)
 FACTORS = {prefix: Decimal(repr(factor)) for factor, prefix in PREFIXES}

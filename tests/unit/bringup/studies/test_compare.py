@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.series import read_series
 from fivebar_bringup.recorded.summary import summarize
 from fivebar_bringup.recorded.timing import RunTiming
@@ -143,7 +144,9 @@ def made(
 ) -> ComparisonResult:
     """A result that nobody ran, of figures within the bounds."""
     case = ComparisonCase(MIDDLE, controller, duration, rig)
-    usual = {"completed": True, "made": True, "tracking_error": 0.3e-3, "applied": 0.9, "limit": 10.0, "saturated": 0}
+    usual = {"made": True, "tracking_error": 0.3e-3, "applied": 0.9, "limit": 10.0, "saturated": 0}
+    done = figures.get("completed", True)
+    usual |= {"completed": done, "outcome": RunOutcome.SUCCEEDED if done else RunOutcome.STOPPED}
     return ComparisonResult(case, **{**usual, **figures})  # type: ignore[arg-type]
 
 
@@ -218,15 +221,18 @@ def test_the_tables_hold_the_worst_and_each_run() -> None:
     results = [fast, made(), failed]
     overview = overview_table(results)
     unified, ctc = (dict(zip(overview.columns, row, strict=True)) for row in overview.rows)
-    assert (unified["completed"].text, ctc["completed"].text) == ("2 of 2", "0 of 1")
-    assert (unified["completed"].good, ctc["completed"].good) == (True, False)
+    assert (unified["succeeded"].text, ctc["succeeded"].text) == ("2 of 2", "0 of 1")
+    assert (unified["succeeded"].good, ctc["succeeded"].good) == (True, False)
     assert (unified["error"].text, unified["applied"].value, unified["margin"].value) == ("1.00 mm", 2.5, 7.5)
     assert (unified["saturated"].value, unified["refused by the screen"].text) == (4, "1 of 2")
     (runs,) = run_tables(results)
     assert [row[0].value for row in runs.rows] == ["unified", "unified", "ctc"]
     assert [row[1].text for row in runs.rows] == ["0.5 s", "1 s", "1 s"]
     assert "7.50 Nm (75%)" in [cell.text for cell in runs.rows[0]]
-    assert "no: tracking_lost: &lt;far&gt; away" in html_page([], [], [runs], "", "")
+    assert "stopped: tracking_lost: &lt;far&gt; away" in html_page([], [], [runs], "", "")
+    # a run that made its motion, but beyond the tolerance, has not succeeded
+    beyond = overview_table([made(outcome=RunOutcome.OFF_REFERENCE), made()])
+    assert dict(zip(beyond.columns, beyond.rows[0], strict=True))["succeeded"].text == "1 of 2"
     quickest = made(duration=None, durations=(1.02, 1.25))
     assert tight_table([quickest]).rows[0][3].text == "quickest: 1.02–1.25 s"
 

@@ -196,7 +196,7 @@ def test_tracking_is_lost_beyond_the_limit() -> None:
     assert tracking_lost(state, math.nan, 0.10, 1.0) is not None
     # 0.6 m to each side, so that a millimetre in a thousand shows
     assert str(tracking_lost(at(0.0, 0.12), 0.6, 0.12, 0.5)) == (
-        "tracking_lost: 600.0 mm from the reference, limit 500.0 mm"
+        "tracking_lost: 600.0 mm from the reference, limit 500 mm"
     )
 
 

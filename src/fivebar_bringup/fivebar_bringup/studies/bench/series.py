@@ -18,8 +18,8 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.processes import GraphSpeed, graph_speed, stamp
 from fivebar_bringup.studies.bench.stalls import bare_loop
-from fivebar_bringup.units import in_millimetres
 from fivebar_description.interface import DEFAULT_PRIORITY
+from fivebar_description.rounding import in_millimetres
 
 RUNS = 20
 """Runs of each kind, by default."""

@@ -143,7 +143,7 @@ def run_case(case: ComparisonCase) -> ComparisonResult:
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())
     except InputError as refusal:
-        return ComparisonResult(case, why_not=(f"refused: {refusal}",))
+        return ComparisonResult(case, why_not=(str(refusal),))
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonExtent
 from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
@@ -59,7 +60,7 @@ def overview_table(results: Sequence[ComparisonResult]) -> Table:
     for rig, controller in keys:
         runs = [result for result in results if (result.case.rig, result.case.controller) == (rig, controller)]
         made = [run for run in runs if run.made]
-        done = sum(run.completed for run in runs)
+        done = sum(run.outcome is RunOutcome.SUCCEEDED for run in runs)
         refused = sum(bool(run.objections) for run in made)
         margins = [-run.margin for run in made if run.margin is not None]
         least = None if not margins else -max(margins)
@@ -83,11 +84,11 @@ def overview_table(results: Sequence[ComparisonResult]) -> Table:
     return Table(
         "overview",
         "The worst of each controller on each rig",
-        "Over all motions and durations: runs completed; largest distance from the reference, its root mean square,"
-        " and distance from the path in the blending zones; torque applied and requested; samples that requested more"
-        " than the drives give, in all; least margin to the torque limit; mechanical energy, ∫|τᵢ q̇ᵢ₁| dt of both"
+        "Over all motions and durations: runs that succeeded; largest distance from the reference, its root mean"
+        " square, and distance from the path in the blending zones; torque applied and requested; samples that"
+        " requested more than the drives give, in all; least margin to the torque limit; mechanical energy, ∫|τᵢ q̇ᵢ₁| dt of both"
         " motors; motions that the planner's screen would refuse.",
-        ("rig", "controller", "completed", *METRICS, "refused by the screen"),
+        ("rig", "controller", "succeeded", *METRICS, "refused by the screen"),
         tuple(rows),
     )
 
@@ -112,7 +113,7 @@ def tight_table(results: Sequence[ComparisonResult]) -> Table:
                 Cell(case.controller, case.controller),
                 Cell(_pace(result), case.duration),
                 Cell("–" if not result.made else "refused" if said else "allowed", not said if result.made else None),
-                _completed(result),
+                _outcome(result),
                 _length(result.tracking_error)._replace(good=False if lost(result) else None),
                 _torque(result.requested),
                 Cell(_count(result.at_limit), result.at_limit),
@@ -126,12 +127,12 @@ def tight_table(results: Sequence[ComparisonResult]) -> Table:
         " the quickest pace that the screen allows, found segment by segment. The screen allows the reference 85 % of"
         " the limit. unified respects the limit and requests no more. The column before the last counts the samples"
         " with a motor at its limit.",
-        ("motion", "rig", "controller", "T", "screen", "completed", "error", "requested", "at the limit", "why"),
+        ("motion", "rig", "controller", "T", "screen", "outcome", "error", "requested", "at the limit", "why"),
         tuple(rows),
     )
 
 
-_RUN_COLUMNS = ("controller", "T", "completed", *METRICS, "screen")
+_RUN_COLUMNS = ("controller", "T", "outcome", *METRICS, "screen")
 
 
 def _run(result: ComparisonResult) -> tuple[Cell, ...]:
@@ -143,7 +144,7 @@ def _run(result: ComparisonResult) -> tuple[Cell, ...]:
     return (
         Cell(case.controller, case.controller),
         Cell(case.pace, case.duration),
-        _completed(result),
+        _outcome(result),
         _length(result.tracking_error),
         _length(result.tracking_rms),
         _length(result.constraint_error),
@@ -163,11 +164,9 @@ def _pace(result: ComparisonResult) -> str:
     return f"quickest: {low:.2f}–{high:.2f} s"
 
 
-def _completed(result: ComparisonResult) -> Cell:
-    if result.completed:
-        return Cell("yes", "yes", True)
-    reason = "; ".join(result.why_not)
-    return Cell(f"no: {reason}", f"no: {reason}", False)
+def _outcome(result: ComparisonResult) -> Cell:
+    text = ": ".join(one for one in (result.outcome.value, "; ".join(result.why_not)) if one)
+    return Cell(text, text, result.outcome is RunOutcome.SUCCEEDED)
 
 
 def _count(value: int | None) -> str:

@@ -14,7 +14,7 @@ from fivebar_bringup.studies.estimate.changes import SECTIONS, changed_scenario
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import Replay, estimated_again, with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
-from fivebar_bringup.units import engineering
+from fivebar_bringup.units import error_of
 from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.strict_yaml import InputError
 
@@ -75,7 +75,7 @@ class EstimationComparison(NamedTuple):
 def _text(value: float | None, unit: str) -> str:
     if value is None:
         return "–"
-    return engineering(value, unit) if unit else f"{value:.3g}"
+    return error_of(value, unit) if unit else f"{value:.3g}"
 
 
 def _yes(same: bool) -> str:

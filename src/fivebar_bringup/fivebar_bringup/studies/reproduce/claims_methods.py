@@ -30,7 +30,7 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     some_not_across,
     some_setting_works,
 )
-from fivebar_bringup.units import engineering, plain
+from fivebar_bringup.units import engineering, error_of, plain
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC
 
 NAMES = {
@@ -156,7 +156,7 @@ def _multi_model_with_criterion() -> Claim:
             " meets the dynamic criterion (section 1.3.2)",
             f"{sum(run.completed for run in runs)} of {len(runs)} runs completed with {plain(peak, 'Nm')} at most; the"
             f" references ask for {residual or 0.0:.0e} N along tₛ on the locus; tracking error"
-            f" {engineering(largest([run.tracking_error for run in runs]), 'm')}",
+            f" {error_of(largest([run.tracking_error for run in runs]), 'm')}",
             {
                 "completed": sum(run.completed for run in runs),
                 "runs": len(runs),

@@ -14,7 +14,7 @@ from fivebar_bringup.studies.reproduce.own_figures import draw_free_dynamics
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, largest, of, runs_of
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import as_printed, finite_torque, order_of_magnitude, vanishing
-from fivebar_bringup.units import engineering, plain
+from fivebar_bringup.units import engineering, error_of, plain
 from fivebar_description.robot_file import load_robot
 
 ROUNDING = 1e-9
@@ -102,7 +102,7 @@ def _crossing_beside(extent: ReproductionExtent, results: Results) -> ClaimRow:
         "the constraint can be enforced anywhere on the locus, shown by the posture at (−0.06745, 0.03989) m"
         " (section 3.3)",
         f"planned crossings at ({crossing.x:.5f}, {crossing.y:.5f}) m; constraint error"
-        f" {engineering(largest([run.constraint_error for run in runs]), 'm')}, torque"
+        f" {error_of(largest([run.constraint_error for run in runs]), 'm')}, torque"
         f" {plain(largest([run.requested for run in runs]), 'Nm')} at most",
         {
             "x_m": crossing.x,

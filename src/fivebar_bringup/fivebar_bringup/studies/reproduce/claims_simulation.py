@@ -26,7 +26,7 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     shown_necessary,
     shown_unnecessary,
 )
-from fivebar_bringup.units import engineering
+from fivebar_bringup.units import error_of
 
 UNKNOWN_DURATION = (
     "Durations and gains are not in the text; the verdict is on the worst of"
@@ -103,7 +103,7 @@ def _constraint(number: str, controller: str, motion: str, reported: float, stat
         distance = largest([run.constraint_error for run in runs])
         more = (
             f"The unit of the error is not given; in rad it is the larger figure, as a distance it is"
-            f" {engineering(distance, 'm')}."
+            f" {error_of(distance, 'm')}."
             if joint
             else ""
         )
@@ -111,8 +111,8 @@ def _constraint(number: str, controller: str, motion: str, reported: float, stat
             f"Figure {number}",
             f"Error of the virtual constraint of {controller}, {motion} crossing",
             statement,
-            f"{engineering(largest(list(errors.values())), unit)} at most: "
-            + ", ".join(f"{engineering(error, unit)} at {duration}" for duration, error in errors.items()),
+            f"{error_of(largest(list(errors.values())), unit)} at most: "
+            + ", ".join(f"{error_of(error, unit)} at {duration}" for duration, error in errors.items()),
             {f"constraint_error_max_{unit}": errors, "constraint_error_max_m": distance},
             order_of_magnitude(largest(list(errors.values())), reported, unit),
             _remark(extent, more),
@@ -194,7 +194,7 @@ def _adaptive_gain_joint() -> Claim:
             " accurate (section 4.2, before figure 4.6)",
             f"{sum(pair.completed_without for pair in pairs)} of {len(pairs)} runs completed without it,"
             f" {sum(pair.completed_with for pair in pairs)} with it; worst constraint error"
-            f" {engineering(worst_without, 'rad')} without and {engineering(worst_with, 'rad')} with",
+            f" {error_of(worst_without, 'rad')} without and {error_of(worst_with, 'rad')} with",
             {
                 "runs": len(pairs),
                 "completed_with": sum(pair.completed_with for pair in pairs),
@@ -231,7 +231,7 @@ def _adaptive_gain_cartesian() -> Claim:
             "the adaptive gain was not necessary for the second list; errors of order 10⁻⁴ m (middle) and 10⁻³ m"
             " (multiple) without it (section 4.2)",
             f"{sum(run.completed for run in runs)} of {len(runs)} runs completed without it; constraint error"
-            f" {engineering(errors['middle'], 'm')} (middle) and {engineering(errors['multiple'], 'm')} (multiple)",
+            f" {error_of(errors['middle'], 'm')} (middle) and {error_of(errors['multiple'], 'm')} (multiple)",
             {
                 "runs": len(runs),
                 "completed": sum(run.completed for run in runs),

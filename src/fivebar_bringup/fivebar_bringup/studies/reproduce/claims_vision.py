@@ -8,7 +8,7 @@ from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow, of
 from fivebar_bringup.studies.reproduce.runner import Results
 from fivebar_bringup.studies.reproduce.verdicts import within
 from fivebar_bringup.studies.reproduce.vision_accuracy import position_errors
-from fivebar_bringup.units import engineering, plain
+from fivebar_bringup.units import error_of, plain
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
 
@@ -40,8 +40,8 @@ def _validation(extent: ReproductionExtent, results: Results) -> ClaimRow:
         PLACE,
         "Validation by vision beside the IMU, middle crossing, in simulation only",
         STATEMENT,
-        f"camera minus joints {engineering(rms, 'm')} rms, {engineering(peak, 'm')} at most, camera minus exact"
-        f" platform {engineering(true_peak, 'm')} at most; beside it the IMU's acceleration error over the whole run"
+        f"camera minus joints {error_of(rms, 'm')} rms, {error_of(peak, 'm')} at most, camera minus exact"
+        f" platform {error_of(true_peak, 'm')} at most; beside it the IMU's acceleration error over the whole run"
         f" {plain(run.acceleration_whole, 'm/s²')} rms",
         {
             "vision_error_rms_m": rms,
@@ -65,7 +65,7 @@ def _accuracy(name: str, title: str, speed: float, limit: float) -> Claim:
             PLACE,
             title,
             STATEMENT,
-            f"{engineering(middle, 'm')} in the median and {engineering(largest, 'm')} at most over {PICTURES} pictures"
+            f"{error_of(middle, 'm')} in the median and {error_of(largest, 'm')} at most over {PICTURES} pictures"
             f" at random places, seen in {len(known)}",
             {"median_m": middle, "largest_m": largest, "seen": len(known), "pictures": PICTURES},
             within(errors, limit),

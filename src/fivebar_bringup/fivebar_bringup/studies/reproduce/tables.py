@@ -20,7 +20,7 @@ from fivebar_bringup.studies.reproduce.cases import (
 )
 from fivebar_bringup.studies.reproduce.runner import ReproductionResult, Results
 from fivebar_bringup.studies.reproduce.verdicts import IMU_RATIO
-from fivebar_bringup.units import engineering, plain
+from fivebar_bringup.units import error_of, plain
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC
 
 MODE_CHANGES = {"middle": 2, "multiple": 8}
@@ -341,7 +341,7 @@ def _count(value: int | None) -> str:
 
 
 def _number(value: float | None, unit: str) -> Cell:
-    text = plain(value, unit) if unit in ("Nm", "m/s²", "N") else engineering(value, unit)
+    text = plain(value, unit) if unit in ("Nm", "m/s²", "N") else error_of(value, unit)
     if unit == "N" and value is not None and value < 1e-9:
         text = "0 N"
     return Cell(text, value)
@@ -357,7 +357,7 @@ def _worst(runs: Sequence[ReproductionResult], name: str, unit: str) -> Cell:
 
 
 def _variant(result: ReproductionResult) -> Cell:
-    values = f"{plain(result.requested, 'Nm')}, {engineering(result.tracking_error, 'm')}"
+    values = f"{plain(result.requested, 'Nm')}, {error_of(result.tracking_error, 'm')}"
     content = {
         "completed": result.completed,
         "requested": result.requested,

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.units import engineering
+from fivebar_bringup.units import engineering, error_of
 
 
 class Verdict(StrEnum):
@@ -47,7 +47,7 @@ def order_of_magnitude(measured: float | None, reported: float, unit: str) -> Ju
     )
     if measured is None:
         return Judgement(Verdict.NOT_REPRODUCED, rule, "no such value was measured")
-    found = f"{engineering(measured, unit)} ({measured:.2e} {unit})"
+    found = f"{error_of(measured, unit)} ({measured:.2e} {unit})"
     if measured < low:
         return Judgement(Verdict.BETTER, rule, f"{found} is below {low:.1e} {unit}")
     if measured <= high:
@@ -150,7 +150,7 @@ def shown_unnecessary(
     limit = reported * ORDER
     rule = f"agreed where every run is completed without it and no error is above {limit:.1e} {unit}"
     largest = max((math.inf if error is None else error for error in errors), default=math.inf)
-    reason = f"{sum(completed)} of {len(completed)} runs completed, error {engineering(largest, unit)} at most"
+    reason = f"{sum(completed)} of {len(completed)} runs completed, error {error_of(largest, unit)} at most"
     good = len(completed) > 0 and all(completed) and largest <= limit
     return Judgement(Verdict.AGREED if good else Verdict.NOT_REPRODUCED, rule, reason)
 
@@ -199,7 +199,7 @@ def within(errors: Sequence[float | None], limit: float) -> Judgement:
     """Judge errors (m) against an accuracy that was asked for."""
     rule = f"agreed where no error is above {engineering(limit, 'm')}"
     largest = max((math.inf if error is None else error for error in errors), default=math.inf)
-    reason = f"the largest of {len(errors)} is {engineering(largest if math.isfinite(largest) else None, 'm')}"
+    reason = f"the largest of {len(errors)} is {error_of(largest if math.isfinite(largest) else None, 'm')}"
     return Judgement(Verdict.AGREED if largest <= limit else Verdict.NOT_REPRODUCED, rule, reason)
 
 

@@ -38,6 +38,7 @@ from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
 from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
 from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import validate, yaml_text
 
 MOTIONS = {
@@ -217,12 +218,12 @@ def _run_text(words: str, rows: list[SweepRow]) -> str:
     """Return how many runs stay within 2 mm, and their largest errors."""
     good = sum(row.within(PEAK_LIMIT) for row in rows)
     interval = clopper_pearson(good, len(rows))
-    errors = [1e3 * row.error_peak for row in rows if row.error_peak is not None]
+    errors = [row.error_peak for row in rows if row.error_peak is not None]
     middle, most = np.percentile(errors, (50.0, 95.0)) if errors else (np.nan, np.nan)
     faults = sum(bool(row.fault) for row in rows)
     return (
         f"{words}: {good} of {len(rows)} within 2 mm ({100.0 * interval.low:.1f} to {100.0 * interval.high:.1f} %),"
-        f" {faults} stopped, largest error {middle:.2f}, {most:.2f} mm (median, 95 %)"
+        f" {faults} stopped, largest error {in_millimetres(middle)}, {in_millimetres(most)} (median, 95 %)"
     )
 
 

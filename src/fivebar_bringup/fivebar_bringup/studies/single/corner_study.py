@@ -11,9 +11,9 @@ from itertools import pairwise
 
 from fivebar_bringup.runs.admission import screened
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.planning.figures import ERROR
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
+from fivebar_description.rounding import in_millimetres
 
 Point = tuple[float, float]
 

@@ -18,13 +18,13 @@ from fivebar_bringup.graph.rehearsal import write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
 from fivebar_control.hardware.drive_interface import ZERO, JointTarget, Torques
 from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, set_point
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_description.robot_file import load_robot
+from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import read_yaml
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import EmulatedMotor
@@ -175,7 +175,7 @@ def main() -> None:
             torques = f"{law * 1e3:.1f} mNm | {motor * 1e3:.1f} mNm"
             print(
                 f"| {name} | {gains[0]:g}, {gains[1]:g} | {done} of {len(runs)}"
-                f" | {error * 1e3:.3f}, {in_millimetres(worst, 3)} | {rms * 1e3:.4f} mm | {torques} |",
+                f" | {in_millimetres(error, 3)}, {in_millimetres(worst, 3)} | {in_millimetres(rms, 4)} | {torques} |",
                 flush=True,
             )
 

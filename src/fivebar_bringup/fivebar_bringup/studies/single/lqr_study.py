@@ -10,8 +10,8 @@ import argparse
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.single.mpc_study import run_once
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.trajectory.planner import CRITERION, QUINTIC
+from fivebar_description.rounding import in_millimetres
 
 LAWS = ("unified", "mpc", "lqr")
 DURATIONS = (0.5, 1.0, 2.0)

@@ -22,12 +22,12 @@ from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.single.unified_sweep import PLANTS as ALL_PLANTS
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import prediction_matrices
 from fivebar_control.laws.unified import input_map
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_description.rounding import in_millimetres
 
 FloatArray = NDArray[np.float64]
 

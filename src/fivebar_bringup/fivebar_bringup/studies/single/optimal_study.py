@@ -36,6 +36,7 @@ from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
+from fivebar_description.rounding import in_millimetres
 
 TIME_LAWS = (QUINTIC, OPTIMAL, OPTIMAL_WITH_FRICTION)
 
@@ -152,11 +153,11 @@ def summary(found: Sequence[Quickest], crossings: Sequence[BenchmarkCrossing]) -
             and one.mode_changes == crossings[one.crossing].mode_changes
             for one in chosen
         )
-        errors = np.percentile([1e3 * one.error for one in chosen], (50, 95, 100)).tolist()
+        errors = np.percentile([one.error for one in chosen], (50, 95, 100)).tolist()
         lines.append(
             f"| `{law}` | {np.median([one.duration for one in chosen]):.3f} s | {good} of {len(chosen)} | "
-            + ", ".join(f"{value:.3f}" for value in errors)
-            + f" mm | {max(one.torque for one in chosen):.3f} Nm |"
+            + ", ".join(in_millimetres(value, 3) for value in errors)
+            + f" | {max(one.torque for one in chosen):.3f} Nm |"
         )
     return "\n".join(lines)
 

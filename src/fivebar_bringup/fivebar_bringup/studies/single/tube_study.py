@@ -22,13 +22,13 @@ from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.common.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
 from fivebar_bringup.studies.sweep.running import planned, screened
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.tube import Mismatch, tube
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import InputError
 
 RIG = "ideal"
@@ -123,7 +123,7 @@ def table(controller: str, runs: Sequence[TubeRun]) -> str:
             inside = sum(run.inside for run in chosen)
             low, high = clopper_pearson(inside, len(chosen))
             lengths = " | ".join(
-                f"{1e3 * np.median(values):.3f}, {in_millimetres(max(values))}"
+                f"{in_millimetres(float(np.median(values)), 3)}, {in_millimetres(max(values), 3)}"
                 for values in ([run.radius for run in chosen], [run.error for run in chosen])
             )
             lines.append(

@@ -23,6 +23,7 @@ from fivebar_bringup.studies.compare.verdicts import BOUNDS
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
+from fivebar_description.rounding import in_millimetres
 
 DURATIONS = (0.5, 1.0, 2.0, 3.0)
 
@@ -123,7 +124,9 @@ def table(rows: Sequence[SettingRow]) -> str:
     lines = ["| setting | " + " | ".join(PLANTS) + " |", "|---|" + "---|" * len(PLANTS)]
     for row in rows:
         chosen = " (default)" if row.value == getattr(UnifiedSettings(), row.setting) else ""
-        cells = [f"{w.error * 1e3:.3f} / {w.rms * 1e3:.3f} mm, {w.torque:.2f} Nm" for w in row.worst.values()]
+        cells = [
+            f"{in_millimetres(w.error, 3)} / {in_millimetres(w.rms, 3)}, {w.torque:.2f} Nm" for w in row.worst.values()
+        ]
         lines.append(f"| `{row.setting}` {row.value:g}{chosen} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 

@@ -14,9 +14,9 @@ from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import DrawnScenario
 from fivebar_bringup.studies.sweep.rows import SweepRow
 from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.encoders import EncoderErrors

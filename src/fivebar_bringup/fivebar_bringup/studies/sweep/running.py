@@ -14,7 +14,6 @@ from fivebar_bringup.simulation.predicted import predicted_on_engine
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, draw, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
-from fivebar_bringup.units import in_millimetres
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
 from fivebar_control.machine_code import expect_many_motions
@@ -27,6 +26,7 @@ from fivebar_control.planning.timing import SLOWER, UNHURRIED
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
+from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import InputError
 
 SWEPT = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.compiles)
