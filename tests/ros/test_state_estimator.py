@@ -131,6 +131,19 @@ def test_an_answer_waits_for_the_command_before_it_and_a_repeat_gets_the_same_ag
     probe.answer(JOINT_STATES, 3)
 
 
+def test_an_offset_by_whole_turns_is_named_and_taken_off(bench: Bench, samples: list[Sample]) -> None:
+    process, probe = start(bench)
+    shifted = motors(samples[0])
+    shifted.position[1] -= 4.0 * math.pi
+    probe.publish(MOTOR_STATES, shifted)
+    probe.answer(JOINT_STATES, 0)
+    assert probe.got(JOINT_STATES)[0].position.tolist() == pytest.approx(samples[0].measured.position, abs=1e-9)
+    expected = "[state_estimator]: motor_states: offset from where the robot stands is q21 by -2 whole turns: taken off"
+    assert process.stderr.count(expected) == 1
+    _, values = probe.health("/state_estimator")
+    assert (values["whole_turns_q11"], values["whole_turns_q21"]) == ("0", "-2")
+
+
 def test_sample_0_begins_a_new_run(bench: Bench, samples: list[Sample]) -> None:
     _, probe = start(bench)
     for _ in range(2):

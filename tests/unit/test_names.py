@@ -58,6 +58,7 @@ ELSEWHERE = {
         "fivebar_sim.vision.markers",
         "fivebar_sim.vision.renderer",
     ),
+    "unit/bringup/pages/test_page_units.py": ("fivebar_description.rounding",),
     "unit/bringup/recorded/test_bag.py": ("fivebar_description.topic_contents",),
     "unit/bringup/studies/test_bench.py": ("fivebar_bringup.nodes.bare_chain",),
     "launch/test_launch_files.py": ("fivebar_bringup.ros.launched_run",),

@@ -29,6 +29,12 @@ def same_turn(angle: float, near: float) -> float:
     return angle - turns * math.tau if abs(apart - turns * math.tau) < LARGEST_CHANGE else angle
 
 
+def turns_between(angle: float, same: float) -> int:
+    """Return how many whole turns an angle is beyond what `same_turn` has made of it."""
+    beyond = angle - same
+    return round(beyond / math.tau) if abs(beyond) > LARGEST_CHANGE else 0
+
+
 def continuous(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return columns of angles [n, m] (rad) without jumps by whole turns; those without any as they are."""
     columns = []

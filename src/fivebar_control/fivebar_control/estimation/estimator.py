@@ -40,7 +40,7 @@ from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
-from fivebar_description.whole_turns import same_turn
+from fivebar_description.whole_turns import same_turn, turns_between
 
 NO_READINGS = Misfit(math.nan, math.nan, math.nan)
 
@@ -116,6 +116,8 @@ class StateEstimator:
         self._found_again = False
         self._near = self._expected_motors()
         self._near_elbow = math.nan
+        self.turns = 0, 0
+        """Whole turns that both motors' last readings had too many, and that were taken off."""
 
     def joined_late(self, sample: int) -> bool:
         """Return whether the first sample of all is no beginning of a run, and latch `estimate_lost` for it.
@@ -197,7 +199,9 @@ class StateEstimator:
         Raises:
             HomingContradicted: the first angles are not those of the declared posture.
         """
+        read = q11, q21
         q11, q21 = self._near = same_turn(q11, self._near[0]), same_turn(q21, self._near[1])
+        self.turns = turns_between(read[0], q11), turns_between(read[1], q21)
         ahead = self._stepped(sample, q11, q21, tau1, tau2, rates, elbows, seen)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)

@@ -9,7 +9,7 @@ their stamps, however late they come.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -81,6 +81,17 @@ def read_released(message: JointMessage) -> tuple[Reading, ...]:
     if len(message.name) != len(moments) or not all(map(math.isfinite, moments)):
         raise MessageError(f"names {list(message.name)}, position {list(moments)}, expected a moment for each name")
     return tuple(zip(message.name, moments, strict=True))
+
+
+def turns_text(turns: tuple[int, int]) -> str:
+    """Return which motor's first reading was offset by how many whole turns, for a warning."""
+    both = zip(ACTIVE_JOINTS, turns, strict=True)
+    offset = " and ".join(
+        f"{name} by {count:+d} whole turn{'s' if abs(count) > 1 else ''}" for name, count in both if count
+    )
+    return (
+        f"{MOTOR_STATES.name}: offset from where the robot stands is {offset}: taken off, as is every wrap from here on"
+    )
 
 
 def step_of(compiled: bool) -> Callable[..., EstimatorStep]:
@@ -183,6 +194,11 @@ class StateEstimatorNode(SamplingNode):
         if self._estimator.fault is not None:
             return DiagnosticStatus.ERROR, str(self._estimator.fault)
         return super().health()
+
+    def metrics(self) -> Mapping[str, object]:
+        """Return the whole turns that are taken off the readings of each motor."""
+        turns = zip(ACTIVE_JOINTS, self._estimator.turns, strict=True)
+        return {f"whole_turns_{name}": count for name, count in turns}
 
     def restart(self) -> None:
         """Start again from the homing posture; a latched fault is cleared."""
@@ -330,6 +346,8 @@ class StateEstimatorNode(SamplingNode):
             self._announce(str(error))
             self.exit_status = FAILED
             return
+        if self._replied < 0 and any(self._estimator.turns):
+            self.get_logger().warning(turns_text(self._estimator.turns))
         if self._estimator.fault is not None and known is None:
             self._announce(str(self._estimator.fault))
             # deliver the fault to the blender before this sample, so that every run stops at the same sample

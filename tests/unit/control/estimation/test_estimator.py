@@ -81,6 +81,7 @@ def test_readings_that_are_offset_or_wrapped_by_whole_turns_give_the_same_estima
         found = shifted.take(sample, Q.q11 + angle + turns * math.tau, q21, 0.0, 0.0)
         assert found.position == pytest.approx(expected.position, abs=1e-9)
         assert found.velocity == pytest.approx(expected.velocity, abs=1e-6)
+        assert (plain.turns, shifted.turns) == ((0, 0), (turns, int(sample > 9)))
     assert shifted.fault is None
 
 

@@ -86,8 +86,8 @@ def overview_table(results: Sequence[ComparisonResult]) -> Table:
         "The worst of each controller on each rig",
         "Over all motions and durations: runs that succeeded; largest distance from the reference, its root mean"
         " square, and distance from the path in the blending zones; torque applied and requested; samples that"
-        " requested more than the drives give, in all; least margin to the torque limit; mechanical energy, ∫|τᵢ q̇ᵢ₁| dt of both"
-        " motors; motions that the planner's screen would refuse.",
+        " requested more than the drives give, in all; least margin to the torque limit; mechanical energy,"
+        " ∫|τᵢ q̇ᵢ₁| dt of both motors; motions that the planner's screen would refuse.",
         ("rig", "controller", "succeeded", *METRICS, "refused by the screen"),
         tuple(rows),
     )

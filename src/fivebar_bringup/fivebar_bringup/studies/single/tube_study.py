@@ -123,7 +123,7 @@ def table(controller: str, runs: Sequence[TubeRun]) -> str:
             inside = sum(run.inside for run in chosen)
             low, high = clopper_pearson(inside, len(chosen))
             lengths = " | ".join(
-                f"{in_millimetres(float(np.median(values)), 3)}, {in_millimetres(max(values), 3)}"
+                f"{in_millimetres(float(np.median(values)), 3).removesuffix(' mm')}, {in_millimetres(max(values))}"
                 for values in ([run.radius for run in chosen], [run.error for run in chosen])
             )
             lines.append(
