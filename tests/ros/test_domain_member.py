@@ -8,6 +8,7 @@ import pytest
 from graph_probe import Bench
 from std_msgs.msg import String
 
+from fivebar_description.errors import InputError
 from fivebar_description.interface import GOAL_STATUS
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros.domain_member import DomainMember
@@ -36,3 +37,10 @@ def test_a_signal_while_a_message_is_converted_is_an_interrupt(bench: Bench, mon
             receiver.wait_for(lambda: taken, DEADLINE)
     assert len(made) == 1
     assert [message.data for message in taken] == ["any"]
+
+
+def test_ros_that_does_not_start_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
+    with pytest.raises(InputError, match=r"^ROS does not start in domain 7: .*: look at ROS_SECURITY_ENABLE$"):
+        DomainMember("probe", 7)

@@ -17,7 +17,8 @@ def exhaustion(error: BaseException) -> str | None:
     """Return in one line what has run out, None where an error has another cause."""
     cause: BaseException | None = error
     while cause is not None:
-        text = str(cause).splitlines()[0] if str(cause) else "out of memory"
+        words = (isinstance(cause, OSError) and cause.strerror) or str(cause)
+        text = words.splitlines()[0] if words else "out of memory"
         if isinstance(cause, MemoryError) or any(sign in text.lower() for sign in SIGNS):
             return f"the system gives this process no more memory, threads or files: {text}; see ulimit -a"
         cause = cause.__cause__ or cause.__context__

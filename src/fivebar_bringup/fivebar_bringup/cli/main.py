@@ -67,6 +67,10 @@ def main() -> None:
         sys.exit(FAILED)
     except OSError as error:
         _discard_output()
+        exhausted = exhaustion(error)
+        if exhausted is not None:
+            complain(exhausted)
+            sys.exit(BAD_INPUT)
         place = (
             f"{os.fsdecode(error.filename)}: "
             if isinstance(error.filename, str | bytes)

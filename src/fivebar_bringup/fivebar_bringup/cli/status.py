@@ -66,7 +66,7 @@ def status(
     # here, because it loads ROS
     from fivebar_bringup.live.ros.diagnostics_listener import DiagnosticsListener
 
-    with keyboard_interrupts(), DiagnosticsListener(number) as listener:
+    with input_errors(), keyboard_interrupts(), DiagnosticsListener(number) as listener:
         if listener.wait_for_report(DISCOVERY_TIME):
             listener.take_for(LISTENING_TIME)
         if watch:

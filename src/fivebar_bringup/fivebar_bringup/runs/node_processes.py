@@ -30,6 +30,9 @@ WAITS, NOT_READY, READY = ": waits for ", "not ready: ", "ready: all inputs are 
 
 PIPE_SIZE = 65536
 
+POLL_PERIOD = 0.01
+"""Time (s) between two looks at a process where the system does not tell of its end."""
+
 
 class NodesNotStarted(Exception):
     """No process of a run has been started; the text says why."""
@@ -96,7 +99,13 @@ class NodeProcess:
         """Wait until the process has ended or the deadline (monotonic, s) has passed; return whether it has ended."""
         if self.status is not None:
             return True
-        descriptor = os.pidfd_open(self.pid)
+        try:
+            descriptor = os.pidfd_open(self.pid)
+        except OSError:
+            # no more files can be opened, and the process is to be waited for all the same
+            while self.status is None and time.monotonic() < deadline:
+                time.sleep(POLL_PERIOD)
+            return self.status is not None
         try:
             poller = select.poll()
             poller.register(descriptor, select.POLLIN)
@@ -118,8 +127,18 @@ def start_processes(
     They begin only when all of them have been added: an interrupt before that leaves none of them running.
 
     Raises:
-        NodesNotStarted: the process that starts them has failed.
+        NodesNotStarted: their files cannot be written, or the process that starts them has failed.
     """
+    try:
+        _start_processes(specs, run, domain, processes, namespace)
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        raise NodesNotStarted(f"nodes_not_started: {place}{error.strerror}") from error
+
+
+def _start_processes(
+    specs: Sequence[ProcessSpec], run: RunDirectory, domain: int, processes: dict[str, NodeProcess], namespace: str
+) -> None:
     run.parameters.mkdir(exist_ok=True)
     run.logs.mkdir(exist_ok=True)
     commands = []

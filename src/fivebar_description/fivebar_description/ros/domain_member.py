@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -11,10 +12,12 @@ from typing import Any, Self, TypeVar
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
+from fivebar_description.errors import InputError
 from fivebar_description.interface import Topic
 from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.joint_sample import MessageError
@@ -25,6 +28,12 @@ from fivebar_description.ros.run import use_local_network_only
 from fivebar_description.ros_environment import check_ros_environment
 
 R = TypeVar("R")
+
+
+def _cause() -> str:
+    """Return what in the environment may keep ROS from starting, "" for nothing that is known."""
+    return ": look at ROS_SECURITY_ENABLE" if os.environ.get("ROS_SECURITY_ENABLE", "").lower() == "true" else ""
+
 
 LOOK_PERIOD = 0.05
 """Polling period (s) of a condition that is waited for."""
@@ -44,8 +53,11 @@ class DomainMember:
         self.refused: Counter[str] = Counter()
         """Messages that were left out because they could not be read, by topic."""
         self._context = Context()
-        rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name, namespace=namespace, context=self._context)
+        try:
+            rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+            self.node = Node(name, namespace=namespace, context=self._context)
+        except rclpy_implementation.RCLError as error:
+            raise InputError(f"ROS does not start in domain {domain}: {one_line(str(error))}{_cause()}") from error
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
 

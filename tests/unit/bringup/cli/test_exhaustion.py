@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+
 import pytest
 
 from fivebar_bringup.cli.exhaustion import exhaustion
@@ -13,6 +15,7 @@ from fivebar_bringup.cli.exhaustion import exhaustion
         (MemoryError(), "out of memory"),
         (RuntimeError("can't start new thread"), "can't start new thread"),
         (ImportError("libany.so: failed to map segment from shared object\nsee the guide"), "shared object; see"),
+        (OSError(errno.EMFILE, "Too many open files", "any.py"), "files: Too many open files; see ulimit -a"),
         (RuntimeError("pthread_create failed: Resource temporarily unavailable"), "pthread_create failed"),
     ],
 )

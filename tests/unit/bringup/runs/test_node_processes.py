@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import select
@@ -256,3 +257,25 @@ print(len(list(Path("/proc/self/task").iterdir())))
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("1\n", "")
+
+
+def test_files_that_cannot_be_written_leave_no_process_and_a_named_fault(tmp_path: Path) -> None:
+    run = RunDirectory(tmp_path / "gone")
+    processes: dict[str, NodeProcess] = {}
+    with pytest.raises(NodesNotStarted, match=r"^nodes_not_started: .*gone/parameters: No such file or directory$"):
+        start_processes([], run, DOMAIN, processes)
+    assert not processes
+
+
+def test_a_process_is_waited_for_where_no_more_files_can_be_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(pid: int) -> int:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(os, "pidfd_open", refuse)
+    child = subprocess.Popen(["sleep", "0.1"])
+    process = NodeProcess("sleeper", child.pid, tmp_path / "log")
+    assert not process.wait(time.monotonic())
+    assert process.wait(time.monotonic() + DEADLINE)
+    assert process.status == 0
