@@ -10,6 +10,7 @@ from bound_laws import bound_law
 from graph_probe import RATE_HZ, Bench, Probe
 from middle_motion import MiddleMotion
 
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.model.singularity import inverse_condition
@@ -103,7 +104,11 @@ def test_supervisor_weighs_every_sample(probes: dict[str, Probe], motion: Middle
 def test_candidates_are_the_laws_torques(probes: dict[str, Probe], motion: MiddleMotion, node: str) -> None:
     probe, topic = probes[node], PARTS[node][1][0]
     names = {"ctc_controller": "ctc", "vhc_controller": "vhc_cartesian", "unified_controller": "unified"}
-    laws = {one: bound_law(name, motion.robot, motion.plan, RATE_HZ) for one, name in names.items()}
+    # the unified law keeps to the drives' limit
+    more = {"unified": {"torque_limit": load_scenario("unified_middle").torque_limit}}
+    laws = {
+        one: bound_law(name, motion.robot, motion.plan, RATE_HZ, **more.get(name, {})) for one, name in names.items()
+    }
     for sample in interesting_samples(motion):
         inputs = [(JOINT_STATES, motion.joint_states_message(sample)), (REFERENCE, motion.reference_message(sample))]
         if sample == 0:

@@ -53,7 +53,7 @@ class Rig:
         self.node = f"{namespace}/blender"
         # the robot of the motion is never quite at rest
         self.process = bench.start(
-            "blender", namespace, candidate_deadline_ms=DEADLINE_MS, rest_speed=rest_speed, **more
+            "blender", namespace, candidate_deadline_ms=DEADLINE_MS, **{"safety.rest_speed": rest_speed}, **more
         )
         self.probe: Probe = bench.probe(namespace)
         self.probe.join(
@@ -377,7 +377,7 @@ def test_zero_torque_is_the_last_word(bench: Bench, motion: MiddleMotion, number
 
 
 def test_without_blending_the_ctc_torque_is_the_command(bench: Bench, motion: MiddleMotion) -> None:
-    bench.start("blender", candidates="ctc")
+    bench.start("blender", controller="ctc")
     probe = bench.probe()
     probe.join("blender", [JOINT_STATES, REFERENCE, CTC_TORQUE, FAULTS], [TORQUE_COMMAND])
     inputs = [

@@ -58,7 +58,12 @@ class Rig:
         self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
         path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 100}, patient)
         self.process = bench.start(
-            "dextar_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=1000.0, **parameters
+            "dextar_bridge",
+            drives=str(path),
+            rate_hz=RATE_HZ,
+            command_timeout_ms=1000.0,
+            **{"safety.stop_cycles": 3},
+            **parameters,
         )
         self.probe.listen(MOTOR_STATES, callback=self._on_states)
         self.probe.join("dextar_bridge", [TORQUE_COMMAND, FAULTS], [FAULTS, DRIVES_STATE])
@@ -233,7 +238,7 @@ def test_a_fault_of_another_node_stops_the_drives(rig: Rig) -> None:
 
 def test_the_drives_follow_the_brake_until_it_commands_zero(bench: Bench, tmp_path: Path, bus_section: Any) -> None:
     """A fault that the blender brakes for stops the drives with its zero torque, another one at once."""
-    rig = Rig(bench, tmp_path, bus_section, brake_limit_s=60.0)
+    rig = Rig(bench, tmp_path, bus_section, **{"safety.brake_duration": 59.0})
     activated(rig)
     rig.torque = (0.5, 0.5)
     rig.wait_for_effort(rig.torque)
@@ -256,7 +261,7 @@ def test_the_drives_follow_the_brake_until_it_commands_zero(bench: Bench, tmp_pa
 def test_the_drives_do_not_follow_a_brake_for_longer_than_its_limit(
     bench: Bench, tmp_path: Path, bus_section: Any
 ) -> None:
-    rig = Rig(bench, tmp_path, bus_section, brake_limit_s=0.1)
+    rig = Rig(bench, tmp_path, bus_section, **{"safety.brake_duration": 0.1})
     activated(rig)
     rig.torque = (0.5, 0.5)
     rig.wait_for_effort(rig.torque)

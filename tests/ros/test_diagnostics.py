@@ -104,7 +104,7 @@ def group(bench: Bench, *modules: str, **parameters: object) -> ForkedNode:
 def test_nodes_in_one_process_answer_each_with_its_parameters(bench: Bench, motion: MiddleMotion) -> None:
     modules = [f"fivebar_control.nodes.{name}" for name in ("trajectory_generator", "supervisor")]
     # the zones are those of the plan, on which both must agree; after_fault has one of them alone
-    zones = {"zone_rule": "fixed", "zone_epsilon": 0.3}
+    zones = {"zone.rule": "fixed", "zone.epsilon": 0.3}
     process = group(bench, *modules, trajectory_generator={**zones, "after_fault": "continue"}, supervisor=zones)
     probe = bench.probe()
     probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE])

@@ -73,7 +73,7 @@ def test_a_node_says_whose_plan_it_refuses(bench: Bench) -> None:
     probe = bench.probe()
     probe.publish(RUN_PLAN, String(data="[" * 5000))
     probe.report("/supervisor", lambda values: values["dropped"] == "1")
-    probe.publish(RUN_PLAN, String(data=plan_text({"zone_epsilon": {"content": "\x1b[31m"}})))
+    probe.publish(RUN_PLAN, String(data=plan_text({"zone.epsilon": {"content": "\x1b[31m"}})))
     probe.wait_for(lambda: "refuses" in node.stderr, "the refusal")
     (line,) = [line for line in node.stderr.splitlines() if "refuses" in line]
     assert f"; that plan is of process {os.getpid()} (" in line

@@ -22,7 +22,7 @@ from fivebar_description.interface import GOAL, GOAL_STATUS, JOINT_STATES, JOINT
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import joint_state
 
-MOTION = {"waypoints": [0.0, 0.15, 0.0, 0.14], "segment_durations": [0.1]}
+MOTION = {"waypoints": [0.0, 0.15, 0.0, 0.14], "segment_duration": [0.1]}
 """Samples 0 to 50."""
 
 GOAL_REFERENCE = (0.0, 0.03, 0.0, 0.0)
@@ -91,7 +91,8 @@ class Driver:
 
 
 def start(bench: Bench, takes_goals: bool = True, **settings: float) -> Driver:
-    bench.start("trajectory_generator", **MOTION, takes_goals=takes_goals, **settings)
+    controller = "unified" if takes_goals else "multi_cartesian"
+    bench.start("trajectory_generator", **MOTION, controller=controller, **settings)
     return Driver(bench.probe())
 
 
@@ -187,7 +188,7 @@ def test_without_the_parameter_no_goal_is_taken(bench: Bench) -> None:
     driver = start(bench, takes_goals=False)
     driver.steps(60)
     driver.request(x=0.0, y=0.03)
-    assert "takes_goals" in driver.wait_for_status("refused")["reason"]
+    assert "they need controller unified" in driver.wait_for_status("refused")["reason"]
     assert driver.step() == HOME_REFERENCE
 
 
@@ -199,7 +200,9 @@ def planners_of(node: ForkedNode) -> list[int]:
 
 def test_by_the_clock_the_planner_is_there_before_the_run_begins(bench: Bench) -> None:
     """To start a process takes longer than a cycle, and while it loads its modules it takes a processor."""
-    node = bench.start("trajectory_generator", **MOTION, takes_goals=True, goal_held_ms=20.0)
+    node = bench.start(
+        "trajectory_generator", **MOTION, controller="unified", mode="realtime", **{"safety.stop_cycles": 3}
+    )
     driver = Driver(bench.probe())
     (planner,) = planners_of(node)
     assert os.getpriority(os.PRIO_PROCESS, planner) > os.getpriority(os.PRIO_PROCESS, node.pid)

@@ -21,6 +21,8 @@ RELIABLE = QoSProfile(depth=10)
 
 NODE = "/state_estimator"
 
+GYRO = {"ekf.gyro": True}
+
 OVERRIDE = "qos_overrides./motor_states.subscription"
 
 
@@ -66,7 +68,7 @@ def said(probe: Probe, text: str) -> None:
 
 
 def test_publishers_that_offer_less_and_more_are_heard_once_each(bench: Bench) -> None:
-    bench.start("state_estimator", gyro=True)
+    bench.start("state_estimator", **GYRO, mode="realtime", compiled="no")
     probe = bench.probe()
     probe.health(NODE)
     for topic in MALFORMED:
@@ -82,7 +84,7 @@ def test_a_latched_message_from_before_the_node_is_heard(bench: Bench) -> None:
 
 
 def test_in_lockstep_a_sensor_that_may_lose_readings_is_not_used_but_named(bench: Bench) -> None:
-    process = bench.start("state_estimator", gyro=True, awaits_readings=True)
+    process = bench.start("state_estimator", **GYRO)
     probe = bench.probe()
     probe.node.create_publisher(Imu, IMU_DATA.name, qos_profile_sensor_data)
     said(probe, "not ready: /imu/data: not heard from /probe, since the reliability differs: expected reliable")

@@ -39,6 +39,7 @@ from fivebar_sim.boards.protocol import CommandFrame, CommandReader
 pytestmark = pytest.mark.clock
 
 RATE_HZ = 100
+STOP = {"safety.stop_cycles": 3}
 BRIDGE = "/motkin_bridge"
 PUSH = (0.003, -0.003)
 """Less than the friction."""
@@ -57,7 +58,7 @@ def test_a_button_stops_the_bench_and_is_named_until_it_is_held_again(
     path = tmp_path / "board.yaml"
     path.write_text(yaml.safe_dump(board_content(tmp_path)))
     probe = bench.probe()
-    bench.start("motkin_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=10_000.0)
+    bench.start("motkin_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=10_000.0, **STOP)
     states: list[Any] = []
     answering = True
 
@@ -124,7 +125,7 @@ def test_the_inner_loop_follows_the_reference_of_the_present_sample_and_ends_wit
 
     monkeypatch.setattr(board.board, "take", recorded)
     probe = bench.probe()
-    bench.start("motkin_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=10_000.0)
+    bench.start("motkin_bridge", drives=str(path), rate_hz=RATE_HZ, command_timeout_ms=10_000.0, **STOP)
     referenced = True
 
     def answer(message: Any) -> None:

@@ -21,7 +21,7 @@ def test_two_robots_do_not_mix(bench: Bench, motion: MiddleMotion) -> None:
     probes = {namespace: bench.probe(namespace) for namespace in ("/a", "/b")}
     for namespace in probes:
         bench.start("supervisor", namespace)
-        bench.start("blender", namespace, candidates="ctc")
+        bench.start("blender", namespace, controller="ctc")
     outputs = [SUPERVISOR_STATE, SUPERVISOR_SIGMA, TORQUE_COMMAND]
     for probe in probes.values():
         probe.advertise(REFERENCE, CTC_TORQUE, FAULTS)

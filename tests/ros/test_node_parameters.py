@@ -84,35 +84,36 @@ def test_a_graph_sets_only_parameters_that_its_nodes_have(
 
 
 REFUSED: list[tuple[str, dict[str, Any], str]] = [
-    ("ctc_controller", {"kp": -1.0}, "parameter kp: expected 0.0 to 1000000.0 1/s^2"),
-    ("ctc_controller", {"kd": "much"}, "parameter kd: "),
-    ("ctc_controller", {"kp": math.nan}, "parameter kp: "),
-    ("ctc_controller", {"working_mode": [1, 0]}, "working_mode: [1, 0]: expected two signs"),
-    ("vhc_controller", {"resolution": "best"}, "parameter resolution: "),
-    ("vhc_controller", {"working_mode": [1, -1] * 3}, "working_mode: expected two signs, since this law is undefined"),
-    ("unified_controller", {"working_mode": [1, -1] * 2}, "each +1 or -1, or two for each of the 3 waypoints"),
-    ("unified_controller", {"weight": 0.0}, "parameter weight: expected 1e-12 to 1000000000000.0 (m/s^2 / Nm)^2"),
+    ("ctc_controller", {"gains.kp": -1.0}, "parameter gains.kp: expected 0.0 to 1000000.0 1/s^2"),
+    ("ctc_controller", {"gains.kd": "much"}, "parameter gains.kd: "),
+    ("ctc_controller", {"gains.kp": math.nan}, "parameter gains.kp: "),
+    ("ctc_controller", {"working_mode": [1, 0]}, "working_mode.1: 0: expected -1 or 1"),
+    ("vhc_controller", {"vhc_resolution": "best"}, "parameter vhc_resolution: "),
+    ("vhc_controller", {"working_modes": [1, -1] * 3}, "controller multi_cartesian cannot meet Type 1"),
+    ("vhc_controller", {"controller": "unified"}, "its laws run in unified_controller"),
+    ("unified_controller", {"working_modes": [1, -1] * 2}, "2 given for 3 waypoints"),
+    ("unified_controller", {"unified.weight": 0.0}, "unified.weight: expected 1e-12 to 1000000000000.0 (m/s^2 / Nm)^2"),
     ("supervisor", {"waypoints": [0.0, 0.15, 0.3, 0.15, 0.0, 0.15]}, "segment 1: (0.3000, 0.1500) m is out of reach"),
     ("supervisor", {"waypoints": [0.0, 0.15, math.nan, 0.15, 0.0, 0.15]}, "parameter waypoints: "),
-    ("trajectory_generator", {"waypoints": [0.0, 0.15, 0.0]}, "waypoints: 3 numbers: expected pairs"),
-    ("trajectory_generator", {"segment_durations": [1.0]}, "segment_duration: 1 given for 2 segments"),
+    ("trajectory_generator", {"waypoints": [0.0, 0.15, 0.0]}, ": 3 numbers: expected pairs"),
+    ("trajectory_generator", {"segment_duration": [1.0, 1.0, 1.0]}, "segment_duration: 3 given for 2 segments"),
     ("trajectory_generator", {"robot": "hexapod"}, "robot 'hexapod': expected one of dextar"),
-    ("trajectory_generator", {"goal_controller": "ctc"}, "expected a controller that follows requests, unified or mpc"),
-    ("trajectory_generator", {"goal_controller": "pid"}, "goal_controller: 'pid': expected one of ctc, multi_joint"),
-    ("trajectory_generator", {"goal_safety_workspace": [0.1, -0.1, 0.0, 0.2]}, "expected x_min < x_max"),
+    ("trajectory_generator", {"controller": "pid"}, "controller: 'pid': expected one of ctc, multi_joint"),
+    ("trajectory_generator", {"safety.workspace": [0.1, -0.1, 0.0, 0.2]}, "expected x_min < x_max"),
     ("blender", {"robot": "no/such/file.yaml"}, "no/such/file.yaml: cannot be read"),
-    ("blender", {"candidate_deadline_ms": 0.0}, "parameter candidate_deadline_ms: expected 1.0 to 60000.0 ms"),
+    ("blender", {"candidate_deadline_ms": 0.5}, "candidate_deadline_ms: 0.5: expected at least 1, at most 60000"),
     ("imu_listener", {"rate_hz": 0}, "parameter rate_hz: expected 1 to 10000 Hz"),
     ("blender", {"rate_hz": 7}, "expected a rate that divides 1e9"),
     ("plant", {"mode": "fast"}, "parameter mode: "),
-    ("plant", {"initial_joints": [0.0, 0.0, 0.0, 0.0]}, "initial_joints: "),
-    ("plant", {"mass_scale": math.nan}, "parameter mass_scale: "),
-    ("plant", {"friction_scale": -0.1}, "parameter friction_scale: expected 0.0 to 1000.0"),
-    ("plant", {"imu_bias": [0.1]}, "parameter imu_bias: [0.1]: expected three numbers"),
-    ("blender", {"workspace": [0.1, -0.1, 0.0, 0.2]}, "workspace: [0.1, -0.1, 0.0, 0.2]: expected x_min < x_max"),
-    ("blender", {"working_mode": [1]}, "parameter working_mode: [1]: expected two signs"),
-    ("state_estimator", {"assembly_mode": 0}, "parameter assembly_mode: 0: expected +1 or -1"),
-    ("supervisor", {"zone_epsilon": 0.5}, "parameter zone_epsilon: 0.5: expected above 0, below 0.5"),
+    ("plant", {"initial_joints": [0.0, 0.0]}, "initial_joints: "),
+    ("plant", {"plant.mass_scale": math.nan}, "parameter plant.mass_scale: "),
+    ("plant", {"plant.friction_scale": -0.1}, "parameter plant.friction_scale: expected 0.0 to 1000.0"),
+    ("plant", {"imu.bias": [0.1]}, "imu.bias"),
+    ("blender", {"safety.workspace": [0.1, -0.1, 0.0, 0.2]}, "expected x_min < x_max"),
+    ("blender", {"working_mode": [1]}, "working_mode"),
+    ("supervisor", {"zone.epsilon": 0.5}, "parameter zone.epsilon: 0.5: expected above 0, below 0.5"),
+    ("supervisor", {"zone_epsilon": 0.05}, "parameter zone_epsilon: no such parameter: expected zone.epsilon"),
+    ("ctc_controller", {"kp": 900.0}, "parameter kp: no such parameter: expected gains.kp"),
     ("bag_recorder", {"topics": ["joint_states", "gossip"]}, "topics: 'gossip': expected some of joint_states"),
     ("bag_recorder", {"directory": "."}, "directory: .: exists already"),
 ]  # fmt: skip
@@ -139,7 +140,7 @@ def test_a_bad_value_ends_the_node_in_one_line(refused: list[ForkedNode], number
     assert process.stdout == ""
 
 
-@pytest.mark.parametrize("arguments", [["-p", "kp:="], ["--params-file", "nowhere.yaml"], ["--no-such-option"]])
+@pytest.mark.parametrize("arguments", [["-p", "gains.kp:="], ["--params-file", "nowhere.yaml"], ["--no-such-option"]])
 def test_arguments_that_ros_refuses_end_the_node_without_traceback(bench: Bench, arguments: list[str]) -> None:
     process = bench.start("ctc_controller", arguments=arguments)
     assert process.wait() == 2
@@ -149,17 +150,18 @@ def test_arguments_that_ros_refuses_end_the_node_without_traceback(bench: Bench,
 
 def test_a_parameter_file_for_all_namespaces_is_read(bench: Bench, tmp_path: Path) -> None:
     path = tmp_path / "parameters.yaml"
-    path.write_text("/**:\n  ros__parameters:\n    kp: -3.5\n", encoding="utf-8")
+    path.write_text("/**:\n  ros__parameters:\n    gains.kp: -3.5\n", encoding="utf-8")
     process = bench.start("ctc_controller", "/somewhere", arguments=["--params-file", str(path)])
     assert process.wait() == 2
     assert "-3.5" in process.stderr
 
 
-@pytest.mark.parametrize(("node", "prefix"), [("unified_controller", ""), ("trajectory_generator", "goal_law_")])
-def test_what_is_not_given_follows_from_the_robot(bench: Bench, node: str, prefix: str) -> None:
+@pytest.mark.parametrize("node", ["unified_controller", "trajectory_generator"])
+def test_what_is_not_given_follows_from_the_robot(bench: Bench, node: str) -> None:
     """The nominal crossing of the bench takes a sixteenth of the torque of DexTAR's."""
-    bench.start(node, robot="motkin", waypoints=[0.0, 0.12, 0.0, 0.0, 0.0, 0.12], **{f"{prefix}kd": 77.0})
-    names = [f"{prefix}{name}" for name in ("kd", "weight", "disturbance_limit")]
+    motion = [0.0, 0.12, 0.0, 0.0, 0.0, 0.12]
+    bench.start(node, robot="motkin", controller="unified", waypoints=motion, **{"unified.kd": 77.0})
+    names = [f"unified.{name}" for name in ("kd", "weight", "disturbance_limit")]
     answer = bench.probe().call(GetParameters, f"/{node}/get_parameters", GetParameters.Request(names=names))
     sizes = law_sizes(read_robot("motkin"))["unified"]
     assert [value.double_value for value in answer.values] == [77.0, sizes["weight"], sizes["disturbance_limit"]]
@@ -170,7 +172,7 @@ def test_by_what_requests_are_planned_is_not_changed_while_the_node_runs(bench: 
     """The planning process has it from the start; a law's gains can be changed on the law's node."""
     bench.start("trajectory_generator")
     probe = bench.probe()
-    for name, value in (("goal_law_kp", 900.0), ("goal_safety_tracking_error_limit", 0.01)):
+    for name, value in (("unified.kp", 900.0), ("tracking_error_limit", 0.01)):
         result = probe.set_parameter("/trajectory_generator", name, value)
         assert not result.successful and "read-only" in result.reason
 
@@ -204,16 +206,16 @@ class Tuning:
 def test_gains_can_be_changed_while_the_node_runs(bench: Bench, motion: MiddleMotion) -> None:
     tuning = Tuning(bench, motion)
     assert tuning.torque() == tuning.expected(2500.0, 100.0)
-    assert tuning.probe.set_parameter("/ctc_controller", "kp", 900.0).successful
+    assert tuning.probe.set_parameter("/ctc_controller", "gains.kp", 900.0).successful
     assert tuning.torque() == tuning.expected(900.0, 100.0) != tuning.expected(2500.0, 100.0)
-    assert tuning.probe.set_parameter("/ctc_controller", "kd", 60.0).successful
+    assert tuning.probe.set_parameter("/ctc_controller", "gains.kd", 60.0).successful
     assert tuning.torque() == tuning.expected(900.0, 60.0)
     bad = (
-        ("kp", math.nan, "kp"),
-        ("kp", -0.5, "out of range"),
-        ("kp", 2e6, "out of range"),
-        ("kd", math.inf, "kd"),
-        ("kd", "high", "Wrong parameter type"),
+        ("gains.kp", math.nan, "kp"),
+        ("gains.kp", -0.5, "out of range"),
+        ("gains.kp", 2e6, "out of range"),
+        ("gains.kd", math.inf, "kd"),
+        ("gains.kd", "high", "Wrong parameter type"),
         ("rate_hz", 1000, "read-only"),
         ("waypoints", [0.0, 0.1], "read-only"),
         ("no_such_parameter", 1.0, "undeclared"),

@@ -37,6 +37,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.ros.messages import joint_state
 from fivebar_description.run_plan import epoch_text
+from fivebar_sim.ros.node_settings import START_JOINTS
 
 CHAIN = ("trajectory_generator", "supervisor", "ctc_controller", "vhc_controller", "blender")
 RATE_HZ = 500
@@ -59,7 +60,7 @@ class Chain:
             bench.start_group(*modules, "--ros-args", "-p", f"blender:rest_speed:={REST}")
         else:
             self.processes = {
-                node: bench.start(node, **({"rest_speed": REST} if node == "blender" else {})) for node in CHAIN
+                node: bench.start(node, **({"safety.rest_speed": REST} if node == "blender" else {})) for node in CHAIN
             }
         self.probe = bench.probe()
         self.probe.publish(RUN_EPOCH, String(data=epoch_text(START_STAMP_NS)))
@@ -167,7 +168,7 @@ def command(sample: int, torque: tuple[float, float]) -> Any:
 @pytest.mark.parametrize(
     ("node", "topic", "more"),
     [
-        ("blender", CTC_TORQUE, {"candidates": "ctc"}),
+        ("blender", CTC_TORQUE, {"controller": "ctc"}),
         ("ctc_controller", REFERENCE, {}),
         ("supervisor", JOINT_STATES, {}),
         ("state_estimator", MOTOR_STATES, {}),
@@ -197,7 +198,9 @@ class Plant:
     """A plant that is answered by a probe."""
 
     def __init__(self, bench: Bench, **parameters: Any) -> None:
-        self.process = bench.start("plant", samples=100_000, ready_timeout_s=600.0, **parameters)
+        self.process = bench.start(
+            "plant", samples=100_000, initial_joints=START_JOINTS, ready_timeout_s=600.0, **parameters
+        )
         self.probe = bench.probe()
         self.probe.join("plant", [TORQUE_COMMAND, SAFETY_STATE], [JOINT_STATES, FAULTS, DRIVES_STATE, RUN_STATUS])
         self.sample = 0
@@ -247,7 +250,7 @@ def test_nothing_acts_on_the_plant_after_a_fault_of_the_blender(bench: Bench) ->
 
 
 def test_a_second_message_of_a_sample_never_takes_the_place_of_the_first(bench: Bench, motion: MiddleMotion) -> None:
-    bench.start("blender", candidates="ctc", candidate_deadline_ms=30_000.0)
+    bench.start("blender", controller="ctc", candidate_deadline_ms=30_000.0)
     probe = bench.probe()
     probe.join("blender", [JOINT_STATES, REFERENCE, CTC_TORQUE], [TORQUE_COMMAND, FAULTS])
     for sample in (0, 1, 2):

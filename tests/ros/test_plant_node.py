@@ -143,7 +143,7 @@ def test_lockstep_goes_from_sample_to_sample_with_the_commands(bench: Bench) -> 
 
 
 def test_the_robot_of_mujoco_goes_from_sample_to_sample_too(bench: Bench) -> None:
-    _, probe = start(bench, engine="mujoco", samples=3)
+    _, probe = start(bench, samples=3, **{"plant.engine": "mujoco"})
     plant = Plant(load_robot("dextar"), START_JOINTS, RATE_HZ, PlantSettings(engine="mujoco"))
     probe.answer(JOINT_STATES, 0)
     for sample in range(3):
@@ -277,7 +277,7 @@ def test_in_real_time_a_delayed_torque_acts_one_sample_later(bench: Bench) -> No
     """The torque of sample k acts from sample k + 1 to k + 2, so the joints of sample k + 2 tell of it."""
     # every sample is to be answered within its period
     rate_hz, last = 10, 20
-    process, probe = start(bench, mode="realtime", rate_hz=rate_hz, samples=last, delay_samples=1)
+    process, probe = start(bench, mode="realtime", rate_hz=rate_hz, samples=last, **{"plant.delay_samples": 1})
     answered: list[int] = []
 
     def answer() -> bool:

@@ -25,7 +25,7 @@ from fivebar_description.run_plan import epoch_text, read_plan
 def test_a_node_answers_only_what_its_plan_agrees_with(bench: Bench, motion: MiddleMotion) -> None:
     process = bench.start("supervisor")
     probe = bench.probe()
-    probe.publish_plan(zone_epsilon=0.02)
+    probe.publish_plan(**{"zone.epsilon": 0.02})
     probe.listen(SUPERVISOR_STATE)
     probe.advertise(JOINT_STATES)
 
@@ -38,7 +38,7 @@ def test_a_node_answers_only_what_its_plan_agrees_with(bench: Bench, motion: Mid
     assert not probe.got(SUPERVISOR_STATE)
     errors = [line for line in process.stderr.splitlines() if "[ERROR]" in line]
     assert len(errors) == 1
-    assert "zone_epsilon: 0.05 here, 0.02 in the plan" in errors[0]
+    assert "zone.epsilon: 0.05 here, 0.02 in the plan" in errors[0]
     # the same node with a plan that agrees, as of a trajectory generator that was started again
     probe.close()
     bench.start("trajectory_generator")
@@ -57,7 +57,7 @@ def test_the_plan_names_whatever_nodes_share(bench: Bench, motion: MiddleMotion)
     probe.listen(REFERENCE, RUN_PLAN)
     probe.wait_for(lambda: "refuses" in other.stderr and probe.got(RUN_PLAN), "the other motion is found")
     plan = read_plan(probe.got(RUN_PLAN)[0].data)
-    assert {"rate_hz", "robot", "working_mode", "waypoints", "segment_durations", "zone_epsilon"} <= set(plan.values)
+    assert {"rate_hz", "robot", "working_mode", "waypoints", "segment_duration", "zone.epsilon"} <= set(plan.values)
     assert "waypoints: [0.0, 0.15, 0.0, 0.03, 0.0, 0.15] here, [0.0, 0.15, 0.0, 0.02, 0.0, 0.15]" in other.stderr
     assert "refuses" not in same.stderr
 

@@ -28,7 +28,9 @@ def left(tmp_path: Path) -> dict[str, Path]:
     """The parameter files of a run, by node, with another gain than by default."""
     content = load_scenario("middle").model_dump(mode="json")
     content["gains"]["kp"] = KP
-    graph = crossing_graph(Scenario.model_validate(content), Mode.LOCKSTEP, tmp_path / "bag")
+    scenario = Scenario.model_validate(content)
+    graph = crossing_graph(scenario, Mode.LOCKSTEP, tmp_path / "bag")
+    (tmp_path / "scenario.yaml").write_text(scenario.to_yaml(), encoding="utf-8")
     folder = tmp_path / "parameters"
     folder.mkdir()
     for process in processes(graph, Mode.LOCKSTEP, RATE_HZ):

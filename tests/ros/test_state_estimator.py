@@ -34,7 +34,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.ros.messages import joint_state, to_stamp
 
-DRIVES: dict[str, Any] = {"encoder_counts": 20000, "delay_samples": 1}
+DRIVES: dict[str, Any] = {"estimator": "ekf", "plant.encoder_counts": 20000, "plant.delay_samples": 1}
 OUTPUTS = [JOINT_STATES, ESTIMATE_COVARIANCE]
 
 
@@ -198,7 +198,7 @@ def test_an_ambiguous_estimate_is_a_fault_and_still_an_answer(
     bench: Bench, scenario: Scenario, run: OfflineRun, samples: list[Sample]
 ) -> None:
     """The estimate goes on, so that the blender can answer every sample: with zero torque, since it hears the fault."""
-    _, probe = start(bench, dwell_limit=0.006)
+    _, probe = start(bench, **{"ekf.dwell_limit": 0.006})
     begin(probe, samples)
     for before, sample in pairwise(samples):
         probe.publish(TORQUE_COMMAND, command(before))
@@ -247,12 +247,10 @@ def test_a_node_that_comes_on_the_way_answers_nothing_until_a_new_run(bench: Ben
 @pytest.mark.parametrize(
     ("parameters", "wanted"),
     [
-        ({"assembly_mode": -1}, "homing_contradicted: at (0.0000, 0.1500) m"),
-        ({"assembly_mode": 0}, "assembly_mode: 0: expected +1 or -1"),
-        ({"homing": [0.0]}, "parameter homing: [0.0]: expected two numbers"),
-        ({"homing": [0.0, 0.4]}, "is out of reach"),
-        ({"working_mode": [1, 0]}, "working_mode: [1, 0]: expected two signs"),
-        ({"acceleration_noise": 0.0}, "parameter acceleration_noise: expected 1e-06 to 1000.0"),
+        ({"waypoints": [0.0]}, "parameter waypoints: [0.0]: 1 numbers: expected pairs"),
+        ({"waypoints": [0.0, 0.4, 0.0, 0.15]}, "is out of reach"),
+        ({"working_mode": [1, 0]}, "working_mode.1: 0: expected -1 or 1"),
+        ({"ekf.acceleration_noise": 0.0}, "parameter ekf.acceleration_noise: expected 1e-06 to 1000.0"),
     ],
 )
 def test_bad_parameters_end_the_node_in_one_line(bench: Bench, parameters: dict[str, Any], wanted: str) -> None:
@@ -276,10 +274,10 @@ GYRO: dict[str, Any] = {
     "tolerances": {"length": 5e-5, "zero": 1e-4, "base": 2e-5, "gyro_scale": 0.02},
 }
 GYRO_PARAMETERS: dict[str, Any] = {
-    "gyro": True,
-    "imu_roll": 0.3,
-    "imu_yaw": 1.0,
-    **{f"tolerance_{name}": value for name, value in GYRO["tolerances"].items()},
+    "ekf.gyro": True,
+    "imu.roll": 0.3,
+    "imu.yaw": 1.0,
+    **{f"tolerances.{name}": value for name, value in GYRO["tolerances"].items()},
 }
 READ = [MOTOR_STATES, TORQUE_COMMAND, IMU_DATA, READINGS_RELEASED]
 
@@ -296,7 +294,8 @@ def turning_samples(turning: Scenario) -> list[Sample]:
 
 
 def start_with_gyro(bench: Bench, awaits: bool) -> Probe:
-    bench.start("state_estimator", **DRIVES, **GYRO_PARAMETERS, awaits_readings=awaits)
+    mode = "lockstep" if awaits else "realtime"
+    bench.start("state_estimator", **DRIVES, **GYRO_PARAMETERS, mode=mode, compiled="no")
     probe = bench.probe()
     probe.join("state_estimator", READ if awaits else READ[:3], [*OUTPUTS, FAULTS])
     return probe

@@ -43,6 +43,7 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.ros.scheduling import Scheduling
+from fivebar_description.scenario_file import FILE_OF_RUN
 
 PRIORITY = 20
 """Under SCHED_FIFO where that is granted: what is tested are cycles of the clock, on a machine with other work."""
@@ -136,6 +137,7 @@ class FaultBench:
         self.period = 1.0 / scenario.rate_hz
         self.bag = folder / "bag"
         files = write_drive_files(scenario, folder)
+        (folder / FILE_OF_RUN).write_text(scenario.to_yaml(), encoding="utf-8")
         self.bridge = bridge_of(scenario)
         self.mend = ("mend",) if self.bridge == BOARD_BRIDGE else ("mend 1", "mend 2", "bus_on")
         """What ends all that was broken."""
@@ -160,11 +162,10 @@ class FaultBench:
         self.running = False
 
     def _changed(self, spec: ProcessSpec) -> ProcessSpec:
-        """No end of the run, and a bridge that waits to be asked."""
+        """A bridge that waits to be asked."""
         (node,) = spec.nodes
         awaited = [name for name in node.parameters.get("wait_for_nodes", ()) if name not in NOT_RUN]
         changes = {
-            "blender": {"last_sample": 0},
             self.bridge: {"autostart": False, "wait_for_nodes": awaited},
             RECORDER: {
                 "topics": [name for name in node.parameters.get("topics", ()) if name not in OF_EMULATED_ROBOT],

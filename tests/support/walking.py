@@ -102,11 +102,13 @@ def torque() -> Walk:
     from fivebar_description.ros.node import GraphNode
     from fivebar_description.ros.process_topics import ProcessTopics
     from fivebar_description.ros.run import NodeExecutor, use_local_network_only
+    from fivebar_description.scenario_file import FILE_OF_RUN
 
     scenario, trace = load_scenario("middle"), Trace()
     followed = sample_stamp_ns(SAMPLE, scenario.rate_hz, START_STAMP_NS)
     with tempfile.TemporaryDirectory() as folder, private_domain() as domain:
         specs = crossing_graph(scenario, Mode.LOCKSTEP, Path(folder) / "bag")
+        Path(folder, FILE_OF_RUN).write_text(scenario.to_yaml(), encoding="utf-8")
         chain = [spec for spec in specs if spec.in_chain or spec.executable == "plant"]
         parameters: dict[str, Any] = {
             f"/{spec.executable}": yaml.safe_load(spec.parameter_file())["/**"] for spec in chain
@@ -154,26 +156,15 @@ def torque() -> Walk:
 def limit() -> Walk:
     """Follow the keys of a scenario's file to the limits of the guard in the blender."""
     import rclpy
-    import yaml
 
-    from fivebar_bringup.graph.control_nodes import blender
-    from fivebar_bringup.graph.node_spec import Mode
-    from fivebar_bringup.scenarios.scenario_files import read_scenario
     from fivebar_control.nodes.blender import Blender
 
     trace = Trace()
-    with tempfile.TemporaryDirectory() as folder:
-        with trace.on():
-            scenario = read_scenario("middle")
-        file = Path(folder, "parameters.yaml")
-        with trace.on():
-            file.write_text(blender(scenario, Mode.LOCKSTEP, endless=False).parameter_file(), encoding="utf-8")
-        rclpy.init(args=["--ros-args", "--params-file", str(file)])
-        yaml.safe_load(file.read_text(encoding="utf-8"))
-        with trace.on():
-            node = Blender()
-        node.destroy_node()
-        rclpy.try_shutdown()
+    rclpy.init(args=["--ros-args", "-p", "scenario:=middle"])
+    with trace.on():
+        node = Blender()
+    node.destroy_node()
+    rclpy.try_shutdown()
     return trace.walk()
 
 

@@ -167,7 +167,8 @@ class LastNode:
         self.motion = MiddleMotion()
         self.bag = bench.folder / "bag"
         settings = {"workspace": [-0.05, 0.05, 0.01, 0.16], "joint_speed_limit": 5.0, "rest_speed": 0.5}
-        bench.start("blender", candidate_deadline_ms=10_000.0, **settings)
+        safety = {f"safety.{name}": value for name, value in settings.items()}
+        bench.start("blender", candidate_deadline_ms=10_000.0, **safety)
         topics = [TORQUE_COMMAND, TORQUE_REQUESTED, FAULTS, SAFETY_STATE]
         self._recorder = bench.start("bag_recorder", directory=str(self.bag), topics=[topic.name for topic in topics])
         self.probe = bench.probe()

@@ -7,9 +7,6 @@ from typing import Annotated, NamedTuple
 from fivebar_description.camera_model import CameraPose, Optics
 from fivebar_description.settings import Setting
 
-CAMERA_PREFIX = "camera_"
-"""Of the parameters of nodes that hold `CameraSettings`."""
-
 PLATFORM_TAG = 0
 """Number of the tag on the distal link of leg 2, centred on the platform, in the dictionary AprilTag 36h11."""
 

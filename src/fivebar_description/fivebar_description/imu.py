@@ -17,12 +17,6 @@ from fivebar_description.settings import Setting
 
 STANDARD_GRAVITY = 9.80665
 
-IMU_PREFIX = "imu_"
-"""Of the parameters of nodes that hold `ImuSettings`."""
-
-IMU_OF_SIMULATION = ("noise", "gyro_noise", "gyro_bias", "lost", "clock_offset")
-"""Settings that concern the simulation only."""
-
 Vector3 = tuple[float, float, float]
 
 

@@ -10,12 +10,6 @@ from fivebar_description.readings import Latency, LostReadings, ReadingRate, Rea
 from fivebar_description.settings import Section, Setting
 from fivebar_description.shared_settings import EncoderCounts
 
-PASSIVE_PREFIX = "passive_"
-"""Of the parameters of nodes that hold `PassiveEncoder`."""
-
-PASSIVE_OF_SIMULATION = ("zero", "eccentricity", "lost")
-"""Settings that concern the simulation only."""
-
 
 class PassiveEncoder(NamedTuple):
     """An encoder on a passive joint, q12 or q22. Zero, eccentricity and losses concern the simulation only.

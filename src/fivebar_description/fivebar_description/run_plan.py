@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -22,6 +23,9 @@ WORKING_MODE_AT_START = "working_mode (at the start)"
 
 HOMING = "homing (first waypoint)"
 LEAD_SAMPLES = "lead_samples (delay of the drives, where the state is estimated)"
+
+START = "start"
+"""What the plant is told of a motion: the fields of `MotionStart`."""
 
 
 PLAN_FIELDS = {
@@ -39,12 +43,38 @@ EPOCH_FIELDS = {
 }
 
 
+class MotionStart(NamedTuple):
+    """What the plant is told of a motion.
+
+    Attributes:
+        samples: number of its last sample.
+        joints: angles in which the robot starts (rad): q11, q12, q21, q22.
+        announces: whether each sample announces in lockstep which late readings come with it.
+    """
+
+    samples: int
+    joints: tuple[float, float, float, float]
+    announces: bool
+
+
 class RunPlan(NamedTuple):
     """A plan as it was published: a digest of all values, the values by name, and the process that has published it."""
 
     digest: str
     values: dict[str, Any]
     pid: int | None = None
+
+    @property
+    def start(self) -> MotionStart | None:
+        """What the plant is told; None where the plan does not say it, or not rightly."""
+        told = self.values.get(START)
+        if not isinstance(told, dict) or set(told) != set(MotionStart._fields):
+            return None
+        samples, joints, announces = told["samples"], told["joints"], told["announces"]
+        angles = isinstance(joints, list) and all(type(one) is float and math.isfinite(one) for one in joints)
+        if not (is_count(samples) and samples and angles and len(joints) == 4 and isinstance(announces, bool)):
+            return None
+        return MotionStart(samples, (joints[0], joints[1], joints[2], joints[3]), announces)
 
 
 class Difference(NamedTuple):

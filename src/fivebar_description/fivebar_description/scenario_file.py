@@ -8,7 +8,9 @@ from typing import Any
 
 from fivebar_description.errors import InputError
 from fivebar_description.file_format import parse_versioned_content
+from fivebar_description.outside_text import one_line
 from fivebar_description.robot_file import read_robot
+from fivebar_description.settings import Setting
 from fivebar_description.share import placed_beside, share_file
 from fivebar_description.strict_yaml import read_text
 from fivebar_description.text_file import is_file
@@ -17,6 +19,51 @@ DEFAULT_ROBOT = "dextar"
 
 DEFAULT_SCENARIO = "middle"
 """What a node takes that is told of no scenario."""
+
+KEYS = (
+    "format",
+    "name",
+    "controller",
+    "robot",
+    "working_mode",
+    "working_modes",
+    "waypoints",
+    "start",
+    "stands",
+    "segment_duration",
+    "time_law",
+    "blend_radius",
+    "rate_hz",
+    "zone",
+    "vhc_resolution",
+    "gains",
+    "unified",
+    "adaptive_gain",
+    "law",
+    "plant",
+    "imu",
+    "sensors",
+    "camera",
+    "estimator",
+    "ekf",
+    "tolerances",
+    "loads",
+    "safety",
+    "tracking_error_limit",
+    "error_tolerance",
+    "risk",
+    "force",
+)
+"""The keys and sections of a scenario; each package declares those that it reads."""
+
+ESTIMATOR = Setting(
+    "Which joint states the controllers take: those of the plant, or all four joints estimated from the two"
+    " motors' encoders and the applied torques.",
+    choices=("none", "ekf"),
+)
+
+FILE_OF_RUN = "scenario.yaml"
+"""Name of the scenario of a run in its directory, beside its bag."""
 
 FILES_NAMED = (("robot",), ("camera", "calibration"))
 """Keys of a scenario whose values may be names of files."""
@@ -54,14 +101,17 @@ def with_files_beside(folder: Path, content: Any) -> Any:
 
 
 def read_content(path: Path) -> dict[str, Any]:
-    """Return the keys and sections of a scenario file, names of files beside it as paths; nothing else is checked.
+    """Return the keys and sections of a scenario file, names of files beside it as paths; values are not checked.
 
     Raises:
-        InputError: the file is missing, not YAML, of another format, or holds no keys.
+        InputError: the file is missing, not YAML, of another format, holds no keys, or one that no scenario has.
     """
     content = with_files_beside(path.parent, parse_versioned_content(read_text(path), str(path)))
     if not isinstance(content, dict):
         raise InputError(f"{path}: expected keys with values, found {type(content).__name__}")
+    unknown = next((key for key in content if key not in KEYS), None)
+    if unknown is not None:
+        raise InputError(f"{path}: {one_line(str(unknown))}: unknown key: expected one of {', '.join(KEYS)}")
     return content
 
 

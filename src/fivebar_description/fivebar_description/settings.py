@@ -288,29 +288,14 @@ def as_numbers(settings: S) -> S:
     return type(settings)(**values)
 
 
-def to_parameters(settings: tuple[Any, ...], prefix: str = "", without: Collection[str] = ()) -> dict[str, Any]:
-    """Return settings as a node's parameters take them, which `specs_of` declares with the same arguments.
-
-    Those of a section have its name as a prefix: SECTION_NAME.
-    """
-    values = {
-        prefix + one.name: one.to_parameter(getattr(settings, one.name))
-        for one in declared(type(settings))
-        if one.name not in without
-    }
-    for name in sections(type(settings)):
-        values |= to_parameters(getattr(settings, name), f"{prefix}{name}_")
-    return values
+def to_parameters(settings: tuple[Any, ...]) -> dict[str, Any]:
+    """Return settings without sections as a node's parameters take them, which `specs_of` declares."""
+    return {one.name: one.to_parameter(getattr(settings, one.name)) for one in declared(type(settings))}
 
 
-def from_parameters(settings: type[S], values: Mapping[str, Any], prefix: str = "", without: Collection[str] = ()) -> S:
-    """Return settings from a node's parameters, which may be among others; what is left out has its default."""
-    found: dict[str, Any] = {
-        one.name: one.from_parameter(values[prefix + one.name]) for one in declared(settings) if one.name not in without
-    }
-    for name, section in sections(settings).items():
-        found[name] = from_parameters(section, values, f"{prefix}{name}_")
-    return settings(**found)
+def from_parameters(settings: type[S], values: Mapping[str, Any]) -> S:
+    """Return settings without sections from a node's parameters, which may be among others."""
+    return settings(*(one.from_parameter(values[one.name]) for one in declared(settings)))
 
 
 def read_settings(content: Mapping[str, Any], settings: type[S], section: str) -> S:

@@ -31,6 +31,16 @@ Robot = Annotated[str, ROBOT]
 RateHz = Annotated[int, RATE]
 WorkingMode = Annotated[tuple[int, ...], WORKING_MODE]
 
+LOCKSTEP, REALTIME = "lockstep", "realtime"
+
+RunMode = Annotated[
+    str,
+    Setting(
+        "How time advances: lockstep waits for the torque of each sample; realtime follows the steady clock.",
+        choices=(LOCKSTEP, REALTIME),
+    ),
+]
+
 LastSample = Annotated[
     int, Setting("Last sample of the run, 0 for a run without end.", "samples", at_least=0, at_most=100_000_000)
 ]
@@ -44,9 +54,6 @@ BrakeLimit = Annotated[
         at_least=0.0,
         at_most=100.0,
     ),
-]
-ByTheClock = Annotated[
-    bool, Setting("Real time: leave out pictures for which there is no time, so that those that come are fresh.")
 ]
 ReadyTimeout = Annotated[float, Setting("Longest time until the run has started.", "s", at_least=0.1, at_most=3600.0)]
 

@@ -6,9 +6,6 @@ from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
 
-TOLERANCE_PREFIX = "tolerance_"
-"""Of the parameters of nodes that hold `Tolerances`."""
-
 
 class Tolerances(NamedTuple):
     """Largest differences that are expected between the robot and its file, each taken as uniform within its bounds.

@@ -13,7 +13,8 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.safety.stages import Area
-from fivebar_description.settings import Declared, Keys, declared, from_parameters, to_parameters
+from fivebar_description.file_keys import keys_of, value_at, with_keys
+from fivebar_description.settings import Declared, Keys, declared
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.settings import PlantSettings
@@ -103,8 +104,12 @@ def test_defaults_come_through_file_and_parameters(section: str) -> None:
     written = yaml.safe_load(scenario().to_yaml())
     assert set(written[section]) == set(settings._fields) - set(keys.without)
     assert getattr(validate(written, Scenario, "again"), section) == settings()
-    parameters = {name: tuple(v) if isinstance(v, list) else v for name, v in to_parameters(settings(), "p_").items()}
-    assert from_parameters(settings, parameters, "p_") == settings()
+    keys = keys_of(Scenario, (section,))
+    read = validate(written, Scenario, "again")
+    parameters = {key.name: key.to_parameter(value_at(read, key.name)) for key in keys}
+    assert not any(value is None or value == [] for value in parameters.values())
+    back = {key.name: key.to_file(parameters[key.name]) for key in keys}
+    assert getattr(validate(with_keys(written, back), Scenario, "parameters"), section) == settings()
 
 
 def test_the_tracking_limit_is_no_key_of_the_section_safety() -> None:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_description.ros.parameters import specs_of
-from fivebar_description.settings import Section, Setting, as_numbers, declared, from_parameters, to_parameters
+from fivebar_description.file_keys import keys_of, value_at, with_keys
+from fivebar_description.settings import Section, Setting, as_numbers, from_parameters, to_parameters
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 
@@ -124,38 +124,11 @@ def test_a_section_within_a_section_is_read_and_written_by_its_name() -> None:
         validate({"nested": {"part": {"shore": 0.5}}}, File, "file.yaml")
 
 
-def test_parameters_of_a_section_within_a_section_have_its_name_before_them() -> None:
-    nested = Outer(2.0, Inner(0.25, "second"))
-    parameters = to_parameters(nested, "p_")
-    assert parameters == {"p_gain": 2.0, "p_part_share": 0.25, "p_part_law": "second"}
-    assert from_parameters(Outer, parameters, "p_") == nested
-    assert [spec.name for spec in specs_of(Outer, "p_")] == list(parameters)
-    assert as_numbers(nested) == (2.0, (0.25, 1))
-
-
-def test_compiled_code_gets_numbers_of_fixed_types() -> None:
-    numbers = as_numbers(Settings(gain=3, law="second"))
-    assert numbers == (3.0, math.inf, 1, 2, True, math.inf)
-    assert isinstance(numbers.gain, float)
-
-
-EVEN = 2
-
-
-class Gear(NamedTuple):
-    """A setting whose check is a lambda that needs a name of the module."""
-
-    teeth: Annotated[int, Setting("Teeth.", check=lambda value: "expected an even number" if value % EVEN else None)]
-
-
-def test_a_check_may_be_a_lambda_with_names_of_its_module() -> None:
-    (teeth,) = declared(Gear)
-    assert (teeth.problem(7), teeth.problem(8)) == ("expected an even number", None)
-
-
-def test_a_field_without_a_setting_is_refused() -> None:
-    class Bare(NamedTuple):
-        gain: float = 1.0
-
-    with pytest.raises(TypeError, match=r"Bare\.gain: expected Annotated"):
-        declared(Bare)
+def test_keys_of_a_section_within_a_section_have_its_name_before_them() -> None:
+    keys = {key.name: key for key in keys_of(File, ("nested",))}
+    assert list(keys) == ["nested.gain", "nested.part.share", "nested.part.law"]
+    file = File(nested=Outer(2.0, Inner(0.25, "second")))
+    values = {name: key.to_parameter(value_at(file, name)) for name, key in keys.items()}
+    assert values == {"nested.gain": 2.0, "nested.part.share": 0.25, "nested.part.law": "second"}
+    assert validate(with_keys({}, values), File, "again") == file
+    assert as_numbers(file.nested) == (2.0, (0.25, 1))

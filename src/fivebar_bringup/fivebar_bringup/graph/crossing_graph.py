@@ -11,7 +11,6 @@ from typing import NamedTuple
 from fivebar_bringup.graph.control_nodes import (
     blender,
     controller,
-    motion_parameters,
     supervisor,
     trajectory_generator,
 )
@@ -49,6 +48,7 @@ from fivebar_description.interface import (
     WORK_TOPICS,
     output_topic,
 )
+from fivebar_description.scenario_file import FILE_OF_RUN
 from fivebar_description.settings import to_parameters
 
 
@@ -71,6 +71,8 @@ def crossing_graph(
     work: Work | None = None,
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
+
+    They read the scenario from its file beside the bag.
 
     With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
     configuration, which is configured and activated by the operator, or with `activate` by itself, once all nodes are
@@ -129,27 +131,27 @@ def crossing_graph(
         recorded,
         (FAULTS,),
     )
+    file = {"scenario": str((bag.parent / FILE_OF_RUN).absolute())}
     # the recorder does not wait for the pictures, which a late subscriber gets too
-    return (*nodes, *([_scene(scenario)] if scene else ()), recorder)
+    reading = (*nodes, *([_scene()] if scene else ()))
+    return (*(node._replace(parameters={**file, **node.parameters}) for node in reading), recorder)
 
 
 def _program_runner(scenario: Scenario, work: Work) -> NodeSpec:
     return NodeSpec(
         "fivebar_control",
         "program_runner",
-        to_parameters(
-            ProgramSettings(scenario.rate_hz, work.program, work.begin, scenario.plan().path.samples(scenario.rate_hz))
-        ),
+        to_parameters(ProgramSettings(work.program, work.begin, scenario.plan().path.samples(scenario.rate_hz))),
         (GOAL_STATUS, SAFETY_STATE, PROGRAM, JOINT_STATES, RUN_PLAN, RUN_EPOCH),
         (GOAL, PAYLOAD, PROGRAM_STATUS, *(output_topic(pin) for pin in work.pins)),
     )
 
 
-def _scene(scenario: Scenario) -> NodeSpec:
+def _scene() -> NodeSpec:
     return NodeSpec(
         "fivebar_bringup",
         SCENE_NODE,
-        {**motion_parameters(scenario), **to_parameters(SceneSettings())},
+        to_parameters(SceneSettings()),
         (JOINT_STATES, REFERENCE, TORQUE_COMMAND, RUN_PLAN, RUN_EPOCH),
         PICTURES,
     )

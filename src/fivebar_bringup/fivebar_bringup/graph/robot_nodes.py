@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fivebar_bringup.graph.bridges import BOARD_BRIDGE, bridge_of
+from fivebar_bringup.graph.control_nodes import held_for
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.graph.rehearsal import Rehearsal
 from fivebar_bringup.graph.sensor_nodes import announced, awaited_sights, passive_states
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.board_file import load_board
 from fivebar_control.ros.node_settings import BridgeSettings
-from fivebar_description.camera import CAMERA_PREFIX
-from fivebar_description.imu import IMU_PREFIX
 from fivebar_description.interface import (
     CLOCK,
     DRIVES_STATE,
@@ -32,43 +31,19 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     Topic,
 )
-from fivebar_description.passive_encoder import PASSIVE_PREFIX
 from fivebar_description.settings import to_parameters
-from fivebar_sim.ros.node_settings import (
-    ALL_JOINTS,
-    MOTORS,
-    EmulatedRobotSettings,
-    PlantNodeSettings,
-)
+from fivebar_sim.ros.node_settings import EmulatedRobotSettings, PlantNodeSettings
 
 
 def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
     """Return the simulated robot; it starts once the awaited nodes are ready."""
-    settings = PlantNodeSettings()
+    settings = PlantNodeSettings(mode.value, wait_for_nodes=tuple(awaited), brake_limit_s=scenario.brake_limit())
     if mode is Mode.REALTIME:
         settings = settings._replace(freshness_samples=scenario.stop_cycles() - 1)
     return NodeSpec(
         "fivebar_sim",
         PLANT,
-        {
-            **to_parameters(
-                settings._replace(
-                    robot=scenario.robot,
-                    rate_hz=scenario.rate_hz,
-                    samples=scenario.plan().path.samples(scenario.rate_hz),
-                    mode=mode.value,
-                    publishes=MOTORS if scenario.estimated else ALL_JOINTS,
-                    initial_joints=scenario.initial_joints(),
-                    announces_readings=announced(scenario, mode),
-                    wait_for_nodes=tuple(awaited),
-                    brake_limit_s=_brake_limit(scenario),
-                )
-            ),
-            **to_parameters(scenario.plant),
-            **to_parameters(scenario.imu, IMU_PREFIX),
-            **to_parameters(scenario.passive, PASSIVE_PREFIX),
-            **to_parameters(scenario.camera, CAMERA_PREFIX),
-        },
+        to_parameters(settings),
         (TORQUE_COMMAND, *awaited_sights(scenario, mode), SAFETY_STATE, PAYLOAD, RUN_READY, RUN_PLAN),
         (
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
@@ -93,30 +68,20 @@ def bridge(
     Once the awaited nodes are ready it enables the drives, or without `autostart` may be asked to. With `last_sample`
     it publishes the progress of the run, and when it has ended.
     """
-    cycles, executable = scenario.stop_cycles(), bridge_of(scenario)
+    executable = bridge_of(scenario)
+    settings = BridgeSettings(
+        drives=drives,
+        autostart=autostart,
+        wait_for_nodes=tuple(awaited),
+        samples=scenario.plan().path.samples(scenario.rate_hz) if last_sample else 0,
+    )
     return NodeSpec(
         "fivebar_control",
         executable,
-        to_parameters(
-            BridgeSettings(
-                rate_hz=scenario.rate_hz,
-                drives=drives,
-                command_timeout_ms=cycles * 1e3 / scenario.rate_hz,
-                brake_limit_s=_brake_limit(scenario),
-                autostart=autostart,
-                wait_for_nodes=tuple(awaited),
-                samples=scenario.plan().path.samples(scenario.rate_hz) if last_sample else 0,
-            )
-        ),
+        {**to_parameters(settings), **held_for(scenario, Mode.REALTIME)},
         (TORQUE_COMMAND, *_led_by(executable, drives), FAULTS, RUN_READY, RUN_PLAN),
         (MOTOR_STATES, FAULTS, DRIVES_STATE, RUN_EPOCH, *((RUN_STATUS,) if last_sample else ())),
     )
-
-
-def _brake_limit(scenario: Scenario) -> float:
-    """Return for how long the brake's torque is followed: until its last cycle, and the answer to that one."""
-    safety = scenario.safety
-    return safety.brake_duration + scenario.stop_cycles() / scenario.rate_hz if safety.brake else 0.0
 
 
 def _led_by(executable: str, drives: str) -> tuple[Topic, ...]:
@@ -131,20 +96,14 @@ def emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[st
     robot = NodeSpec(
         "fivebar_sim",
         EMULATED_ROBOT,
-        {
-            **to_parameters(
-                EmulatedRobotSettings(
-                    rate_hz=scenario.rate_hz,
-                    emulation=str(rehearsal.files.emulation.absolute()),
-                    samples=scenario.plan().path.samples(scenario.rate_hz),
-                    inject=rehearsal.inject,
-                    seed=scenario.plant.seed,
-                    wait_for_nodes=tuple(awaited),
-                )
-            ),
-            **to_parameters(scenario.imu, IMU_PREFIX, without=("noise",)),
-            **to_parameters(scenario.passive, PASSIVE_PREFIX),
-        },
+        to_parameters(
+            EmulatedRobotSettings(
+                emulation=str(rehearsal.files.emulation.absolute()),
+                samples=scenario.plan().path.samples(scenario.rate_hz),
+                inject=rehearsal.inject,
+                wait_for_nodes=tuple(awaited),
+            )
+        ),
         (MOTOR_STATES, TORQUE_COMMAND, FAULTS, PAYLOAD, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (GROUND_TRUTH, IMU_DATA, *passive_states(scenario), FAULTS, RUN_STATUS),
     )

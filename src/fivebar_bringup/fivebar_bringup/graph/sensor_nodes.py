@@ -5,13 +5,11 @@ from __future__ import annotations
 from fivebar_bringup.graph.node_spec import PLANT, Mode, NodeSpec
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.ros.node_settings import (
-    NOT_OF_THE_FILTER,
-    EstimatorSettings,
+    COMPILED_FROM_HZ,
+    EstimatorNodeSettings,
     ImuListenerSettings,
     VisionListenerSettings,
 )
-from fivebar_description.camera import CAMERA_PREFIX
-from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX
 from fivebar_description.interface import (
     CAMERA_IMAGE,
     CAMERA_INFO,
@@ -38,13 +36,8 @@ from fivebar_description.interface import (
     VISION_TOPICS,
     Topic,
 )
-from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX
 from fivebar_description.settings import to_parameters
-from fivebar_description.tolerances import TOLERANCE_PREFIX
 from fivebar_sim.ros.node_settings import CameraNodeSettings
-
-COMPILED_FROM_HZ = 200
-"""In real time from this rate on, the estimator is compiled; below, it takes a small part of a period as it is."""
 
 
 def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
@@ -54,37 +47,18 @@ def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
 
 def estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
     """Return the state estimator."""
-    awaits_readings = announced(scenario, mode)
-    homing, drives = scenario.homing(), scenario.drives()
     return NodeSpec(
         "fivebar_control",
         "state_estimator",
-        {
-            **to_parameters(
-                EstimatorSettings(
-                    robot=scenario.robot,
-                    rate_hz=scenario.rate_hz,
-                    working_mode=scenario.working_mode,
-                    homing=(homing.x, homing.y),
-                    assembly_mode=homing.assembly,
-                    awaits_readings=awaits_readings,
-                    compiled=has_compiled_estimator(scenario, mode),
-                )
-            ),
-            **to_parameters(drives),
-            **to_parameters(scenario.ekf, without=NOT_OF_THE_FILTER),
-            **to_parameters(scenario.known_within(), TOLERANCE_PREFIX),
-            **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
-            **to_parameters(scenario.passive, PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION),
-        },
+        to_parameters(EstimatorNodeSettings(mode.value)),
         (
             MOTOR_STATES,
             # commands in transit to the drives matter only if the drives have a delay
-            *((TORQUE_COMMAND,) if drives.delay_samples else ()),
+            *((TORQUE_COMMAND,) if scenario.plant.delay_samples else ()),
             *((IMU_DATA,) if scenario.gyro else ()),
             *passive_states(scenario),
             *((VISION_PLATFORM,) if scenario.sees else ()),
-            *((READINGS_RELEASED,) if awaits_readings else ()),
+            *((READINGS_RELEASED,) if announced(scenario, mode) else ()),
             PAYLOAD,
             RUN_PLAN,
             RUN_EPOCH,
@@ -106,7 +80,7 @@ def passive_states(scenario: Scenario) -> tuple[Topic, ...]:
 
 def announced(scenario: Scenario, mode: Mode) -> bool:
     """Return whether each sample announces which late readings come with it."""
-    return bool(scenario.gyro or scenario.passive.leg or scenario.sees) and mode is Mode.LOCKSTEP
+    return scenario.reads_late and mode is Mode.LOCKSTEP
 
 
 def imu_listener(scenario: Scenario) -> NodeSpec:
@@ -114,18 +88,7 @@ def imu_listener(scenario: Scenario) -> NodeSpec:
     return NodeSpec(
         "fivebar_control",
         "imu_listener",
-        {
-            **to_parameters(
-                ImuListenerSettings(
-                    robot=scenario.robot,
-                    rate_hz=scenario.rate_hz,
-                    working_mode=scenario.working_mode,
-                    lead_samples=scenario.lead_samples,
-                    wait_for_nodes=(PLANT, "trajectory_generator"),
-                )
-            ),
-            **to_parameters(scenario.imu, IMU_PREFIX, without=IMU_OF_SIMULATION),
-        },
+        to_parameters(ImuListenerSettings((PLANT, "trajectory_generator"))),
         (IMU_DATA, REFERENCE, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (IMU_ERROR,),
     )
@@ -139,26 +102,18 @@ def vision_nodes(scenario: Scenario, mode: Mode, keeper: str | None) -> list[Nod
     camera = scenario.camera
     if not camera.on:
         return []
-    parameters = to_parameters(camera, CAMERA_PREFIX)
     waits = () if keeper is None else ("camera", "state_estimator" if scenario.estimated else keeper)
-    by_the_clock = mode is Mode.REALTIME
-    own = CameraNodeSettings(scenario.robot, scenario.rate_hz, by_the_clock, () if keeper is None else (keeper,))
     simulation = NodeSpec(
         "fivebar_sim",
         "camera",
-        {**to_parameters(own), **parameters, **to_parameters(scenario.plant)},
+        to_parameters(CameraNodeSettings(mode.value, () if keeper is None else (keeper,))),
         (GROUND_TRUTH, RUN_READY, RUN_PLAN, RUN_EPOCH),
         CAMERA_TOPICS if camera.pictures else (VISION_PLATFORM,),
     )
     listener = NodeSpec(
         "fivebar_control",
         "vision_listener",
-        {
-            **to_parameters(
-                VisionListenerSettings(scenario.robot, scenario.rate_hz, scenario.lead_samples, by_the_clock, waits),
-            ),
-            **parameters,
-        },
+        to_parameters(VisionListenerSettings(mode.value, waits)),
         (CAMERA_IMAGE, CAMERA_INFO, JOINT_STATES, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (*VISION_TOPICS, FAULTS),
     )

@@ -7,7 +7,6 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.graph.control_nodes import goal_parameters
 from fivebar_bringup.graph.crossing_graph import Work
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
@@ -26,7 +25,7 @@ from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Planned, plan_once
 from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, Move, SetOutput, Wait, with_files
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
-from fivebar_control.ros.goal_conditions import conditions_of
+from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
 from fivebar_description.interface import DEFAULT_PRIORITY, PAYLOAD
 from fivebar_description.interrupts import interrupts_deferred
@@ -114,8 +113,7 @@ def plan_program(
     Raises:
         InputError: a move is refused; the message says which step, in which line, and why.
     """
-    settings = goal_parameters(scenario, mode)
-    conditions = conditions_of({**settings, "robot": scenario.robot, "rate_hz": scenario.rate_hz})
+    conditions = conditions_of(scenario, mode is Mode.REALTIME)
     x, y = scenario.waypoints[0]
     at, payload = (x, y), 0.0
     steps = []

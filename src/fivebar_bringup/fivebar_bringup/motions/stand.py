@@ -76,13 +76,14 @@ def standing_graph(
     scenario: Scenario, mode: Mode, run: RunDirectory, resting: int, work: Work, rehearsal: Rehearsal | None = None
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes of a run whose robot rests for some samples after its plan and does what it is asked to."""
-    return tuple(_standing(node, resting) for node in crossing_graph(scenario, mode, run.bag, rehearsal, work=work))
+    last = min(scenario.plan().path.samples(scenario.rate_hz) + resting, LONGEST)
+    return tuple(_standing(node, last) for node in crossing_graph(scenario, mode, run.bag, rehearsal, work=work))
 
 
-def _standing(node: NodeSpec, samples: int) -> NodeSpec:
+def _standing(node: NodeSpec, last: int) -> NodeSpec:
     if node.executable == GENERATOR:
         # a robot that stands is to be found there again after a fault, in lockstep too
         return node._replace(parameters={**node.parameters, "after_fault": HOLD})
     if node.executable not in (PLANT, EMULATED_ROBOT):
         return node
-    return node._replace(parameters={**node.parameters, "samples": min(node.parameters["samples"] + samples, LONGEST)})
+    return node._replace(parameters={**node.parameters, "samples": last})

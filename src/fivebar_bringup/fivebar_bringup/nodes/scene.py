@@ -19,7 +19,8 @@ from fivebar_bringup.scene.moving import SceneSample, Trail, moving_shapes
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_bringup.scene.shapes import Colour, Kind, Shape
 from fivebar_control.model.kinematics import state_from_joints, working_mode
-from fivebar_control.ros.motion_parameters import declare_motion
+from fivebar_control.ros.run_file import RunFile, declared_motion
+from fivebar_control.scenario.keys import MOTION
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     BASE_FRAME,
@@ -83,10 +84,11 @@ class Scene(GraphNode):
     def __init__(self) -> None:
         """Make the node and publish the map."""
         super().__init__("scene")
-        self._motion = declare_motion(self)
+        scenario = RunFile(self, *MOTION).file
+        self._motion = declared_motion(self, scenario)
         self._settings = self.declare_settings(SceneSettings)
         self._frame = self._settings.frame_id or self.frame(BASE_FRAME)
-        self._zones = float(self.get_parameter("min_authority").value) > 0.0
+        self._zones = scenario.min_authority > 0.0
         self._period_ns = round(NANOSECONDS / self._settings.pictures_per_second)
         self._trail = Trail(self._settings.trail_points)
         self._torque: tuple[float, float] | None = None

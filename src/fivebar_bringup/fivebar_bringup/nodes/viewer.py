@@ -20,15 +20,16 @@ from fivebar_bringup.live.ros.sample_feed import SampleFeed
 from fivebar_bringup.live.ros.triggers import Triggers
 from fivebar_bringup.live.samples import COLUMNS
 from fivebar_bringup.live.server import LiveServer
-from fivebar_control.ros.goal_conditions import conditions_of
+from fivebar_control.scenario.goal_conditions import conditions_of
+from fivebar_control.scenario.keys import scenario_of
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.parameters import FiveBar
-from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import goal_message, new_request_id
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.settings import Setting
+from fivebar_description.shared_settings import REALTIME
 from fivebar_description.strict_yaml import InputError
 
 GENERATOR = "trajectory_generator"
@@ -110,10 +111,11 @@ class Viewer(GraphNode):
 
     def _use(self, values: dict[str, Any]) -> None:
         """Take over the generator's parameters and send the scene."""
-        self._robot = load_robot(values["robot"])
-        self._preview = Preview(conditions_of(values), values["working_mode"])
-        scene = live_scene(self._robot, list(values["working_mode"]), list(values["waypoints"]))
-        self._send({**scene, "goals": bool(values["takes_goals"])}, "scene")
+        scenario = scenario_of(values)
+        self._robot, modes = scenario.five_bar(), scenario.signs()
+        self._preview = Preview(conditions_of(scenario, values["mode"] == REALTIME), modes)
+        scene = live_scene(self._robot, list(modes), list(values["waypoints"]))
+        self._send({**scene, "goals": scenario.scheme().takes_goals}, "scene")
 
     def _report_no_graph(self) -> None:
         """Say once where no other node is seen: the domain or the namespace may be another one's."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import String
@@ -14,11 +14,13 @@ from std_srvs.srv import Trigger
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.shared_results import one_robot, shared_state
-from fivebar_control.ros.node_settings import BLENDED, NOT_OF_THE_GUARD, BlenderSettings, torque_of
+from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSettings
+from fivebar_control.ros.run_file import RunFile, start_values
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.pause_compensated_clock import PauseCompensatedClock
-from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.safety.watchdog import Watchdog
+from fivebar_control.scenario.keys import GOALS
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -39,13 +41,11 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.parameters import laden
-from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
-from fivebar_description.run_plan import WORKING_MODE_AT_START, robot_value
-from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
+from fivebar_description.shared_settings import LOCKSTEP
 
 CHECKS_PER_DEADLINE = 2
 """How often within a deadline a timer checks the watchdog. Each sample is a check besides, and the timer wakes two
@@ -53,6 +53,41 @@ threads of the control chain each time it fires."""
 
 MIN_CHECKS_PER_DEADLINE = 1.5
 """Least checks within a deadline: a longer interval between two checks is a pause of the process."""
+
+
+LOCKSTEP_DEADLINE_MS = 2000.0
+"""Timeout for a candidate torque in lockstep (ms)."""
+
+EARLY = 0.25
+"""The deadline is a quarter period early, so that the arrival jitter of the sample at which the blender looks at it
+does not decide about a whole cycle."""
+
+
+class Deadlines(NamedTuple):
+    """Longest waits (s) for the candidates of a sample, and from one sample to the next."""
+
+    candidates: float
+    states: float
+
+
+def deadlines_of(scenario: ControlScenario, settings: BlenderSettings) -> Deadlines:
+    """Return the deadlines of a run: in real time those of the drives, of which the candidates' is a cycle less.
+
+    So the blender, which knows what is missing, reports it.
+
+    Raises:
+        InputError: the motion is refused, which decides how long a torque may be held.
+    """
+    if settings.mode == LOCKSTEP:
+        candidates, states = LOCKSTEP_DEADLINE_MS / 1e3, math.inf
+    else:
+        cycles, period = scenario.stop_cycles(), 1.0 / scenario.rate_hz
+        candidates, states = max(SHORTEST_DEADLINE_MS / 1e3, (cycles - 1 - EARLY) * period), cycles * period
+    if settings.candidate_deadline_ms is not None:
+        candidates = settings.candidate_deadline_ms / 1e3
+    if settings.state_deadline_ms is not None:
+        states = settings.state_deadline_ms / 1e3
+    return Deadlines(candidates, states)
 
 
 class Blender(SamplingNode):
@@ -70,16 +105,16 @@ class Blender(SamplingNode):
         """Make the node."""
         super().__init__("blender")
         settings = self.declare_settings(BlenderSettings)
-        safety = self.declare_settings(SafetySettings, without=NOT_OF_THE_GUARD, torque_limit=DRIVE_TORQUE_LIMIT)
-        agreed = {"robot": robot_value(settings.robot), WORKING_MODE_AT_START: settings.working_mode}
-        RunAgreement(self, settings.rate_hz, agreed)
-        self._empty = self._robot = one_robot(load_robot(settings.robot))
-        mode1, mode2 = settings.working_mode
-        self._guard = Guard(self._robot, (mode1, mode2), settings.rate_hz, safety)
-        deadlines = [settings.candidate_deadline_ms / 1e3, settings.state_deadline_ms / 1e3]
-        shortest = min(deadline for deadline in deadlines if deadline)
+        scenario = RunFile(self, *GOALS, law=True).file
+        RunAgreement(self, scenario.rate_hz, start_values(scenario))
+        self._empty = self._robot = one_robot(scenario.five_bar())
+        self._guard = Guard(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
+        deadlines = deadlines_of(scenario, settings)
+        shortest = min(deadlines)
         self._deadline_clock = PauseCompensatedClock(time.monotonic, shortest / MIN_CHECKS_PER_DEADLINE)
-        self._watchdog = Watchdog(deadlines[0], deadlines[1] or math.inf, settings.last_sample or None)
+        # the plant ends with the motion, drives do not
+        last = None if settings.endless else settings.last_sample or scenario.plan().path.samples(scenario.rate_hz)
+        self._watchdog = Watchdog(deadlines.candidates, deadlines.states, last)
         self._drives_state = self._estimate_state = ALL_WELL
         self._first = 0
         self._reply: JointSample | None = None
@@ -88,20 +123,20 @@ class Blender(SamplingNode):
         self._state = self.advertise(SAFETY_STATE)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
-        torque = fields_of(ACTIVE_JOINTS, "effort", allow_nan=True)
+        torque, scheme = fields_of(ACTIVE_JOINTS, "effort", allow_nan=True), scenario.scheme()
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
             Input(REFERENCE, fields_of(REFERENCE_NAMES, "position")),
-            Input(torque_of(settings.candidates), torque),
+            Input(scheme.nominal.topic, torque),
         ]
-        if settings.candidates == BLENDED:
+        if scheme.blended:
             inputs += [Input(VHC_TORQUE, torque), Input(SUPERVISOR_STATE, fields_of(SUPERVISOR_NAMES, "position"))]
-        self.join(settings.rate_hz, inputs)
+        self.join(scenario.rate_hz, inputs)
         # volatile on this side: faults published before this node started do not concern it
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         # not awaited: drives that publish no state hold no fault
         self.listen(DRIVES_STATE, self._on_drives_state, awaited=False)
-        if settings.estimate_recovers:
+        if scenario.sees:
             self.listen(ESTIMATE_STATE, self._on_estimate_state, awaited=False)
         listen_to_payload(self, self._carry)
         self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)

@@ -11,7 +11,7 @@ class CtcController(ControllerNode):
 
     def __init__(self) -> None:
         """Make the node."""
-        super().__init__("ctc_controller", "ctc")
+        super().__init__("ctc_controller")
 
 
 def main() -> None:

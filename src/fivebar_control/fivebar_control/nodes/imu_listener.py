@@ -11,14 +11,15 @@ from std_msgs.msg import Float64
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.state import Platform
 from fivebar_control.ros.node_settings import ImuListenerSettings
-from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings, Vector3
+from fivebar_control.ros.run_file import RunFile, start_values
+from fivebar_control.scenario.keys import LEAD, ROBOT
+from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.joint_sample import LARGEST, MessageError
-from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
-from fivebar_description.run_plan import WORKING_MODE_AT_START, robot_value
+from fivebar_description.run_plan import LEAD_SAMPLES
 
 LONGEST_GAP = 5
 """Number of IMU readings that may be missing before that is reported."""
@@ -44,24 +45,18 @@ class ImuListener(SamplingNode):
         """Make the node."""
         super().__init__("imu_listener")
         settings = self.declare_settings(ImuListenerSettings)
-        imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
-        agreed = {
-            "robot": robot_value(settings.robot),
-            WORKING_MODE_AT_START: settings.working_mode,
-            "lead_samples": settings.lead_samples,
-        }
-        RunAgreement(self, settings.rate_hz, agreed)
-        mode1, mode2 = settings.working_mode
-        self._arguments = (load_robot(settings.robot), mode1, mode2, settings.rate_hz, imu)
+        scenario = RunFile(self, *ROBOT, *LEAD, "imu").file
+        RunAgreement(self, scenario.rate_hz, {**start_values(scenario), LEAD_SAMPLES: scenario.lead_samples})
+        self._arguments = (scenario.five_bar(), *scenario.working_mode, scenario.rate_hz, scenario.imu)
         self._check = ImuCheck(*self._arguments)
-        schedule = imu.schedule(settings.rate_hz)
+        schedule = scenario.imu.schedule(scenario.rate_hz)
         self._longest_gap = LONGEST_GAP * schedule.every + schedule.latency
         self._saturated = 0
         self._error = self.advertise(IMU_ERROR)
         # an IMU reading is valid at the time of its stamp, a reference at a time `lead_samples` later
         read_reference = fields_of(REFERENCE_NAMES, "position", "velocity")
-        inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, settings.lead_samples))
-        self.join(settings.rate_hz, inputs, QUEUE_DEPTH)
+        inputs = (Input(IMU_DATA, read_imu), Input(REFERENCE, read_reference, scenario.lead_samples))
+        self.join(scenario.rate_hz, inputs, QUEUE_DEPTH)
         self.wait_for_publishers(settings.wait_for_nodes)
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""Publishes the candidate torque of any control law, which the parameter `law` names."""
+"""Publishes the candidate torque of a law without a node of its own: of the registry, or of another package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class LawController(ControllerNode):
 
     def __init__(self) -> None:
         """Make the node."""
-        super().__init__("law_controller", "unified", ("",))
+        super().__init__("law_controller", "mpc_middle")
 
 
 def main() -> None:

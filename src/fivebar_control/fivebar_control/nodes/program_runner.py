@@ -22,6 +22,7 @@ from fivebar_control.planning.program import (
 )
 from fivebar_control.planning.program_run import ProgramRun, ProgramState
 from fivebar_control.ros.node_settings import ProgramSettings
+from fivebar_control.ros.run_file import RunFile
 from fivebar_description.interface import (
     ALL_WELL,
     GOAL,
@@ -62,8 +63,8 @@ class ProgramRunner(GraphNode):
         """
         super().__init__("program_runner")
         settings = self.declare_settings(ProgramSettings)
-        self._run = RunAgreement(self, settings.rate_hz, {})
-        self._rate_hz = settings.rate_hz
+        self._rate_hz = RunFile(self, "rate_hz").file.rate_hz
+        self._run = RunAgreement(self, self._rate_hz, {})
         self._begin_sample = settings.begin_sample
         self._newest: bytes | None = None
         self._asked = ""

@@ -17,16 +17,16 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_control.estimation.constants import Drives, history_samples
-from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.constants import history_samples
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
-from fivebar_control.estimation.homing import Homing, HomingContradicted
+from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.resting import MotorReading, Resting
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
-from fivebar_control.ros.node_settings import NOT_OF_THE_FILTER, EstimatorSettings
+from fivebar_control.ros.node_settings import AUTO, COMPILED_FROM_HZ, YES, EstimatorNodeSettings
+from fivebar_control.ros.run_file import RunFile, start_values
+from fivebar_control.scenario.keys import ROBOT, SENSORS
 from fivebar_control.vision.reading import PlatformReading, used
-from fivebar_description.imu import IMU_OF_SIMULATION, IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -49,17 +49,14 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
 from fivebar_description.parameters import laden
-from fivebar_description.passive_encoder import PASSIVE_OF_SIMULATION, PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.publishers import same
-from fivebar_description.robot_file import known_sensors_of, load_robot, tolerances_of
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
-from fivebar_description.run_plan import HOMING, LEAD_SAMPLES, WORKING_MODE_AT_START, robot_value
-from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT
-from fivebar_description.tolerances import TOLERANCE_PREFIX, Tolerances
+from fivebar_description.run_plan import HOMING, LEAD_SAMPLES
+from fivebar_description.shared_settings import LOCKSTEP
 
 FAILED = 1
 
@@ -120,42 +117,38 @@ class StateEstimatorNode(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("state_estimator")
-        settings = self.declare_settings(EstimatorSettings)
-        drives = self.declare_settings(Drives, torque_limit=DRIVE_TORQUE_LIMIT)
-        agreed = {
-            "robot": robot_value(settings.robot),
-            WORKING_MODE_AT_START: settings.working_mode,
-            HOMING: settings.homing,
-            LEAD_SAMPLES: drives.delay_samples,
-        }
-        RunAgreement(self, settings.rate_hz, agreed)
-        mode1, mode2 = settings.working_mode
-        ekf = self.declare_settings(EkfSettings, without=NOT_OF_THE_FILTER)
-        self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=IMU_OF_SIMULATION)
-        passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX, without=PASSIVE_OF_SIMULATION)
-        known = known_sensors_of(settings.robot).lagging(self._imu.gyro_lag(1.0 / settings.rate_hz))
-        self._empty = load_robot(settings.robot)
+        settings = self.declare_settings(EstimatorNodeSettings)
+        lockstep = settings.mode == LOCKSTEP
+        scenario = RunFile(self, *ROBOT, "estimator", "waypoints", *SENSORS).file
+        drives, ekf, passive, known = scenario.drives(), scenario.ekf, scenario.passive, scenario.known_sensors()
+        homing, rate_hz = scenario.homing(), scenario.rate_hz
+        agreed = {**start_values(scenario), HOMING: [homing.x, homing.y], LEAD_SAMPLES: drives.delay_samples}
+        RunAgreement(self, rate_hz, agreed)
+        self._imu = scenario.imu
+        self._empty = scenario.five_bar()
+        fast = not lockstep and rate_hz >= COMPILED_FROM_HZ
+        compiled = fast if settings.compiled == AUTO else settings.compiled == YES
         self._arguments = (
             self._empty,
-            Homing(*settings.homing, mode1, mode2, settings.assembly_mode),
-            settings.rate_hz,
+            homing,
+            rate_hz,
             drives,
             ekf,
-            tolerances_of(settings.robot, self.declare_settings(Tolerances, TOLERANCE_PREFIX)),
+            scenario.known_within(),
             passive,
             known,
-            step_of(settings.compiled),
+            step_of(compiled),
         )
-        self._clock_offset = known.imu_clock * settings.rate_hz
+        self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
         self._estimator = StateEstimator(*self._arguments)
         self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
         self._late: dict[Reading, Any] = {}
         self._sees, self._sees_start = ekf.camera or ekf.seen_start, ekf.seen_start
-        self._longest_delay = history_samples(settings.rate_hz)
+        self._longest_delay = history_samples(rate_hz)
         if self._sees:
-            self._longest_delay = max(self._longest_delay, history_samples(settings.rate_hz, ekf.camera_latency))
+            self._longest_delay = max(self._longest_delay, history_samples(rate_hz, ekf.camera_latency))
         self._replied = -1
         self._reply: tuple[JointSample, JointSample, JointSample] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
@@ -163,25 +156,26 @@ class StateEstimatorNode(SamplingNode):
         self._disturbance = self.advertise(ESTIMATE_DISTURBANCE)
         if drives.delay_samples > 0:
             self.listen(TORQUE_COMMAND, self._on_command)
+        announced = lockstep and bool(ekf.gyro or passive.leg or self._sees)
         inputs = [Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort"))]
         self._sensors: set[str] = set()
         if ekf.gyro:
             self._sensors.add(IMU_FRAME)
-            self.listen(IMU_DATA, self._on_imu, only_reliable=settings.awaits_readings)
+            self.listen(IMU_DATA, self._on_imu, only_reliable=announced)
         if passive.leg:
             self._sensors.add(self._joint)
-            self.listen(PASSIVE_STATES, self._on_passive, only_reliable=settings.awaits_readings)
-        self._mode, self._count = (mode1, mode2), count_angle(drives.encoder_counts or 0)
+            self.listen(PASSIVE_STATES, self._on_passive, only_reliable=announced)
+        self._mode, self._count = scenario.working_mode, count_angle(drives.encoder_counts or 0)
         self._resting = self._no_rest()
         self._state = self.advertise(ESTIMATE_STATE) if self._sees else None
         self._publish_state(ALL_WELL)
         if self._sees:
             self.create_service(Trigger, "~/reset", self._on_reset)
             self._sensors.add(CAMERA_FRAME)
-            self.listen(VISION_PLATFORM, self._on_seen, only_reliable=settings.awaits_readings)
-        if settings.awaits_readings:
+            self.listen(VISION_PLATFORM, self._on_seen, only_reliable=announced)
+        if announced:
             inputs.append(Input(READINGS_RELEASED, read_released))
-        self.join(settings.rate_hz, inputs)
+        self.join(rate_hz, inputs)
         listen_to_payload(self, self._carry)
 
     def _carry(self, payload: float) -> None:

@@ -8,8 +8,8 @@ from std_msgs.msg import Float64
 
 from fivebar_control.loop.shared_results import shared_state
 from fivebar_control.loop.supervisor import Supervisor, SupervisorState
-from fivebar_control.ros.motion_parameters import declare_motion
-from fivebar_control.ros.node_settings import SupervisorSettings
+from fivebar_control.ros.run_file import RunFile, declared_motion
+from fivebar_control.scenario.keys import MOTION
 from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
@@ -30,9 +30,9 @@ class SupervisorNode(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("supervisor")
-        self._motion = declare_motion(self)
-        weighting = self.declare_settings(SupervisorSettings).weighting
-        self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz, weighting)
+        scenario = RunFile(self, *MOTION).file
+        self._motion = declared_motion(self, scenario)
+        self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz, scenario.scheme().weighting)
         self._reply: SupervisorState | None = None
         self._state = self.advertise(SUPERVISOR_STATE)
         self._sigma = self.advertise(SUPERVISOR_SIGMA)

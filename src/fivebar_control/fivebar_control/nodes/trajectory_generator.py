@@ -10,8 +10,9 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform
 from fivebar_control.planning.motion_queue import MotionQueue
 from fivebar_control.ros.goal_server import GoalServer
-from fivebar_control.ros.motion_parameters import declare_motion, plan_values
 from fivebar_control.ros.node_settings import HOLD, TrajectorySettings
+from fivebar_control.ros.run_file import RunFile, declared_motion, plan_values
+from fivebar_control.scenario.keys import GOALS
 from fivebar_control.trajectory.hold import Hold
 from fivebar_description.interface import (
     ALL_WELL,
@@ -29,6 +30,7 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.ros.stamp_join import CAPACITY
 from fivebar_description.run_plan import plan_text
+from fivebar_description.shared_settings import REALTIME
 
 AT_REST = (0.0,) * len(JOINTS)
 
@@ -41,16 +43,17 @@ class TrajectoryGenerator(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("trajectory_generator")
-        self._motion = declare_motion(self)
+        scenario = RunFile(self, *GOALS, law=True).file
+        settings = self.declare_settings(TrajectorySettings)
+        self._motion = declared_motion(self, scenario)
         self._hold = Hold()
         self._references: dict[int, tuple[Platform, ...]] = {}
         self._published = -1
         self._queue = self._new_queue()
-        self._goals = GoalServer(self, self._motion, self._queue)
+        self._goals = GoalServer(self, scenario, settings.mode == REALTIME, self._queue)
         self._reference = self.advertise(REFERENCE)
-        self.advertise(RUN_PLAN).publish(String(data=plan_text(plan_values(self._motion))))
-        settings = self.declare_settings(TrajectorySettings)
-        self._samples_ahead = settings.samples_ahead
+        self.advertise(RUN_PLAN).publish(String(data=plan_text(plan_values(self._motion, scenario))))
+        self._samples_ahead = scenario.tuned().samples_ahead
         if self._samples_ahead:
             self._ahead = self.advertise(REFERENCE_AHEAD)
         if settings.after_fault == HOLD:

@@ -11,7 +11,7 @@ class UnifiedController(ControllerNode):
 
     def __init__(self) -> None:
         """Make the node."""
-        super().__init__("unified_controller", "unified")
+        super().__init__("unified_controller", "unified_middle")
 
 
 def main() -> None:

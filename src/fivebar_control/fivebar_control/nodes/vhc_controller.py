@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fivebar_control.laws.registry import CONSTRAINT_LAWS
 from fivebar_control.ros.controller_node import ControllerNode
 from fivebar_description.ros.run import run_node
 
@@ -12,7 +11,7 @@ class VhcController(ControllerNode):
 
     def __init__(self) -> None:
         """Make the node."""
-        super().__init__("vhc_controller", "vhc_cartesian", CONSTRAINT_LAWS)
+        super().__init__("vhc_controller")
 
 
 def main() -> None:

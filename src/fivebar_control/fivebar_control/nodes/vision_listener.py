@@ -11,12 +11,13 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.node_settings import VisionListenerSettings
+from fivebar_control.ros.run_file import RunFile
+from fivebar_control.scenario.keys import LEAD
 from fivebar_control.vision.camera_file import CameraCalibration, read_calibration
 from fivebar_control.vision.comparison import Position, VisionCheck
 from fivebar_control.vision.localisation import PlatformTracker
 from fivebar_control.vision.reading import PlatformReading
 from fivebar_control.vision.sight import reading_of
-from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
 from fivebar_description.camera_model import LENS_MODEL, Optics
 from fivebar_description.errors import InputError
 from fivebar_description.interface import (
@@ -31,13 +32,13 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
 )
 from fivebar_description.joint_sample import LARGEST, MessageError, joint_sample
-from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.messages import JointMessage, checked_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH
-from fivebar_description.run_plan import robot_value
+from fivebar_description.run_plan import LEAD_SAMPLES, robot_value
+from fivebar_description.shared_settings import REALTIME
 
 PICTURES = 16
 """That wait at most; older ones are of no use."""
@@ -77,11 +78,11 @@ class VisionListener(GraphNode):
         """Make the node."""
         super().__init__("vision_listener")
         settings = self.declare_settings(VisionListenerSettings)
-        self._camera = self.declare_settings(CameraSettings, CAMERA_PREFIX)
-        self._robot, self._lead = load_robot(settings.robot), settings.lead_samples
-        self._rate_hz = settings.rate_hz
-        agreed = {"robot": robot_value(settings.robot), "lead_samples": settings.lead_samples}
-        self._run = RunAgreement(self, settings.rate_hz, agreed)
+        scenario = RunFile(self, "robot", "rate_hz", *LEAD, "camera").file
+        self._camera, self._rate_hz = scenario.camera, scenario.rate_hz
+        self._robot, self._lead = scenario.five_bar(), scenario.lead_samples
+        agreed = {"robot": robot_value(scenario.robot), LEAD_SAMPLES: scenario.lead_samples}
+        self._run = RunAgreement(self, scenario.rate_hz, agreed)
         self._run.on_begin = self._restart
         path = self._camera.calibration
         self._source = path or f"topic {CAMERA_INFO.name}"
@@ -93,7 +94,7 @@ class VisionListener(GraphNode):
         self._platform = self.advertise(VISION_PLATFORM)
         self._errors = self.advertise(VISION_ERROR)
         self.listen(CAMERA_INFO, self._on_info)
-        self.listen(CAMERA_IMAGE, self._on_image, FRESH_PICTURES if settings.by_the_clock else PICTURES)
+        self.listen(CAMERA_IMAGE, self._on_image, FRESH_PICTURES if settings.mode == REALTIME else PICTURES)
         self.listen(JOINT_STATES, self._on_joints, QUEUE_DEPTH)
         self.wait_for_publishers(settings.wait_for_nodes)
 

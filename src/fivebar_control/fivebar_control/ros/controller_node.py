@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fivebar_control.laws.law import Law, TunedLaw
+from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import against_disturbance
-from fivebar_control.laws.registry import find_law
-from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.shared_results import one_robot, shared_desired, shared_state
 from fivebar_control.model.state import Platform
-from fivebar_control.ros.motion_parameters import declare_motion
+from fivebar_control.ros.run_file import RunFile, declared_motion
+from fivebar_control.scenario.keys import LAWS, MOTION
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_DISTURBANCE,
@@ -25,21 +24,10 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.parameters import laden
-from fivebar_description.robot_file import read_robot
-from fivebar_description.ros.parameters import Spec, specs_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
-from fivebar_description.settings import from_parameters
+from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
-
-NO_DISTURBANCE, ESTIMATED = "none", "estimated"
-
-DISTURBANCE = Spec(
-    "disturbance",
-    NO_DISTURBANCE,
-    "Whether to compensate the disturbance torques from estimate/disturbance, then required for every sample.",
-    choices=(NO_DISTURBANCE, ESTIMATED),
-)
 
 
 def _platforms(position: Sequence[float], velocity: Sequence[float]) -> tuple[Platform, ...]:
@@ -56,30 +44,21 @@ class ControllerNode(SamplingNode):
 
     in_chain = True
 
-    def __init__(self, name: str, law: str, choices: tuple[str, ...] = ()) -> None:
-        """Make the node of a law.
+    def __init__(self, name: str, default: str = DEFAULT_SCENARIO) -> None:
+        """Make the node of that name, of the law of the run's controller that such a node publishes.
 
-        Args:
-            name: name of the node.
-            law: name of its law, or with `choices` the default of its parameter `law`.
-            choices: values that the parameter `law` accepts; empty for a node without it, ("",) for any law.
+        `default` is the scenario where it is told of none.
 
         Raises:
-            InputError: there is no such law, or the motion may meet a Type 1 singularity, where it is undefined.
+            InputError: the run's file cannot be used, or its controller has no such law.
         """
         super().__init__(name)
-        self._motion = declare_motion(self)
+        self._file = RunFile(self, *MOTION, *LAWS, law=True, tunable=True, default=default)
+        scenario = self._file.file
+        self._tuned = self._own_law()
+        self._law_entry = self._tuned.law
+        self._motion = declared_motion(self, scenario)
         self._robot = self._motion.robot
-        if choices:
-            accepted = () if choices == ("",) else choices
-            spec = Spec("law", law, "Name of the law; MODULE:NAME for one from another package.", choices=accepted)
-            law = self.parameters((spec,))["law"]
-        self._law_entry = find_law(law)
-        if self._motion.plan.modes and not self._law_entry.meets_type_1:
-            raise InputError(f"{name}: working_mode: expected two signs, since this law is undefined at Type 1")
-        sizes = sizes_of_law(self._law_entry.name, read_robot(self.get_parameter("robot").value))
-        self._settings = self.parameters(specs_of(self._law_entry.settings, **sizes))
-        disturbance = self.parameters((DISTURBANCE,))["disturbance"]
         self._law = self._make_law()
         self._law_entry.warm_up()
         self.on_tuned(self._tune)
@@ -89,23 +68,30 @@ class ControllerNode(SamplingNode):
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
             Input(REFERENCE, fields_of(REFERENCE_NAMES, "position", "velocity")),
         ]
-        self._samples_ahead = self._tuned().samples_ahead
+        self._samples_ahead = self._tuned.samples_ahead
         if self._samples_ahead:
             inputs.append(Input(REFERENCE_AHEAD, fields_of(ahead_names(self._samples_ahead), "position", "velocity")))
-        if disturbance == ESTIMATED:
+        if scenario.compensates_disturbance:
             inputs.append(Input(ESTIMATE_DISTURBANCE, fields_of(ACTIVE_JOINTS, "effort")))
         self.join(self._motion.rate_hz, inputs)
         listen_to_payload(self, self._carry)
 
-    def _tuned(self) -> TunedLaw:
-        law: Law = self._law_entry
-        return TunedLaw(law, from_parameters(law.settings, self._settings))
+    def _own_law(self) -> TunedLaw:
+        name, controller = self.get_name(), self._file.file.tuned()
+        own = next((tuned for tuned in controller.laws if tuned.law.executable == name), None)
+        if own is None:
+            needed = " and ".join(tuned.law.executable for tuned in controller.laws)
+            raise InputError(
+                f"{name}: controller: {self._file.file.controller}: its laws run in {needed}: expected one of {name}"
+            )
+        return own
 
     def _make_law(self) -> LawRunner:
-        return LawRunner(self._tuned(), self._robot, self._motion.plan, self._motion.rate_hz)
+        return LawRunner(self._tuned, self._robot, self._motion.plan, self._motion.rate_hz)
 
     def _tune(self, changes: dict[str, Any]) -> None:
-        self._settings.update(changes)
+        self._file.change(changes)
+        self._tuned = self._own_law()
         self._law = self._make_law()
 
     def _carry(self, payload: float) -> None:

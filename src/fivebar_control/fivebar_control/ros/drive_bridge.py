@@ -30,7 +30,9 @@ from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
 from fivebar_control.hardware.inner_loop import InnerLoop
 from fivebar_control.ros.inner_loop_targets import InnerLoopTargets
 from fivebar_control.ros.node_settings import BridgeSettings
+from fivebar_control.ros.run_file import RunFile
 from fivebar_control.safety.brake import BRAKED_FAULTS
+from fivebar_control.scenario.keys import GOALS
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_QOS,
@@ -111,18 +113,20 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         GraphNode.__init__(self, name)
         settings = self.declare_settings(BridgeSettings, drives=default)
         known = load(settings)
-        self._rate_hz = settings.rate_hz
+        scenario = RunFile(self, *GOALS, law=True).file
+        self._rate_hz = scenario.rate_hz
         if self._rate_hz * known.period_us != MICROSECONDS:
             raise InputError(
-                f"{name}: parameter rate_hz: {self._rate_hz}: expected {MICROSECONDS // known.period_us}, which is"
+                f"{name}: rate_hz: {self._rate_hz}: expected {MICROSECONDS // known.period_us}, which is"
                 f" {known.period_key} {known.period_us} of {settings.drives}"
             )
         self._run = TimeKeeper(self, self._rate_hz)
-        self._brake_limit = settings.brake_limit_s
+        self._brake_limit = scenario.brake_limit()
         self._tend_period = known.tend_period
-        timeout, enable_timeout = settings.command_timeout_ms / 1e3, settings.enable_timeout_s
+        timeout = settings.command_timeout_ms or scenario.stop_cycles() * 1e3 / self._rate_hz
+        timeout, enable_timeout = timeout, settings.enable_timeout_s
         self._session = DriveSession(
-            known.open, self._rate_hz, timeout, enable_timeout, self._on_latch, name, known.waits
+            known.open, self._rate_hz, timeout / 1e3, enable_timeout, self._on_latch, name, known.waits
         )
         self._timer: Timer | None = None
         LifecycleNodeMixin.__init__(self)

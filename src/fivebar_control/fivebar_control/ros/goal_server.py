@@ -12,18 +12,21 @@ from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.planning.planning_process import PlanningProcess
-from fivebar_control.ros.goal_conditions import GOALS, GROUPS, ParameterGroup, conditions_of, law_group
-from fivebar_control.ros.motion_parameters import DeclaredMotion
+from fivebar_control.scenario.goal_conditions import conditions_of
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import specs_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
 
 LONGEST_ID = 64
 """Largest number of characters of a request's id, which `goal/status` names."""
+
+LOCKSTEP_WAIT = 0.1
+"""Time (s) for which each sample waits for a plan in lockstep, so that few of them pass while the robot rests: less
+than the time after which the plant publishes a sample again."""
 
 NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
@@ -32,23 +35,17 @@ NOTICE = 2
 class GoalServer:
     """Passes requests to a planning process and the planned motions to the queue.
 
-    The node calls `update` at every sample, which blocks for at most the setting `goal_wait_ms`: by default not at all.
+    The node calls `update` at every sample, which blocks for at most `LOCKSTEP_WAIT` in lockstep, where time waits too.
     """
 
-    def __init__(self, node: GraphNode, motion: DeclaredMotion, queue: MotionQueue) -> None:
-        """Declare the parameters and join the topics, on a node that has declared the motion."""
-        values = {"robot": node.get_parameter("robot").value, "rate_hz": motion.rate_hz}
-        for group in GROUPS:
-            values |= _declared(node, group)
-        values |= _declared(node, law_group(values["goal_controller"], values["robot"]))
-        settings = GOALS.read(values)
-        self._open: bool = settings.takes_goals
-        self._wait = settings.goal_wait_ms / 1e3
-        self._rate_hz = motion.rate_hz
+    def __init__(self, node: GraphNode, scenario: ControlScenario, by_the_clock: bool, queue: MotionQueue) -> None:
+        """Join the topics on behalf of a node, and judge requests as a scenario says."""
+        self._open = scenario.scheme().takes_goals
+        self._wait = 0.0 if by_the_clock else LOCKSTEP_WAIT
+        self._rate_hz = scenario.rate_hz
         self._queue = queue
-        conditions = conditions_of(values)
-        self._planning = PlanningProcess(conditions)
-        if self._open and conditions.held:
+        self._planning = PlanningProcess(conditions_of(scenario, by_the_clock and self._open))
+        if self._open and by_the_clock:
             # by the clock no cycle can wait until a process has been started, or while it loads
             self._planning.start()
         self._sample = -1
@@ -100,7 +97,7 @@ class GoalServer:
             goal = read_goal(list(message.name), list(message.position))
             if not self._open:
                 able = " or ".join(GOAL_CONTROLLERS)
-                raise GoalRefused(f"requests are not taken: they need controller {able} (parameter takes_goals)")
+                raise GoalRefused(f"requests are not taken: they need controller {able}")
             if self._sample < 0:
                 raise GoalRefused("the run has not begun")
             if self._held:
@@ -156,9 +153,3 @@ class GoalServer:
         if request_id:
             content["id"] = request_id
         self._status.publish(String(data=json.dumps(content)))
-
-
-def _declared(node: GraphNode, group: ParameterGroup) -> dict[str, Any]:
-    """Declare the parameters of a group, which the planning process is given once, and return their values."""
-    specs = specs_of(group.settings, group.prefix, group.without, **group.defaults)
-    return node.parameters([spec._replace(tunable=False) for spec in specs])

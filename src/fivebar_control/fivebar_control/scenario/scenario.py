@@ -57,6 +57,7 @@ from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.physical_bounds import Duration
 from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.robot_file import known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
+from fivebar_description.scenario_file import ESTIMATOR
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import InputError, StrictModel, yaml_text
@@ -154,14 +155,7 @@ class ControlScenario(StrictModel):
     imu: Section[ImuSettings] = ImuSettings()
     sensors: Section[Sensors] = Sensors()
     camera: Section[CameraSettings] = NO_CAMERA
-    estimator: Annotated[
-        str,
-        Setting(
-            "Which joint states the controllers take: those of the plant, or all four joints estimated from the two"
-            " motors' encoders and the applied torques.",
-            choices=("none", "ekf"),
-        ),
-    ] = "none"
+    estimator: Annotated[str, ESTIMATOR] = "none"
     ekf: Section[EkfSettings] = EkfSettings()
     tolerances: Section[Tolerances] = EXACT
     loads: Section[Loads] = NO_LOADS
@@ -325,6 +319,11 @@ class ControlScenario(StrictModel):
         return self.estimated and self.camera.on and (self.ekf.camera or self.ekf.seen_start)
 
     @property
+    def reads_late(self) -> bool:
+        """Whether the estimator takes readings that come after their samples."""
+        return bool(self.gyro or self.passive.leg or self.sees)
+
+    @property
     def passive(self) -> PassiveEncoder:
         """The encoder on a passive joint; its leg is 0 where there is none."""
         return self.sensors.passive_encoder
@@ -385,6 +384,15 @@ class ControlScenario(StrictModel):
         plan = self.plan()
         legs = desired_at(robot, plan, 0.0, plan.path.at(0.0)).state[:2]
         return JointAngles(legs[0].q1, legs[0].q2, legs[1].q1, legs[1].q2)
+
+    def section_law(self) -> dict[str, tuple[Any, ...]]:
+        """Return the settings of the law that takes the section `law`, under that name; none where no law does.
+
+        Raises:
+            InputError: as `tuned`.
+        """
+        settings = [one.settings for one in self.tuned().laws if one.law.name not in SECTIONS]
+        return {"law": settings[0]} if settings else {}
 
     def _takes_section_law(self) -> bool:
         return any(law.name not in SECTIONS for law in self.scheme().laws)
@@ -456,6 +464,14 @@ class ControlScenario(StrictModel):
             held_ms = _held(self.five_bar(), self.plan(), self.tuned(), limit).time * 1e3
         # a period that does not divide the time must not lose a cycle to rounding
         return max(LEAST_STOP_CYCLES, math.floor(held_ms * self.rate_hz / 1e3 + 1e-9))
+
+    def brake_limit(self) -> float:
+        """Return for how long (s) the brake's torque is followed: until its last cycle, and the answer to that one.
+
+        Raises:
+            InputError: as `stop_cycles`.
+        """
+        return self.safety.brake_duration + self.stop_cycles() / self.rate_hz if self.safety.brake else 0.0
 
     @property
     def min_authority(self) -> float:

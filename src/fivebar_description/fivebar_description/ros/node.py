@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -18,6 +18,7 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from std_msgs.msg import String
 
+from fivebar_description.errors import InputError
 from fivebar_description.interface import (
     BASE_FRAME,
     DIAGNOSTICS,
@@ -33,6 +34,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.outside_text import one_line
+from fivebar_description.parameter_names import meant_by
 from fivebar_description.ros.hearing import Hearing, make_publisher
 from fivebar_description.ros.messages import JointMessage, SampleReader
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
@@ -255,16 +257,27 @@ class GraphNode(Node):
         self._specs.extend(specs)
         return values
 
-    def declare_settings(
-        self, settings: type[S], prefix: str = "", without: Collection[str] = (), **defaults: Any
-    ) -> S:
+    def check_names(self) -> None:
+        """Refuse parameters that were set under a name that is a slip for one of the node's, which ROS ignores.
+
+        Raises:
+            InputError: there is one.
+        """
+        known = {spec.name for spec in self._specs}
+        for name in self._parameter_overrides:
+            meant = [] if self.has_parameter(name) else meant_by(name, known)
+            if meant:
+                raise InputError(
+                    f"{self.get_name()}: parameter {name}: no such parameter: expected {' or '.join(meant)}"
+                )
+
+    def declare_settings(self, settings: type[S], **defaults: Any) -> S:
         """Declare the settings of a NamedTuple as parameters and return their values; the arguments as in `specs_of`.
 
         Raises:
             InputError: a value given from outside is not allowed.
         """
-        values = self.parameters(specs_of(settings, prefix, without, **defaults))
-        return from_parameters(settings, values, prefix, without)
+        return from_parameters(settings, self.parameters(specs_of(settings, **defaults)))
 
     def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
         """Register a callback that receives the new values of parameters changed at run time."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
-from itertools import chain
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -12,7 +11,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from fivebar_description.settings import REQUIRED, Declared, declared, sections
+from fivebar_description.settings import REQUIRED, Declared, declared
 from fivebar_description.strict_yaml import InputError
 
 
@@ -28,6 +27,7 @@ class Spec(NamedTuple):
         choices: the allowed words, for strings.
         tunable: whether it may be changed while the node runs.
         check: returns what else is wrong with a value, None if nothing.
+        number: whether a single number may stand in the place of an array of them.
     """
 
     name: str
@@ -39,6 +39,7 @@ class Spec(NamedTuple):
     choices: tuple[str, ...] = ()
     tunable: bool = False
     check: Callable[[Any], str | None] | None = None
+    number: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
         """Return the descriptor that `ros2 param describe` shows."""
@@ -52,6 +53,7 @@ class Spec(NamedTuple):
             description=self.description,
             additional_constraints="; ".join(constraints),
             read_only=not self.tunable,
+            dynamic_typing=self.number,
         )
         if self.minimum is not None and self.maximum is not None:
             if isinstance(self.default, float):
@@ -73,23 +75,17 @@ class Spec(NamedTuple):
         return self.check(value) if self.check is not None else None
 
 
-def specs_of(
-    settings: type[tuple[Any, ...]], prefix: str = "", without: Collection[str] = (), **defaults: Any
-) -> tuple[Spec, ...]:
+def specs_of(settings: type[tuple[Any, ...]], **defaults: Any) -> tuple[Spec, ...]:
     """Return the parameters that hold the settings of a NamedTuple; `settings.from_parameters` makes it of them.
 
     Args:
         settings: the NamedTuple.
-        prefix: of the parameters' names.
-        without: fields that are no parameters of the node.
         defaults: of the node where they are not those of the settings, by field.
     """
-    own = tuple(_spec(one, prefix, defaults) for one in declared(settings) if one.name not in without)
-    within = (specs_of(section, f"{prefix}{name}_") for name, section in sections(settings).items())
-    return (*own, *chain.from_iterable(within))
+    return tuple(_spec(one, defaults) for one in declared(settings))
 
 
-def _spec(one: Declared, prefix: str, defaults: Mapping[str, Any]) -> Spec:
+def _spec(one: Declared, defaults: Mapping[str, Any]) -> Spec:
     setting, none = one.setting, one.none
     default = defaults.get(one.name, one.default)
     if default is REQUIRED:
@@ -100,7 +96,7 @@ def _spec(one: Declared, prefix: str, defaults: Mapping[str, Any]) -> Spec:
         lower = min(lower, none)
     shown = list(none) if isinstance(none, tuple) else none
     return Spec(
-        prefix + one.name,
+        one.name,
         one.to_parameter(default),
         setting.description if none is None else f"{setting.description} {shown!r} for none.",
         setting.unit,
@@ -131,6 +127,10 @@ def _declare_one(node: Node, spec: Spec) -> Any:
         expected = "" if spec.minimum is None else f"{bounds}: "
         raise InputError(f"{node.get_name()}: parameter {spec.name}: {expected}{_one_line(error)}") from error
     value = _as_tuple(value)
+    if spec.number:
+        value = value if isinstance(value, tuple) else (value,)
+        if not all(isinstance(one, float | int) and not isinstance(one, bool) for one in value):
+            raise InputError(f"{node.get_name()}: parameter {spec.name}: {value!r}: expected numbers")
     problem = spec.problem(value)
     if problem is not None:
         shown = list(value) if isinstance(value, tuple) else value

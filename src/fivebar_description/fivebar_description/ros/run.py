@@ -100,6 +100,8 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     topics = GraphNode.process_topics = ProcessTopics() if len(makes) > 1 else None
     try:
         nodes = [make() for make in makes]
+        for node in nodes:
+            node.check_names()
     except InputError as error:
         print(error, file=sys.stderr)
         rclpy.try_shutdown()

@@ -25,7 +25,7 @@ from fivebar_description.joint_sample import MessageError
 from fivebar_description.process_names import describe_process
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.run_plan import RunPlan, difference, epoch_text, read_epoch, read_plan
+from fivebar_description.run_plan import MotionStart, RunPlan, difference, epoch_text, read_epoch, read_plan
 
 LONGEST_RUN_NS = 86_400 * NANOSECONDS
 """Stamps (ns) so far after the epoch that is assumed without any are those of an epoch that is not known yet."""
@@ -86,6 +86,11 @@ class RunAgreement:
     def digest(self) -> str:
         """The digest of the plan, empty before it has come."""
         return self._plan.digest if self._plan is not None else ""
+
+    @property
+    def start(self) -> MotionStart | None:
+        """What the plan says of the start of the motion, None before it has come."""
+        return None if self._plan is None else self._plan.start
 
     def stamp(self, sample: int) -> int:
         """Return the stamp (ns) of a sample."""

@@ -8,7 +8,7 @@ from array import array
 import numpy as np
 from sensor_msgs.msg import CameraInfo, Image
 
-from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
+from fivebar_description.camera import CameraSettings
 from fivebar_description.camera_model import LENS_MODEL
 from fivebar_description.interface import (
     CAMERA_IMAGE,
@@ -22,15 +22,17 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import joint_sample
 from fivebar_description.robot_file import load_robot
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import JointMessage, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH
 from fivebar_description.run_plan import robot_value
+from fivebar_description.shared_settings import REALTIME
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.ros.node_settings import CameraNodeSettings
+from fivebar_sim.scenario import SimulatedRobot
 from fivebar_sim.vision.camera import Camera, Delivered
 from fivebar_sim.vision.renderer import Picture
 
@@ -54,15 +56,14 @@ class CameraNode(GraphNode):
         """Make the node."""
         super().__init__("camera")
         settings = self.declare_settings(CameraNodeSettings)
-        self._settings = self.declare_settings(CameraSettings, CAMERA_PREFIX)
-        self._plant = self.declare_settings(PlantSettings)
-        self._robot = actual_robot(load_robot(settings.robot), self._plant)
-        self._rate_hz = settings.rate_hz
-        self._run = RunAgreement(self, settings.rate_hz, {"robot": robot_value(settings.robot)})
+        file = FileParameters(self, SimulatedRobot, ("robot", "rate_hz", "estimator", "camera", "plant")).file
+        self._settings, self._plant, self._rate_hz = file.camera, file.plant, file.rate_hz
+        self._robot = actual_robot(load_robot(file.robot), self._plant)
+        self._run = RunAgreement(self, self._rate_hz, {"robot": robot_value(file.robot)})
         self._run.on_begin = self._restart
         self._restart()
         self._info = _camera_info(self._settings, self.frame(PICTURE_FRAME))
-        self._by_the_clock = settings.by_the_clock
+        self._by_the_clock = settings.mode == REALTIME
         if self._by_the_clock:
             os.nice(LOW_PRIORITY)
         if self._settings.pictures:

@@ -13,7 +13,6 @@ import time
 from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
-from fivebar_description.imu import IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,
@@ -24,7 +23,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.joint_sample import joint_sample
-from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.payload import listen_to_payload
@@ -38,6 +37,7 @@ from fivebar_sim.imu import Gyroscope
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 from fivebar_sim.ros.run_progress import RunProgress
+from fivebar_sim.scenario import SimulatedRobot
 
 STATUS_PERIOD = 0.1
 LATE_PERIODS = 1.5
@@ -57,7 +57,8 @@ class EmulatedRobot(GraphNode):
         """Boot the drives and serve them in a thread."""
         super().__init__("emulated_robot")
         settings = self.declare_settings(EmulatedRobotSettings)
-        self._rate_hz = settings.rate_hz
+        file = FileParameters(self, SimulatedRobot, ("rate_hz", "imu", "sensors", "plant.seed")).file
+        self._rate_hz = file.rate_hz
         self._run = RunAgreement(self, self._rate_hz, {})
         self._samples = settings.samples
         self._injections = sorted(_injection(text) for text in settings.inject)
@@ -74,10 +75,8 @@ class EmulatedRobot(GraphNode):
         self._made = self._heard = time.monotonic()
         self._began: float | None = None
         self._truth = self.advertise(GROUND_TRUTH)
-        self._imu = self.declare_settings(ImuSettings, IMU_PREFIX, without=("noise",))
-        passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
-        self._seed = settings.seed
-        self._late = LateSensors(self, self._run, self._rate_hz, self._imu, passive, settings.seed)
+        self._imu, self._seed = file.imu, file.plant.seed
+        self._late = LateSensors(self, self._run, self._rate_hz, self._imu, file.passive, self._seed)
         self._begin_run()
         self._faults = self.advertise(FAULTS)
         self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)

@@ -10,8 +10,6 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_description.camera import CAMERA_PREFIX, CameraSettings
-from fivebar_description.imu import IMU_PREFIX, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -34,19 +32,21 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer, joint_sample
 from fivebar_description.parameters import laden
-from fivebar_description.passive_encoder import PASSIVE_PREFIX, PassiveEncoder
 from fivebar_description.robot_file import load_robot
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.payload import listen_to_payload
+from fivebar_description.ros.process_topics import Sender
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper
-from fivebar_description.run_plan import next_epoch
-from fivebar_sim.effects.settings import PlantSettings, has_effects
+from fivebar_description.run_plan import MotionStart, next_epoch
+from fivebar_description.shared_settings import LOCKSTEP
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.late_sensors import Arrived, LateSensors
-from fivebar_sim.ros.node_settings import LOCKSTEP, MOTORS, PlantNodeSettings
+from fivebar_sim.ros.node_settings import LAST_SAMPLE, START_JOINTS, PlantNodeSettings
 from fivebar_sim.ros.run_progress import RunProgress
+from fivebar_sim.scenario import SimulatedRobot
 from fivebar_sim.vision.sights import Sights
 
 REPEAT_PERIOD = 0.1
@@ -59,6 +59,15 @@ the answer may already wait here."""
 
 FIRST_ANSWER_TIME = 1.0
 """Longest time (s) for which the clock of real time waits for the answer to sample 0."""
+
+GENERATOR = "trajectory_generator"
+"""The node that publishes the plan."""
+
+PATIENCE = 20
+"""Periods of repetition after which a plant that awaits no node takes it that nobody publishes a plan."""
+
+FILE_KEYS = ("robot", "rate_hz", "estimator", "plant", "imu", "sensors", "camera")
+"""What the plant takes from the run's file."""
 
 ZERO = (0.0, 0.0)
 
@@ -84,29 +93,26 @@ class PlantNode(GraphNode):
         """Make the node."""
         super().__init__("plant")
         settings = self.declare_settings(PlantNodeSettings)
-        plant = self.declare_settings(PlantSettings)
-        imu = self.declare_settings(ImuSettings, IMU_PREFIX)
-        passive = self.declare_settings(PassiveEncoder, PASSIVE_PREFIX)
-        camera = self.declare_settings(CameraSettings, CAMERA_PREFIX)
-        self._rate_hz = settings.rate_hz
+        self._file = file = FileParameters(self, SimulatedRobot, FILE_KEYS).file
+        camera = file.camera
+        self._rate_hz = file.rate_hz
         # in lockstep time is simulated, and every run has the same stamps
         epoch_ns = START_STAMP_NS if settings.mode == LOCKSTEP else None
         self._run = TimeKeeper(self, self._rate_hz, epoch_ns)
-        self._samples = settings.samples
+        self._settings = settings
         self._lockstep = settings.mode == LOCKSTEP
         self._command_timeout = settings.command_timeout_s
         self._freshness = settings.freshness_samples
         self._alone = not settings.wait_for_nodes
         self._ready_timeout = settings.ready_timeout_s
         # in real time, drives that delay have the torque for the time ahead when the time begins
-        self._known_ahead = not self._lockstep and plant.delay_samples > 0
-        plant = plant._replace(delay_samples=plant.delay_samples - self._known_ahead)
-        robot = load_robot(settings.robot)
-        self._plant = Plant(robot, settings.initial_joints, self._rate_hz, plant, imu)
-        self._sample = 0
+        self._known_ahead = not self._lockstep and file.plant.delay_samples > 0
+        self._robot, self._payload = load_robot(file.robot), 0.0
+        self._made: Plant | None = None
+        self._samples = self._without_plan = self._sample = 0
         self._next: Messages | None = None
         self._fault = ""
-        self._brake_samples = round(settings.brake_limit_s * settings.rate_hz)
+        self._brake_samples = round(settings.brake_limit_s * self._rate_hz)
         self._torque_until: int | None = None
         self._answer = OneAnswer()
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
@@ -114,22 +120,21 @@ class PlantNode(GraphNode):
         self._unanswered = 0
         self._to_publish = -1
         self._arrived: Arrived | None = None
-        self._sights = Sights(camera, self._rate_hz, plant.seed) if camera.on and self._lockstep else None
+        self._sights = Sights(camera, self._rate_hz, file.plant.seed) if camera.on and self._lockstep else None
         self._began = self._heard = time.monotonic()
-        self._motors_only = settings.publishes == MOTORS
+        self._motors_only = file.estimated
         self._time = self.advertise(CLOCK) if self._lockstep else None
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
-        has_truth = self._motors_only or camera.on or has_effects(plant)
-        self._ground_truth = self.advertise(GROUND_TRUTH) if has_truth else None
-        self._late = LateSensors(self, self._run, self._rate_hz, imu, passive, plant.seed)
-        self._released = self.advertise(READINGS_RELEASED) if settings.announces_readings else None
+        self._ground_truth = self.advertise(GROUND_TRUTH) if file.has_ground_truth else None
+        self._late = LateSensors(self, self._run, self._rate_hz, file.imu, file.passive, file.plant.seed)
+        self._released: Sender | None = None
         self._state = self.advertise(DRIVES_STATE)
-        self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)
+        self._progress = RunProgress(self, settings.samples or 0, settings.wait_for_nodes)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.listen(TORQUE_COMMAND, self._on_command)
         self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
         self.listen(RUN_READY, self._progress.on_ready)
-        listen_to_payload(self, lambda payload: self._plant.carry(laden(robot, payload)))
+        listen_to_payload(self, self._carry)
         if self._sights is not None:
             self.listen(VISION_PLATFORM, self._on_sight)
         self.every(STATUS_PERIOD, lambda: self._publish_status("running"))
@@ -160,11 +165,15 @@ class PlantNode(GraphNode):
         In lockstep this goes on: a later sample is published again where its answer is long in coming.
         In real time the clock starts with that answer, since the first one takes several periods, or without it.
         """
+        if self._made is None:
+            self._make_plant()
         if self._progress.missing:
             if time.monotonic() - self._began > self._ready_timeout:
                 self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {self._progress.missing}")
             return
-        if not self._run.agrees or (self._alone and not self.count_publishers(TORQUE_COMMAND.name)):
+        if self._made is None or not self._run.agrees:
+            return
+        if self._alone and not self.count_publishers(TORQUE_COMMAND.name):
             return
         if not self._run.begun:
             # when the clock of real time begins, if sample 0 is answered at once; it is sent with the next call
@@ -191,6 +200,38 @@ class PlantNode(GraphNode):
         # started by hand, it waits for whoever is to answer it
         if waited > self._command_timeout and not (self._alone and self._sample == 0):
             self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
+
+    def _make_plant(self) -> None:
+        """Put the robot where the motion starts, once that is known.
+
+        Where the plan is to come, or may not have been discovered yet, it is waited for.
+        """
+        start, settings = self._run.start, self._settings
+        if start is None and not (settings.samples and settings.initial_joints):
+            if self._progress.missing or GENERATOR in settings.wait_for_nodes or not self._run.agrees:
+                return
+            self._without_plan += self._alone and self.count_publishers(TORQUE_COMMAND.name) > 0
+            if self._alone and self._without_plan < PATIENCE:
+                return
+        start = start or MotionStart(LAST_SAMPLE, START_JOINTS, announces=False)
+        plant = self._file.plant
+        plant = plant._replace(delay_samples=plant.delay_samples - self._known_ahead)
+        joints = settings.initial_joints or start.joints
+        self._made = Plant(self._robot, joints, self._rate_hz, plant, self._file.imu)
+        self._made.carry(laden(self._robot, self._payload))
+        self._samples = self._progress.samples = settings.samples or start.samples
+        if self._lockstep and start.announces:
+            self._released = self.advertise(READINGS_RELEASED)
+
+    @property
+    def _plant(self) -> Plant:
+        assert self._made is not None, "the plant is made before the first sample"
+        return self._made
+
+    def _carry(self, payload: float) -> None:
+        self._payload = payload
+        if self._made is not None:
+            self._made.carry(laden(self._robot, payload))
 
     def _measure(self, sample: int) -> Messages:
         """Return the messages of a sample."""

@@ -17,13 +17,14 @@ class RunProgress:
     """Which nodes a run waits for, and how far it has come.
 
     Attributes:
+        samples: number of the last sample, 0 while it is not known.
         overruns: samples that had no torque in time.
         latency: from samples to their torques.
     """
 
     def __init__(self, node: GraphNode, samples: int, awaited: Collection[str]) -> None:
         """Advertise the topic on behalf of a node; the run has so many samples after sample 0."""
-        self._samples = samples
+        self.samples = samples
         self._missing = set(awaited)
         self._status = node.advertise(RUN_STATUS)
         self.overruns = 0
@@ -43,7 +44,7 @@ class RunProgress:
         status = {
             "state": state,
             "sample": sample,
-            "samples": self._samples,
+            "samples": self.samples,
             "overruns": self.overruns,
             "latency_ms": self.latency.summary(),
             "pid": os.getpid(),

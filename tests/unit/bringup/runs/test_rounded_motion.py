@@ -2,40 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.scenario.keys import judging_parameters, scenario_of
 from fivebar_description.strict_yaml import InputError, validate
 
 
 @pytest.mark.parametrize("radius", [0.02, [0.0, 0.01]])
-def test_the_nodes_plan_the_path_of_the_scenario(radius: float | list[float], tmp_path: Path) -> None:
+def test_the_nodes_plan_the_path_of_the_scenario(radius: float | list[float]) -> None:
     path = {"waypoints": [[0.0, 0.15], [-0.03, 0.02], [0.03, 0.02], [0.0, 0.15]], "blend_radius": radius}
     scenario = Scenario.model_validate({"name": "vias", "controller": "unified", **path})
-    generators = (
-        node.parameters
-        for node in crossing_graph(scenario, Mode.LOCKSTEP, tmp_path)
-        if node.executable == "trajectory_generator"
-    )
-    values = next(iter(generators))
-    places = list(zip(values["waypoints"][::2], values["waypoints"][1::2], strict=True))
-    planned = plan_motion(
-        scenario.five_bar(),
-        values["working_mode"],
-        places,
-        values["segment_durations"],
-        values["rate_hz"],
-        scenario.zone.as_rule(),
-        values["time_law"],
-        values["min_authority"],
-        values["blend_radius"],
-    )
+    planned = scenario_of(judging_parameters(scenario)).plan()
     assert planned.crossings == scenario.plan().crossings
     assert len(planned.path.segments) == (1 if radius == 0.02 else 2)
 

@@ -1,0 +1,32 @@
+"""By what requests for a motion are judged in a run: the limits, sensors and loads of its scenario."""
+
+from __future__ import annotations
+
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.planning_process import Conditions
+from fivebar_control.scenario.scenario import ControlScenario
+
+
+def conditions_of(scenario: ControlScenario, by_the_clock: bool = False) -> Conditions:
+    """Return by what requests are judged in a run; by the clock, a motion has to bear that the last torque is held.
+
+    Raises:
+        InputError: the robot's file cannot be read, or the motion is refused, which decides how long that is.
+    """
+    limit = scenario.torque_limit
+    return Conditions(
+        scenario.robot,
+        scenario.rate_hz,
+        MotionLimits().torque if limit is None else limit,
+        scenario.safety.joint_speed_limit,
+        scenario.error_tolerance,
+        scenario.risk,
+        scenario.sensing(),
+        scenario.to_bear(),
+        scenario.stop_cycles() / scenario.rate_hz if by_the_clock else 0.0,
+        scenario.tracking_error_limit,
+        scenario.safety.area,
+        scenario.safety.forbidden,
+        scenario.controller,
+        scenario.tuned().nominal.settings,
+    )

@@ -1,0 +1,80 @@
+"""Which keys of a scenario a node of the control chain uses, and a scenario as the parameters that hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fivebar_control.laws.registry import find_controller
+from fivebar_control.scenario.scenario import SECTIONS, ControlScenario
+from fivebar_description.file_keys import FileKey, keys_of, section_keys, value_at, with_keys
+from fivebar_description.strict_yaml import validate
+
+ROBOT = ("robot", "rate_hz", "working_mode")
+"""What every node knows of the robot."""
+
+LEAD = ("estimator", "plant.delay_samples")
+"""What decides by how much answers are ahead of their samples."""
+
+MOTION = (
+    *ROBOT,
+    *LEAD,
+    "controller",
+    "working_modes",
+    "waypoints",
+    "segment_duration",
+    "time_law",
+    "blend_radius",
+    "zone",
+)
+"""What decides the plan."""
+
+LAWS = (
+    "gains",
+    "vhc_resolution",
+    "adaptive_gain",
+    "unified",
+    "plant.torque_limit",
+    "safety.torque_limit",
+    "safety.torque_rate_limit",
+    "ekf.feed_forward",
+)
+"""What decides the laws, besides the section `law`."""
+
+SENSORS = ("plant", "ekf", "imu", "sensors", "camera", "tolerances")
+"""What an estimator works with."""
+
+GOALS = (*MOTION, *LAWS, *SENSORS, "loads", "risk", "safety", "tracking_error_limit", "error_tolerance")
+"""By what requests for motions are judged."""
+
+
+def parameters_of(scenario: ControlScenario, names: Sequence[str]) -> dict[str, Any]:
+    """Return the parameters that hold keys of a scenario, by their names or those of sections."""
+    return {key.name: key.to_parameter(value_at(scenario, key.name)) for key in keys_of(ControlScenario, names)}
+
+
+def judging_parameters(scenario: ControlScenario) -> dict[str, Any]:
+    """Return the parameters by which requests are judged: those of the trajectory generator.
+
+    Raises:
+        InputError: the law's module was not imported.
+    """
+    values = parameters_of(scenario, GOALS)
+    for section, settings in scenario.section_law().items():
+        for key in section_keys(type(settings), f"{section}."):
+            values[key.name] = key.to_parameter(value_at(settings, key.name.partition(".")[2]))
+    return values
+
+
+def scenario_of(values: Mapping[str, Any]) -> ControlScenario:
+    """Return the scenario of a node's parameters, which may be among others: those of the trajectory generator hold it.
+
+    Raises:
+        InputError: they are not such parameters.
+    """
+    keys: dict[str, FileKey] = {key.name: key for key in keys_of(ControlScenario, GOALS)}
+    law = find_controller(str(values.get("controller"))).nominal
+    if law.name not in SECTIONS:
+        keys |= {key.name: key for key in section_keys(law.settings, "law.")}
+    given = {name: keys[name].to_file(value) for name, value in values.items() if name in keys}
+    return validate(with_keys({"name": "parameters"}, given), ControlScenario, "parameters")

@@ -1,0 +1,61 @@
+"""What is wrong with the name of a parameter that a node does not have: a slip, or a name of a former release.
+
+Parameters of other nodes are no mistake: a launch file sets some for all nodes of a group.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection
+
+from fivebar_description.scenario_file import KEYS
+
+FORMER = {
+    "segment_durations": "segment_duration",
+    "candidates": "controller",
+    "weighting": "controller",
+    "law": "controller",
+    "goal_controller": "controller",
+    "takes_goals": "controller",
+    "min_authority": "controller",
+    "samples_ahead": "controller",
+    "resolution": "vhc_resolution",
+    "homing": "waypoints",
+    "assembly_mode": "waypoints",
+    "publishes": "estimator",
+    "disturbance": "estimator",
+    "lead_samples": "plant.delay_samples",
+    "awaits_readings": "mode",
+    "announces_readings": "mode",
+    "by_the_clock": "mode",
+    "estimate_recovers": "camera.on",
+}
+"""Parameters of releases before 2.0.0 by what says the same now, where that is no other spelling."""
+
+CLOSE = 0.9
+"""Likeness from which on another name is taken for the one that was meant."""
+
+
+def meant_by(name: str, known: Collection[str]) -> list[str]:
+    """Return the parameters of a node that somebody may have meant by a name that is none of them; [] for no mistake.
+
+    Args:
+        name: of a parameter that was set.
+        known: names of the node's parameters, those of keys of the run's file with dots.
+    """
+    if FORMER.get(name) in known:
+        return [FORMER[name]]
+    flat = {one.replace(".", "_"): one for one in known if "." in one}
+    if name in flat:
+        return [flat[name]]
+    if "." not in name:
+        ended = [one for one in known if one.endswith(f".{name}")]
+        if ended:
+            return sorted(ended)
+    if name in KEYS:
+        return []
+    section, dot, _ = name.partition(".")
+    # keys of other sections are those of other nodes
+    likely = [one for one in known if one.startswith(f"{section}.")] if dot and section in KEYS else [*known, *flat]
+    close = difflib.get_close_matches(name, likely, 1, CLOSE)
+    return [flat.get(close[0], close[0])] if close else []

@@ -1,0 +1,125 @@
+"""The run's file as the parameters of a node: the keys that the node uses, under their own names in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Generic, TypeVar
+
+from fivebar_description.errors import InputError
+from fivebar_description.file_keys import FileKey, keys_of, section_keys, value_at, with_keys
+from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import Spec
+from fivebar_description.scenario_file import DEFAULT_SCENARIO, read_content, scenario_path
+from fivebar_description.strict_yaml import StrictModel, validate
+
+M = TypeVar("M", bound=StrictModel)
+
+SCENARIO = Spec(
+    "scenario",
+    DEFAULT_SCENARIO,
+    "The run's file: the name of a shipped scenario, or the path to a YAML file. Parameters with its keys override it.",
+)
+
+
+class FileParameters(Generic[M]):
+    """The keys of a run's file that a node uses, declared as its parameters.
+
+    The file gives the defaults; a key that the file leaves out has the default that the robot and the other keys give
+    it. A value that is set beside the file takes its place, and the whole is checked again.
+
+    Attributes:
+        file: the file with these values.
+    """
+
+    file: M
+
+    def __init__(
+        self,
+        node: GraphNode,
+        model: type[M],
+        names: Sequence[str],
+        sections: Callable[[M], Mapping[str, tuple[Any, ...]]] = lambda file: {},
+        tunable: bool = False,
+        default: str = DEFAULT_SCENARIO,
+    ) -> None:
+        """Declare the parameters.
+
+        Args:
+            node: of them.
+            model: what the file has to fit.
+            names: of keys, of whole sections, or of keys in sections.
+            sections: returns sections whose keys depend on what else the file says, as those of a law do.
+            tunable: whether settings that may be tuned may be changed while the node runs.
+            default: the scenario where the node is told of none.
+
+        Raises:
+            InputError: the file cannot be read, or it or a parameter does not fit.
+        """
+        self._node, self._model, self._tunable = node, model, tunable
+        name = node.parameters((SCENARIO._replace(default=default),))[SCENARIO.name]
+        self._path = scenario_path(name)
+        self._content: dict[str, Any] = read_content(self._path)
+        self.file = self._checked(self._content)
+        self._keys: dict[str, FileKey] = {}
+        keys = keys_of(model, names)
+        # what decides about the defaults of others comes first
+        for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
+            self._declare(part, {key.name: value_at(self.file, key.name) for key in part})
+        for section, settings in sections(self.file).items():
+            own = section_keys(type(settings), f"{section}.")
+            self._declare(own, {key.name: value_at(settings, key.name.partition(".")[2]) for key in own})
+
+    def change(self, values: Mapping[str, Any]) -> None:
+        """Take changed parameters into the file; those that are none of its keys are left out.
+
+        Raises:
+            InputError: the file does not fit with them.
+        """
+        changes = {name: self._keys[name].to_file(value) for name, value in values.items() if name in self._keys}
+        if changes:
+            content = with_keys(self._content, changes)
+            self.file, self._content = self._checked(content), content
+
+    def _declare(self, keys: Sequence[FileKey], present: Mapping[str, Any]) -> None:
+        defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
+        self._keys |= {key.name: key for key in keys}
+        values = self._node.parameters([self._spec(key, defaults[key.name]) for key in keys])
+        self.change({name: value for name, value in values.items() if value != _as_given(defaults[name])})
+
+    def _checked(self, content: Mapping[str, Any]) -> M:
+        return validate(dict(content), self._model, f"{self._node.get_name()}: {self._path}")
+
+    def _spec(self, key: FileKey, default: Any) -> Spec:
+        setting = key.setting
+        lower = setting.at_least if setting.above is None else setting.above
+        upper = setting.at_most if setting.below is None else setting.below
+        shown = f"{setting.description} {key.none!r} for none." if key.none is not None else setting.description
+        if not key.array and key.none is not None and key.element in (float, int) and lower is not None:
+            lower = min(lower, key.none)
+        choices = setting.choices if not key.array else ()
+        tunable = self._tunable and setting.tunable
+        return Spec(
+            key.name, default, shown, setting.unit, lower, upper, choices, tunable, self._checks(key), key.number
+        )
+
+    @staticmethod
+    def _checks(key: FileKey) -> Callable[[Any], str | None]:
+        """Return what says what is wrong with a single value; the file as a whole is checked besides."""
+
+        def problem(value: Any) -> str | None:
+            if key.none is not None and _as_given(key.none) == value:
+                return None
+            try:
+                in_file = key.to_file(value)
+            except InputError as error:
+                return str(error).removeprefix(f"{key.name}: ")
+            if isinstance(in_file, float | int) and not isinstance(in_file, bool) and key.setting.outside(in_file):
+                return f"expected {key.setting.range_text()} {key.setting.unit}".rstrip()
+            # arrays are checked with the file as a whole
+            return key.setting.check(value) if key.setting.check is not None and not key.array else None
+
+        return problem
+
+
+def _as_given(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value

@@ -1,0 +1,54 @@
+"""The run's file as the simulation reads it: the robot that is simulated, and its sensors.
+
+What the robot is to do, the plant learns from the plan of the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import ConfigDict, model_validator
+
+from fivebar_description.camera import NO_CAMERA, CameraSettings
+from fivebar_description.imu import ImuSettings
+from fivebar_description.passive_encoder import PassiveEncoder, Sensors
+from fivebar_description.scenario_file import ESTIMATOR, with_drives_of_robot
+from fivebar_description.settings import Section
+from fivebar_description.shared_settings import RateHz, Robot
+from fivebar_description.strict_yaml import StrictModel
+from fivebar_sim.effects.settings import PlantSettings, has_effects
+
+
+class SimulatedRobot(StrictModel):
+    """The sections of a run's file that the simulation reads; the others are those of the controllers."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    robot: Robot = "dextar"
+    rate_hz: RateHz = 500
+    estimator: Annotated[str, ESTIMATOR] = "none"
+    plant: Section[PlantSettings] = PlantSettings()
+    imu: Section[ImuSettings] = ImuSettings()
+    sensors: Section[Sensors] = Sensors()
+    camera: Section[CameraSettings] = NO_CAMERA
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sized(cls, content: Any) -> Any:
+        return with_drives_of_robot(content) if isinstance(content, Mapping) else content
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the controllers work from the two motors' encoders alone."""
+        return self.estimator == "ekf"
+
+    @property
+    def has_ground_truth(self) -> bool:
+        """Whether the exact state of the robot is published besides: the sensors of all joints do not show it."""
+        return self.estimated or self.camera.on or has_effects(self.plant)
+
+    @property
+    def passive(self) -> PassiveEncoder:
+        """The encoder on a passive joint; its leg is 0 where there is none."""
+        return self.sensors.passive_encoder
