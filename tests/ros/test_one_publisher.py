@@ -57,7 +57,7 @@ class Chain:
         self.motion = motion
         if together:
             modules = [f"fivebar_control.nodes.{node}" for node in CHAIN]
-            bench.start_group(*modules, "--ros-args", "-p", f"blender:rest_speed:={REST}")
+            bench.start_group(*modules, "--ros-args", "-p", f"blender:safety.rest_speed:={REST}")
         else:
             self.processes = {
                 node: bench.start(node, **({"safety.rest_speed": REST} if node == "blender" else {})) for node in CHAIN
