@@ -27,6 +27,7 @@ from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_description.interface import STATE_QOS, TORQUE_COMMAND, Topic
+from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.share import share_file
 
 pytestmark = pytest.mark.skipif(
@@ -131,16 +132,25 @@ def test_a_killed_node_ends_the_launch(launch: Launch) -> None:
     call.expect_no_process(0.0)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_to_the_launch_alone_ends_the_run_in_order(launch: Launch, number: signal.Signals) -> None:
-    """As an IDE or a service manager sends it: Ctrl-C in a terminal reaches all processes."""
+@pytest.mark.parametrize(
+    ("number", "to"),
+    [*((number, "the launch") for number in STOP_SIGNALS), (signal.SIGINT, "its group"), (signal.SIGTERM, "all")],
+)
+def test_a_signal_ends_the_run_in_order(launch: Launch, number: signal.Signals, to: str) -> None:
+    """An IDE sends it to the launch alone, a terminal to its group, a service manager to all processes."""
     call = launch("crossing", {**SHORT, "segment_duration": LONG})
     end = time.monotonic() + RUN_DEADLINE
     while not under_way(call):
         assert call.status is None, call.output
         assert time.monotonic() < end, call.output
         time.sleep(0.1)
-    call.send(number)
+    if to == "the launch":
+        call.send(number)
+    elif to == "its group":
+        os.killpg(call.pid, number)
+    else:
+        for pid in sorted(call.processes(), reverse=True):
+            os.kill(pid, number)
     assert call.finish() != 0, call.output
     # a launch that is terminated or hung up does not wait for its processes
     call.expect_no_process(RUN_DEADLINE)
@@ -196,7 +206,10 @@ def test_the_view_publishes_the_described_robot(tmp_path: Path, domain: int) -> 
     variables = {name: os.environ[name] for name in DDS_VARIABLES if name in os.environ}
     call = LaunchCall(tmp_path / "view", domain, "view", "robot:=unequal", "rviz:=false", **variables)
     try:
-        probe.wait_for(lambda: probe.got(description), "the description", deadline=RUN_DEADLINE)
+        probe.wait_for(
+            lambda: probe.got(description) or call.status is not None, "the description", deadline=RUN_DEADLINE
+        )
+        assert call.status is None, call.output
         assert probe.got(description)[0].data == described_robot("unequal")
         call.send(signal.SIGINT)
         call.finish()

@@ -116,6 +116,14 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("ctc_controller", {"kp": 900.0}, "parameter kp: no such parameter: expected gains.kp"),
     ("bag_recorder", {"topics": ["joint_states", "gossip"]}, "topics: 'gossip': expected some of joint_states"),
     ("bag_recorder", {"directory": "."}, "directory: .: exists already"),
+    # ROS reads an empty list as no value
+    ("supervisor", {"waypoints": []}, "parameter waypoints: has no value"),
+    ("bag_recorder", {"topics": []}, "parameter topics: has no value"),
+    ("blender", {"rate_hz": []}, "has no value, as ROS reads an empty list: expected a value such as 500"),
+    ("supervisor", {"rate_hs": 500, "use_sim_time": False}, "parameter rate_hs: no such parameter: expected rate_hz"),
+    # before a bag or a page is made
+    ("bag_recorder", {"topic": ["joint_states"]}, "parameter topic: no such parameter: expected topics"),
+    ("viewer", {"ports": 0}, "parameter ports: no such parameter: expected port"),
 ]  # fmt: skip
 
 
@@ -146,6 +154,15 @@ def test_arguments_that_ros_refuses_end_the_node_without_traceback(bench: Bench,
     assert process.wait() == 2
     assert "Traceback" not in process.stderr
     assert arguments[-1] in process.stderr.splitlines()[-1]
+
+
+def test_a_name_that_no_node_has_is_a_warning(bench: Bench) -> None:
+    """A key of the file may be for the others, and parameters of ROS are its own."""
+    of_ros = dict.fromkeys(OF_ROS, False)
+    process = bench.start("supervisor", "/alone", **{"conveyor_speed": 0.5, "safety.brake": True}, **of_ros)
+    bench.probe().health("/alone/supervisor")
+    (warning,) = (line for line in process.complaints if "parameter " in line)
+    assert warning.endswith("[alone.supervisor]: parameter conveyor_speed: this node has no such parameter")
 
 
 def test_a_parameter_file_for_all_namespaces_is_read(bench: Bench, tmp_path: Path) -> None:

@@ -116,6 +116,21 @@ def test_an_interrupted_run_ends_in_order(graph_run: Callable[..., GraphRun], nu
     run.command.expect_no_process(0.0)
 
 
+def test_a_signal_to_all_processes_of_a_run_ends_it_in_order(graph_run: Callable[..., GraphRun]) -> None:
+    """As a service manager stops a group: SIGTERM to each process, here to the launcher last."""
+    run = graph_run()
+    run.wait_for_sample(150)
+    for pid in sorted(run.command.processes(), key=lambda pid: pid == run.command.pid):
+        os.kill(pid, signal.SIGTERM)
+    summary = run.finish()
+    assert (summary["outcome"], summary["faults"]) == ("interrupted", ["interrupted"]), summary["fault_details"]
+    assert 100 < summary["samples"] < summary["planned_samples"]
+    run.expect_no_torque()
+    assert tuple(run.bag().field(TORQUE_COMMAND, "effort")[-1]) == ZERO
+    assert run.bag().custom_data["dropped"] == "0", dict(run.bag().custom_data)
+    run.command.expect_no_process(0.0)
+
+
 def test_a_run_whose_directory_is_deleted_ends_in_one_line(graph_run: Callable[..., GraphRun]) -> None:
     run = graph_run()
     run.wait_for_sample(150)

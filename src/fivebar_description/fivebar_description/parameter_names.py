@@ -32,8 +32,13 @@ FORMER = {
 }
 """Parameters of releases before 2.0.0 by what says the same now, where that is no other spelling."""
 
-CLOSE = 0.9
+CLOSE = 0.8
 """Likeness from which on another name is taken for the one that was meant."""
+
+
+def is_key(name: str) -> bool:
+    """Return whether a parameter may be a key of the run's file, which other nodes use."""
+    return name.partition(".")[0] in KEYS
 
 
 def meant_by(name: str, known: Collection[str]) -> list[str]:

@@ -19,6 +19,7 @@ KNOWN = {"zone.rule", "zone.epsilon", "gains.kp", "gains.kp_vhc", "plant.delay_s
         ("homing", ["waypoints"]),
         ("delay_samples", ["plant.delay_samples"]),
         ("waypoint", ["waypoints"]),
+        ("contoler", ["controller"]),
         # those of other nodes
         ("ekf.gyro_noise", []),
         ("ekf.epsilon", []),

@@ -14,11 +14,13 @@ from fivebar_bringup.recorded.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_description.interface import (
     DIAGNOSTICS,
+    DRIVES_STATE,
     FAULTS,
     PICTURES,
     RECORDED_BESIDES,
     STATE_QOS,
     TOPICS,
+    TORQUE_COMMAND,
     WORK_TOPICS,
     Topic,
     topic_named,
@@ -30,8 +32,17 @@ from fivebar_description.strict_yaml import InputError
 CHECKPOINT_PERIOD = 0.5
 """Time (s) between two checkpoints: a killed recorder loses less than one second, with margin."""
 
+POLL_PERIOD = 0.01
+"""Period (s) of looking whether nodes have ended."""
+
 QUEUE_DEPTH = 20_000
 """Messages that each subscription can queue: many seconds, so that a slow disk loses no message."""
+
+LAST_COMMANDS = (TORQUE_COMMAND, DRIVES_STATE)
+"""Topics on which the nodes that command the robot publish that it has been stopped."""
+
+LAST_COMMANDS_TIME = 2.0
+"""Longest time (s) to go on recording after a signal until these nodes have ended: they may get it at the same time."""
 
 
 class BagRecorder(GraphNode):
@@ -41,6 +52,8 @@ class BagRecorder(GraphNode):
         """Make the node and the bag."""
         super().__init__("bag_recorder")
         settings = self.declare_settings(RecorderSettings)
+        # before there is a bag
+        self.check_names()
         topics = [_topic(name) for name in settings.topics]
         directory = _free(Path(settings.directory))
         try:
@@ -51,6 +64,7 @@ class BagRecorder(GraphNode):
             raise InputError(f"bag_recorder: directory: {directory}: cannot be made: {error.strerror}") from error
         self._lost: dict[str, int] = {}
         self._failed = False
+        self._last_commands = [topic for topic in LAST_COMMANDS if topic in topics]
         self._due = 0.0
         """When the next checkpoint is due while the queues are emptied (monotonic, s)."""
         self._faults = self.advertise(FAULTS)
@@ -60,10 +74,15 @@ class BagRecorder(GraphNode):
         self.every(CHECKPOINT_PERIOD, self._checkpoint)
 
     def stop(self) -> None:
-        """Record queued messages and close the bag, with the number of lost messages.
+        """Record queued messages, and how the robot is stopped, and close the bag, with the number of lost messages.
 
         Checkpoints go on meanwhile: on a busy machine it may take long, and whoever waits sees that the bag grows.
         """
+        self.drain(self._checkpoint_when_due)
+        end = time.monotonic() + LAST_COMMANDS_TIME
+        while not self._failed and time.monotonic() < end and any(map(self.is_published, self._last_commands)):
+            time.sleep(POLL_PERIOD)
+            self.drain(self._checkpoint_when_due)
         self.drain(self._checkpoint_when_due)
         lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
         try:

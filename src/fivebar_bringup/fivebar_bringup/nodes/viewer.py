@@ -74,6 +74,8 @@ class Viewer(GraphNode):
         """
         super().__init__("viewer")
         settings = self.declare_settings(ViewerSettings)
+        # before there is a page
+        self.check_names()
         self._robot: FiveBar | None = None
         self._preview: Preview | None = None
         self._commands: deque[Command] = deque()

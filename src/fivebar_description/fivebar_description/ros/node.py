@@ -34,7 +34,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.outside_text import one_line
-from fivebar_description.parameter_names import meant_by
+from fivebar_description.parameter_names import is_key, meant_by
 from fivebar_description.ros.hearing import Hearing, make_publisher
 from fivebar_description.ros.messages import JointMessage, SampleReader
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
@@ -184,6 +184,10 @@ class GraphNode(Node):
         self._contradicted[topic.name] = now
         self.stop_robot(self._watch.contradiction(name, moment))
 
+    def is_published(self, topic: Topic) -> bool:
+        """Return whether a topic has a publisher, other than one that was killed on this machine."""
+        return self._watch.is_published(self.resolve_topic_name(topic.name))
+
     def _relies_on(self, topic: str) -> bool:
         return self.commands_robot or any(topic == one.name for one in READ_BESIDES)
 
@@ -260,12 +264,18 @@ class GraphNode(Node):
     def check_names(self) -> None:
         """Refuse parameters that were set under a name that is a slip for one of the node's, which ROS ignores.
 
+        Names that are neither a slip nor a key of the run's file are logged: they have no effect on this node.
+
         Raises:
             InputError: there is one.
         """
         known = {spec.name for spec in self._specs}
         for name in self._parameter_overrides:
-            meant = [] if self.has_parameter(name) else meant_by(name, known)
+            if self.has_parameter(name):
+                continue
+            meant = meant_by(name, known)
+            if not meant and not is_key(name):
+                self.get_logger().warning(f"parameter {name}: this node has no such parameter")
             if meant:
                 raise InputError(
                     f"{self.get_name()}: parameter {name}: no such parameter: expected {' or '.join(meant)}"

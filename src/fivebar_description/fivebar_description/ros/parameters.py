@@ -126,6 +126,12 @@ def _declare_one(node: Node, spec: Spec) -> Any:
         bounds = f"expected {spec.minimum} to {spec.maximum} {spec.unit}".rstrip()
         expected = "" if spec.minimum is None else f"{bounds}: "
         raise InputError(f"{node.get_name()}: parameter {spec.name}: {expected}{_one_line(error)}") from error
+    if value is None:
+        example = list(spec.default) if isinstance(spec.default, tuple) else spec.default
+        raise InputError(
+            f"{node.get_name()}: parameter {spec.name}: has no value, as ROS reads an empty list:"
+            f" expected a value such as {example!r}"
+        )
     value = _as_tuple(value)
     if spec.number:
         value = value if isinstance(value, tuple) else (value,)

@@ -96,6 +96,11 @@ class PublisherWatch:
         """Return whether a topic has, or may have, a second publisher."""
         return topic in self.conflicts or topic in self._suspected
 
+    def is_published(self, topic: str) -> bool:
+        """Return whether a topic, by its full name, has a publisher whose process is not known to have ended."""
+        machine = self._own_machine()
+        return any(not self._living.is_gone(one, machine) for one in self._publishers(topic))
+
     def contradiction(self, topic: str, moment: str) -> str:
         """Return the text of the fault that two different messages of a moment are."""
         alive = self._living.among(self._publishers(topic), self._own_machine())
