@@ -212,6 +212,6 @@ def test_the_schema_of_a_summary_is_the_published_one() -> None:
 
 def test_a_summary_fits_its_schema() -> None:
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
-    content = fivebar.simulate(fivebar.plan("dextar", goal=(0.0, 0.02))).summary.as_json()
+    content = fivebar.simulate(fivebar.plan("dextar", goal=(0.0, 0.02))).summary.as_dict()
     assert set(content) == set(schema["required"]) == set(schema["properties"])
     TypeAdapter(fivebar.Summary).validate_json(json.dumps(content), strict=True)

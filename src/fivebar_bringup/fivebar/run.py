@@ -140,7 +140,7 @@ class Run(NamedTuple):
     def _repr_html_(self) -> str:
         rows = (
             f"<tr><th>{escape(key)}</th><td>{escape(json.dumps(value))}</td></tr>"
-            for key, value in self.summary.as_json().items()
+            for key, value in self.summary.as_dict().items()
         )
         return f"<table>{''.join(rows)}</table>"
 

@@ -236,7 +236,7 @@ def goto(
             else:
                 directory, summary = run_with_ros(scenario, Mode.LOCKSTEP, out, None, progress)
     if as_json:
-        print(json.dumps({"plan": plan, "summary": summary.as_json()}, indent=2, allow_nan=False))
+        print(json.dumps({"plan": plan, "summary": summary.as_dict()}, indent=2, allow_nan=False))
     else:
         print_outcome(directory, summary)
     raise typer.Exit(EXIT_STATUS[summary.outcome])

@@ -96,7 +96,7 @@ def program(
             )
             live.tell(directory, summary)
     if as_json:
-        content = {"steps": steps_as_json(steps), "program": last, "summary": summary.as_json()}
+        content = {"steps": steps_as_json(steps), "program": last, "summary": summary.as_dict()}
         print(json.dumps(content, indent=2, allow_nan=False))
     else:
         print_outcome(directory, summary)

@@ -260,7 +260,7 @@ def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as
         raise InputError("report: expected one run, or two without --gif and --mp4")
     page, summaries = write_overlay(first, others[0])
     if as_json:
-        print(json.dumps([summary.as_json() for summary in summaries], indent=2, allow_nan=False))
+        print(json.dumps([summary.as_dict() for summary in summaries], indent=2, allow_nan=False))
     else:
         Printer().print(f"both runs: look at {page}", soft_wrap=True)
     raise typer.Exit(max(EXIT_STATUS[summary.outcome] for summary in summaries))
@@ -320,7 +320,7 @@ def nodes(
 
 def _finish(directory: RunDirectory, summary: Summary, as_json: bool) -> NoReturn:
     """Print the outcome and exit with its status."""
-    content = summary.as_json()
+    content = summary.as_dict()
     if as_json:
         print(json.dumps(content, indent=2, allow_nan=False))
     else:
@@ -330,7 +330,7 @@ def _finish(directory: RunDirectory, summary: Summary, as_json: bool) -> NoRetur
 
 def _print_summary(directory: RunDirectory, summary: Summary) -> None:
     table = Table(show_header=False, box=None)
-    for key, value in summary.as_json().items():
+    for key, value in summary.as_dict().items():
         table.add_row(Text(key, "dim"), json.dumps(value))
     Printer().print(table)
     print_outcome(directory, summary)

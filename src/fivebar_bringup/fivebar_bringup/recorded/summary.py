@@ -139,7 +139,7 @@ class Summary:
         warnings.warn("Summary.completed is deprecated: use Summary.outcome", DeprecationWarning, stacklevel=2)
         return not self.not_completed_because
 
-    def as_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Return the summary as plain lists, numbers and texts, with no NaN or infinity in it."""
         values = asdict(self)
         content = {"outcome": values.pop("outcome").value, COMPLETED: not self.not_completed_because, **values}

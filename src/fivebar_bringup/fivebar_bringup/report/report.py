@@ -36,7 +36,7 @@ def write_report(run: RunDirectory, with_page: bool = True, namespace: str | Non
     recorded = _read(run, namespace)
     summary = recorded.analysis.summary
     # first and by itself: it is there whatever becomes of the page
-    write_results(run.path, {run.summary.name: json_text(summary.as_json())}, {})
+    write_results(run.path, {run.summary.name: json_text(summary.as_dict())}, {})
     if with_page:
         with interrupts_allowed():
             _write_page(run, recorded)
@@ -51,7 +51,7 @@ def write_summary_without_bag(run: RunDirectory) -> Summary:
     """
     nothing = {absolute_name(JOINT_STATES): RawTopic(JOINT_STATES.type, [], [])}
     summary = _analysed(run, run.read_scenario(), Recording(run.bag, nothing, {})).analysis.summary
-    write_results(run.path, {run.summary.name: json_text(summary.as_json())}, {})
+    write_results(run.path, {run.summary.name: json_text(summary.as_dict())}, {})
     return summary
 
 

@@ -106,15 +106,16 @@ class Blender(SamplingNode):
         super().__init__("blender")
         settings = self.declare_settings(BlenderSettings)
         scenario = RunFile(self, *GOALS, law=True).file
-        RunAgreement(self, scenario.rate_hz, start_values(scenario))
+        agreement = RunAgreement(self, scenario.rate_hz, start_values(scenario))
         self._empty = self._robot = one_robot(scenario.five_bar())
         self._guard = Guard(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
         deadlines = deadlines_of(scenario, settings)
         shortest = min(deadlines)
         self._deadline_clock = PauseCompensatedClock(time.monotonic, shortest / MIN_CHECKS_PER_DEADLINE)
+        self._watchdog = Watchdog(deadlines.candidates, deadlines.states, settings.last_sample)
         # the plant ends with the motion, drives do not
-        last = None if settings.endless else settings.last_sample or scenario.plan().path.samples(scenario.rate_hz)
-        self._watchdog = Watchdog(deadlines.candidates, deadlines.states, last)
+        if settings.last_sample is None and not settings.endless:
+            agreement.on_plan = self._end_with_motion
         self._drives_state = self._estimate_state = ALL_WELL
         self._first = 0
         self._reply: JointSample | None = None
@@ -141,6 +142,10 @@ class Blender(SamplingNode):
         listen_to_payload(self, self._carry)
         self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)
         self._publish_state()
+
+    def _end_with_motion(self) -> None:
+        if self._run.start is not None:
+            self._watchdog.ends_at(self._run.start.samples)
 
     def stop_robot(self, fault: str) -> None:
         """Stop the robot for a fault; where another one is latched already, no brake is left."""

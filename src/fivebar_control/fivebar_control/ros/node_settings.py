@@ -77,7 +77,7 @@ class BlenderSettings(NamedTuple):
     ] = None
     last_sample: Annotated[
         int | None,
-        Setting("Last sample of a run that ends, by default that of its motion.", "samples", at_least=1),
+        Setting("Last sample of a run that ends, by default that of the plan of the run.", "samples", at_least=1),
     ] = None
 
 

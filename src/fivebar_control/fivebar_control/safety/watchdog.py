@@ -26,9 +26,13 @@ class Watchdog:
         """
         self._candidate_deadline = candidate_deadline
         self._state_deadline = state_deadline
-        self._last_sample = math.inf if last_sample is None else last_sample
+        self.ends_at(last_sample)
         self._joined = False
         self.begin_run()
+
+    def ends_at(self, last_sample: int | None) -> None:
+        """Expect no sample after this one; None for a run without end."""
+        self._last_sample = math.inf if last_sample is None else last_sample
 
     def begin_run(self) -> None:
         """Reset the watchdog: a new run begins at sample 0."""

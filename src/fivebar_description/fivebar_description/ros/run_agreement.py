@@ -60,6 +60,8 @@ class RunAgreement:
         """The difference from the plan, for people; empty without one."""
         self.on_begin: Callable[[], None] = _nothing
         """Called when a run with another epoch begins."""
+        self.on_plan: Callable[[], None] = _nothing
+        """Called when a plan has come."""
         node.agreement = self
         # made before the inputs, so that what was published first is also known first
         node.listen(RUN_PLAN, node.reading(RUN_PLAN, read_plan, self._take_plan), awaited=False)
@@ -136,6 +138,7 @@ class RunAgreement:
         if found is not None:
             source = "" if plan.pid is None else f"; that plan is of {describe_process(plan.pid)}"
             self._node.get_logger().error(f"refuses to answer: {found}{source}")
+        self.on_plan()
 
     def _take_epoch(self, epoch_ns: int | None) -> None:
         self.begun = epoch_ns is not None

@@ -133,7 +133,7 @@ def summary_of(directory: Path, scenario: Scenario = DOWN, timing: RunTiming | N
 
 
 def strict_json(summary: Summary) -> dict[str, object]:
-    content: dict[str, object] = json.loads(json.dumps(summary.as_json(), allow_nan=False))
+    content: dict[str, object] = json.loads(json.dumps(summary.as_dict(), allow_nan=False))
     return content
 
 

@@ -152,7 +152,7 @@ def test_the_summary_file_is_the_summary(reported: tuple[RunDirectory, Summary])
         raise AssertionError(f"{constant} is not JSON")
 
     assert json.loads(run.summary.read_text(encoding="utf-8"), parse_constant=refuse) == json.loads(
-        json.dumps(summary.as_json(), allow_nan=False)
+        json.dumps(summary.as_dict(), allow_nan=False)
     )
 
 

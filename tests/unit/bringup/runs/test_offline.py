@@ -30,7 +30,7 @@ def test_an_interrupted_run_leaves_its_samples(number: signal.Signals, tmp_path:
         run, summary = run_offline(load_scenario("middle"), tmp_path / "run", progress, with_page=False)
     assert (summary.outcome, summary.faults, EXIT_STATUS[summary.outcome]) == ("interrupted", ["interrupted"], 1)
     assert summary.samples == LAST + 1
-    assert json.loads(run.summary.read_text(encoding="utf-8")) == summary.as_json()
+    assert json.loads(run.summary.read_text(encoding="utf-8")) == summary.as_dict()
     bag = read_bag(run.bag)
     assert bag.count(JOINT_STATES) == LAST + 1
     assert not bag.field(TORQUE_COMMAND, "effort")[-1].any()

@@ -37,6 +37,6 @@ def test_a_run_without_a_readable_bag_has_a_summary(
         (run.bag / "metadata.yaml").write_bytes(bag)
     summary = report_on(run, scenario, Mode.LOCKSTEP, GraphOutcome(1.0, None, None, faults), with_page)
     assert (summary.outcome, summary.faults, summary.samples) == (outcome, names, 0)
-    assert json.loads(run.summary.read_text(encoding="utf-8")) == summary.as_json()
+    assert json.loads(run.summary.read_text(encoding="utf-8")) == summary.as_dict()
     if "recording_failed" in names:
         assert f"recording_failed: {run.bag}" in summary.fault_details[-1]

@@ -129,7 +129,7 @@ def _run(results: Results, case: ReproductionCase) -> dict[str, Any]:
     result = results[case]
     return {
         "case": case._asdict(),
-        "summary": None if result.summary is None else result.summary.as_json(),
+        "summary": None if result.summary is None else result.summary.as_dict(),
         "refused": result.refused,
         "crossing_residual_n": result.crossing_residual,
         "acceleration_outside_zones_m_s2": result.acceleration_outside,
