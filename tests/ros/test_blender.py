@@ -191,7 +191,7 @@ def test_a_platform_far_from_its_reference_is_a_fault(rig: Rig) -> None:
     fault = rig.next_fault()
     assert fault.startswith("tracking_lost: ")
     assert f"at sample {sample}: " in fault
-    assert fault.endswith("limit 50.0 mm")
+    assert fault.endswith("limit 50 mm")
     assert 50.8 < float(fault.split()[4]) < 53.2
     rig.expect_latched_until_reset("tracking_lost")
 
