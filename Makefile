@@ -163,8 +163,8 @@ test-lowest: ## run the unit tests on the lowest versions of all dependencies; P
 	[ -f "$$lock" ] || { echo "test-lowest: $$lock is not there; name another Python with PYTHON=..." >&2; exit 2; }
 	environment=.lowest-$$version
 	"$(PYTHON)" -m venv --clear $$environment
-	grep -A1 -E '$(BUILD_TOOLS)' "$$lock" | grep -v '^--$$' > $$environment/tools
-	$(call INTO,$$environment) --no-deps --require-hashes -r $$environment/tools
+	grep -A1 -E '$(BUILD_TOOLS)' "$$lock" | grep -v '^--$$' > $$environment/build_tools.lock
+	$(call INTO,$$environment) --no-deps --require-hashes -r $$environment/build_tools.lock
 	$(call INTO,$$environment) --no-deps --no-build-isolation --require-hashes -r "$$lock"
 	$(call INTO,$$environment) $(WORKSPACE)
 	$(call UNITS,$$environment)

@@ -148,8 +148,10 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    # no bar in a file or a pipe, where it would be a stray line beside the errors
-    with Progress(*columns, console=console, disable=quiet or not console.is_terminal) as progress:
+    if quiet or not console.is_terminal:  # in a file or a pipe a bar would be a stray line beside the errors
+        yield lambda done, total: None
+        return
+    with Progress(*columns, console=console) as progress:
         task = progress.add_task(f"{name}: starting", total=None)
 
         def update(done: int, total: int) -> None:
