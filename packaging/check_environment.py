@@ -10,7 +10,7 @@ import re
 import sys
 from importlib.metadata import PackageNotFoundError, version
 
-from requirements import ROSDEP_KEYS, lowest_of, name_of, section
+from requirements import ROSDEP_KEYS, applies, lowest_of, name_of, section
 
 NO_DISTRIBUTION = {"pin": "pinocchio"}
 """The module of what ROS installs without the metadata of a Python distribution."""
@@ -39,7 +39,7 @@ def complaint(requirement: str) -> str | None:
     """Return what is wrong with a requirement here, None if it is met."""
     name, lowest = name_of(requirement), lowest_of(requirement)
     found = found_version(name)
-    if found and numbers(found) >= numbers(lowest):
+    if not applies(requirement) or (found and numbers(found) >= numbers(lowest)):
         return None
     key = ROSDEP_KEYS.get(name)
     where = f"rosdep install --from-paths src --ignore-src -y (key {key})" if key else "packaging/jazzy.lock"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -45,6 +46,12 @@ def section(name: str) -> list[str]:
 def name_of(requirement: str) -> str:
     """Return the name of the distribution that a requirement asks for."""
     return re.split(r"[\[<>=~! ]", requirement, maxsplit=1)[0]
+
+
+def applies(requirement: str, python: tuple[int, ...] = sys.version_info[:2]) -> bool:
+    """Return whether a requirement is one for a version of Python; some are for later ones only."""
+    found = re.search(r'; *python_version *>= *"(\d+)\.(\d+)"', requirement)
+    return found is None or python >= (int(found[1]), int(found[2]))
 
 
 def lowest_of(requirement: str) -> str:

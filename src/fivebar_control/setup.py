@@ -16,6 +16,7 @@ NEEDED = (
     "opencv-python-headless>=4.7",
     "pydantic>=2.13",
     "python-can>=4.1",
+    'python-can>=4.2; python_version >= "3.12"',
     "scipy>=1.10",
     "toppra>=0.6.3",
 )

@@ -15,6 +15,7 @@ NEEDED = (
     "pin>=4.0",
     "pydantic>=2.13",
     "python-can>=4.1",
+    'python-can>=4.2; python_version >= "3.12"',
 )
 """With the bounds of requirements.in; package.xml has those that apt meets.
 

@@ -102,16 +102,21 @@ def imported_by(package: Path) -> set[str]:
     return found
 
 
+def lowest_versions(section: str) -> dict[str, str]:
+    """Return the lowest version of each requirement that does not depend on the version of Python."""
+    asked = [one for one in requirements.section(section) if ";" not in one]
+    return {requirements.name_of(one): requirements.lowest_of(one) for one in asked}
+
+
 def test_manifest_setup_and_requirements_ask_for_the_same() -> None:
-    runtime = {requirements.name_of(one): one for one in requirements.section("runtime")}
-    tests = {requirements.name_of(one): one for one in requirements.section("tests")}
+    runtime, tests = lowest_versions("runtime"), lowest_versions("tests")
     keys = {key: name for name, key in requirements.ROSDEP_KEYS.items()}
     used = set()
     for manifest in MANIFESTS:
         package = manifest.parent
         asked = asked_by(package)
         names = {requirements.name_of(one) for one in asked}
-        assert set(asked) == {runtime[name] for name in names}
+        assert set(asked) == {one for one in requirements.section("runtime") if requirements.name_of(one) in names}
         imported = {DISTRIBUTIONS.get(module, module) for module in imported_by(package)} & runtime.keys()
         assert imported <= names, f"{package.name}: imports {sorted(imported - names)} without asking for it"
         used |= names
@@ -121,7 +126,7 @@ def test_manifest_setup_and_requirements_ask_for_the_same() -> None:
                 for node in ElementTree.parse(manifest).iter(tag)
                 if node.text in keys
             }
-            assert declared == {name: requirements.lowest_of(known[name]) for name in declared}, manifest
+            assert declared == {name: known[name] for name in declared}, manifest
             if tag == "exec_depend":
                 assert declared.keys() == names & requirements.ROSDEP_KEYS.keys(), manifest
     assert used == runtime.keys()
@@ -146,8 +151,10 @@ def test_rosdep_is_asked_for_nothing_from_pip() -> None:
 
 def test_what_runs_has_a_lowest_version_that_is_locked() -> None:
     for lock in sorted((ROOT / "packaging").glob("lowest-*.lock")):
+        python = check_environment.numbers(lock.stem.removeprefix("lowest-"))
         locked = dict(pin.split("==") for pin in pins(f"packaging/{lock.name}"))
-        for one in [*requirements.section("runtime"), *requirements.section("tests")]:
+        asked = [*requirements.section("runtime"), *requirements.section("tests")]
+        for one in (one for one in asked if requirements.applies(one, python)):
             lowest, name = requirements.lowest_of(one), requirements.name_of(one)
             assert lowest, f"requirements.in: {name}: has no lowest version"
             found = locked[name.replace(".", "-")]
