@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import sys
 from pathlib import Path
@@ -18,7 +19,8 @@ from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.interface import CTC_TORQUE, FAULTS, GROUND_TRUTH, JOINT_STATES, REFERENCE
 
 KP = 900.0
 
@@ -85,3 +87,18 @@ def test_a_recorder_leaves_the_bag_of_the_run_and_makes_another(
     executable = str(Path(sys.executable).with_name(RECORDER))
     record(bench.run([executable, "--ros-args", *parameters]), bench.folder / "bag-2")
     assert {path.name: path.read_bytes() for path in (bench.folder / "bag").iterdir()} == kept
+
+
+def test_the_scenario_is_enough_for_every_node_of_a_graph(bench: Bench) -> None:
+    """As a user starts them with `ros2 run`, in any order: the plant learns from the plan where the motion begins."""
+    nodes = ["blender", "plant", "imu_listener", "state_estimator", "unified_controller", "supervisor"]
+    processes = {node: bench.start(node, scenario="motkin_middle") for node in (*nodes, "trajectory_generator")}
+    probe = bench.probe()
+    probe.listen(GROUND_TRUTH, FAULTS)
+    assert processes["plant"].wait() == 0
+    scenario = load_scenario("motkin_middle")
+    last = scenario.plan().path.samples(scenario.rate_hz)
+    message = probe.answer(GROUND_TRUTH, last, scenario.rate_hz)
+    there = state_from_joints(scenario.five_bar(), *message.position, *message.velocity)
+    assert math.dist((there.x, there.y), scenario.waypoints[-1]) < 1e-3
+    assert not probe.got(FAULTS)
