@@ -17,13 +17,18 @@ from std_msgs.msg import String
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
+    CAMERA_IMAGE,
     CTC_TORQUE,
     DRIVES_STATE,
+    ESTIMATE_DISTURBANCE,
     FAULTS,
+    IMU_DATA,
     JOINT_STATES,
     JOINTS,
     MOTOR_STATES,
+    READINGS_RELEASED,
     REFERENCE,
+    REFERENCE_AHEAD,
     RUN_EPOCH,
     RUN_PLAN,
     RUN_STATUS,
@@ -141,7 +146,7 @@ def test_a_second_publisher_stops_the_robot(chain: Chain, topic: Topic) -> None:
     # nothing that the rogue has left behind is used
     while topic.name.endswith("/torque") and chain.sample < later:
         assert chain.step() != ZERO
-    assert len(chain.faults()) == before + 1
+    assert all(one.startswith(f"second_publisher: {topic.name} is published by ") for one in chain.faults()[before:])
 
 
 def test_a_node_that_is_started_again_is_no_second_one(bench: Bench, motion: MiddleMotion) -> None:
@@ -157,7 +162,7 @@ def test_a_node_that_is_started_again_is_no_second_one(bench: Bench, motion: Mid
     assert [fault.partition(":")[0] for fault in chain.faults()] == ["candidate_missing"]
 
 
-SILENT = ("ctc_controller", "supervisor")
+SILENT = ("ctc_controller", "supervisor", "vhc_controller")
 """Nodes that leave it to the blender to publish the fault of what it reads too."""
 
 
@@ -174,6 +179,15 @@ def command(sample: int, torque: tuple[float, float]) -> Any:
         ("state_estimator", MOTOR_STATES, {}),
         ("plant", TORQUE_COMMAND, {}),
         ("dextar_bridge", TORQUE_COMMAND, {}),
+        ("law_controller", REFERENCE_AHEAD, {"controller": "mpc"}),
+        ("ctc_controller", ESTIMATE_DISTURBANCE, {"estimator": "ekf", "ekf.feed_forward": True}),
+        ("state_estimator", READINGS_RELEASED, {"estimator": "ekf", "ekf.gyro": True}),
+        ("state_estimator", IMU_DATA, {"estimator": "ekf", "ekf.gyro": True}),
+        ("vision_listener", CAMERA_IMAGE, {}),
+        ("supervisor", RUN_PLAN, {}),
+        ("vhc_controller", RUN_EPOCH, {}),
+        ("plant", SAFETY_STATE, {}),
+        ("blender", DRIVES_STATE, {}),
     ],
 )
 def test_before_the_first_sample_it_is_a_refusal(bench: Bench, node: str, topic: Topic, more: dict[str, Any]) -> None:
@@ -190,7 +204,7 @@ def test_before_the_first_sample_it_is_a_refusal(bench: Bench, node: str, topic:
     assert f"second_publisher: {topic.name} is published by /robot/first (process " in line
     assert " and /robot/second (process " in line
     assert [message.data for message in first.got(FAULTS)] == (
-        [] if node in SILENT else [line[line.index("second_publisher") :]]
+        [] if node in SILENT and not topic.reader_reports else [line[line.index("second_publisher") :]]
     )
 
 

@@ -113,7 +113,7 @@ def without_page(arguments: tuple[str, ...]) -> tuple[str, ...]:
 class GraphRun:
     """A `fivebar run` in the background, and a probe in its domain."""
 
-    def __init__(self, folder: Path, domain: int, probe: Probe, *arguments: str) -> None:
+    def __init__(self, folder: Path, domain: int, probe: Probe, *arguments: str, **sections: Any) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.probe = probe
         scenario = folder / "scenario.yaml"
@@ -123,6 +123,7 @@ class GraphRun:
             "segment_duration": LONG,
             # unscreened: that would take longer than all else
             "force": True,
+            **sections,
         }
         scenario.write_text(yaml.safe_dump(content), encoding="utf-8")
         self.out = folder / "out"

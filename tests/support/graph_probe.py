@@ -191,6 +191,10 @@ class Probe:
         self.advertise(topic)
         self._publishers[topic.name].publish(message)
 
+    def withdraw(self, topic: Topic) -> None:
+        """Destroy the publisher of a topic."""
+        self.node.destroy_publisher(self._publishers.pop(topic.name))
+
     def listeners(self, topic: Topic) -> int:
         """Return how many subscriptions the publisher of a topic here has found."""
         return self._publishers[topic.name].get_subscription_count()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 from fivebar_command import FivebarCommand, GraphRun
@@ -37,9 +38,9 @@ def graph_run(folder: Path) -> Iterator[Callable[..., GraphRun]]:
     with ExitStack() as stack:
         runs: list[GraphRun] = []
 
-        def start(*arguments: str) -> GraphRun:
+        def start(*arguments: str, **sections: Any) -> GraphRun:
             bench = stack.enter_context(Bench(folder / f"run{len(runs)}"))
-            run = GraphRun(bench.folder, bench.domain, bench.probe(), *arguments)
+            run = GraphRun(bench.folder, bench.domain, bench.probe(), *arguments, **sections)
             runs.append(run)
             stack.callback(run.command.close)
             return run

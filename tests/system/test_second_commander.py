@@ -12,12 +12,20 @@ from graph_probe import Probe
 
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    CAMERA_IMAGE,
+    CAMERA_INFO,
+    CONTROL_CHAIN,
     CTC_TORQUE,
     FAULTS,
     JOINT_STATES,
+    MOTOR_STATES,
+    SUPERVISOR_STATE,
     TORQUE_COMMAND,
+    UNIFIED_TORQUE,
+    VHC_TORQUE,
     Topic,
     sample_stamp_ns,
+    torque_topic,
 )
 from fivebar_description.ros.messages import joint_state, stamp_of
 
@@ -28,6 +36,19 @@ def torque_for_next(run: GraphRun) -> object:
     """Return a foreign torque for the sample after the newest."""
     newest = run.probe.got(JOINT_STATES)[-1]
     return joint_state(stamp_of(newest) + sample_stamp_ns(1, RATE_HZ, 0), ACTIVE_JOINTS, effort=FOREIGN)
+
+
+SENSORS = {
+    "controller": "mpc",
+    "plant": {"encoder_counts": 20000, "delay_samples": 1},
+    "estimator": "ekf",
+    "ekf": {"gyro": True, "camera": True},
+    "sensors": {"passive_encoder": {"leg": 1}},
+    "camera": {"on": True, "pictures": False},
+}
+"""Sections of a run that has every topic of the control chain but those of other laws and of pictures."""
+
+ELSEWHERE = {CTC_TORQUE, VHC_TORQUE, UNIFIED_TORQUE, SUPERVISOR_STATE, CAMERA_IMAGE, CAMERA_INFO}
 
 
 def first_fault(run: GraphRun) -> str:
@@ -59,6 +80,49 @@ def test_a_rogue_in_the_middle_of_a_run(graph_run: Callable[..., GraphRun], mode
     assert summary["faults"][0] == "second_publisher"
     applied = run.bag().field(JOINT_STATES, "effort")[:, [0, 2]]
     assert not np.any(np.all(applied == FOREIGN, axis=1)), "no torque of the rogue has acted"
+
+
+def takes(run: GraphRun, rogue: Probe, topic: Topic) -> None:
+    """Expect that a rogue that publishes a topic is named and leaves no torque, and a reset once it has gone."""
+    probe = run.probe
+    commands, readings, faults = probe.got(TORQUE_COMMAND), probe.got(MOTOR_STATES), probe.got(FAULTS)
+    before = len(faults)
+    (own,) = probe.node.get_publishers_info_by_topic(probe.node.resolve_topic_name(topic.name))
+    rogue.advertise(topic)
+    probe.wait_for(lambda: len(faults) > before, f"the fault of {topic.name}")
+    rogue.withdraw(topic)
+    assert faults[before].data.startswith(f"second_publisher: {topic.name} is published by /"), topic.name
+    for name in (own.node_name, "rogue"):
+        assert f"/{name} (process " in faults[before].data
+    probe.wait_for(lambda: not any(commands[-1].effort), "no torque")
+    # what the motors apply is measured with the drives' delay
+    acts, told = len(readings) + 5, len(commands)
+    probe.wait_for(lambda: len(readings) > acts + 3 and len(commands) > told + 3, "further samples")
+    assert not any(any(one.effort) for one in (*readings[acts:], *commands[told:]))
+
+    def moves() -> bool:
+        probe.reset("/plant")
+        answer = probe.reset("/blender")
+        print(topic.name, answer.message)
+        told = len(commands)
+        probe.wait_for(lambda: len(commands) > told + 2, "torques")
+        return bool(answer.success) and any(commands[-1].effort)
+
+    probe.wait_for(moves, f"a torque after the rogue on {topic.name}")
+
+
+def test_a_rogue_on_every_topic_of_the_chain(graph_run: Callable[..., GraphRun]) -> None:
+    run = graph_run(**SENSORS)
+    run.probe.listen(FAULTS, MOTOR_STATES)
+    run.wait_for_sample(50)
+    rogue = Probe(run.probe.domain, name="rogue")
+    try:
+        for topic in (torque_topic("mpc"), *(one for one in CONTROL_CHAIN if one not in ELSEWHERE)):
+            takes(run, rogue, topic)
+    finally:
+        rogue.close()
+    run.command.send(signal.SIGINT)
+    assert set(run.finish()["faults"]) == {"second_publisher", "interrupted"}
 
 
 def test_a_second_run_in_the_domain_of_the_first(graph_run: Callable[..., GraphRun]) -> None:

@@ -114,10 +114,15 @@ class Living:
         return now - self._dead_since.setdefault(one.gid, now) < LONGEST_LEASE
 
 
+def second_publisher_of(topic: str) -> str:
+    """Return the begin of the text of the fault that several publishers of a topic are."""
+    return f"{SECOND_PUBLISHER}: {topic} is published by "
+
+
 def second_publisher(topic: str, publishers: Sequence[PublisherOf], machine: bytes) -> str:
     """Return the text of the fault that several publishers of a topic are."""
     *others, last = [one.describe(machine) for one in publishers]
-    return f"{SECOND_PUBLISHER}: {topic} is published by {', '.join(others)} and {last}, expected one publisher"
+    return f"{second_publisher_of(topic)}{', '.join(others)} and {last}, expected one publisher"
 
 
 def contradiction(topic: str, moment: str, publishers: Sequence[PublisherOf], machine: bytes) -> str:

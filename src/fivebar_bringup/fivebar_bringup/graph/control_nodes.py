@@ -39,7 +39,7 @@ def trajectory_generator(scenario: Scenario, mode: Mode) -> NodeSpec:
         "fivebar_control",
         "trajectory_generator",
         {**to_parameters(TrajectorySettings(mode.value, after_fault)), **held_for(scenario, mode)},
-        (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, PAYLOAD, RUN_PLAN, RUN_EPOCH),
+        (JOINT_STATES, *(() if mode is Mode.LOCKSTEP else (SAFETY_STATE,)), GOAL, PAYLOAD, FAULTS, RUN_PLAN, RUN_EPOCH),
         (REFERENCE, *_reference_ahead(scenario), GOAL_STATUS, RUN_PLAN, FAULTS),
         in_chain=True,
     )
@@ -51,7 +51,7 @@ def supervisor(scenario: Scenario) -> NodeSpec:
         "fivebar_control",
         "supervisor",
         {},
-        (JOINT_STATES, RUN_PLAN, RUN_EPOCH),
+        (JOINT_STATES, FAULTS, RUN_PLAN, RUN_EPOCH),
         (SUPERVISOR_STATE, SUPERVISOR_SIGMA, FAULTS),
         in_chain=True,
     )
@@ -65,7 +65,7 @@ def controller(scenario: Scenario, tuned: TunedLaw) -> NodeSpec:
 
 def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
     disturbance = (ESTIMATE_DISTURBANCE,) if scenario.compensates_disturbance else ()
-    return (JOINT_STATES, REFERENCE, *_reference_ahead(scenario), *disturbance, PAYLOAD, RUN_PLAN, RUN_EPOCH)
+    return (JOINT_STATES, REFERENCE, *_reference_ahead(scenario), *disturbance, PAYLOAD, FAULTS, RUN_PLAN, RUN_EPOCH)
 
 
 def _reference_ahead(scenario: Scenario) -> tuple[Topic, ...]:

@@ -44,7 +44,7 @@ def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
         "fivebar_sim",
         PLANT,
         to_parameters(settings),
-        (TORQUE_COMMAND, *awaited_sights(scenario, mode), SAFETY_STATE, PAYLOAD, RUN_READY, RUN_PLAN),
+        (TORQUE_COMMAND, *awaited_sights(scenario, mode), SAFETY_STATE, PAYLOAD, FAULTS, RUN_READY, RUN_PLAN),
         (
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
             *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),

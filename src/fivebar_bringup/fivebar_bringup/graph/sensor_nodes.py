@@ -60,6 +60,7 @@ def estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
             *((VISION_PLATFORM,) if scenario.sees else ()),
             *((READINGS_RELEASED,) if announced(scenario, mode) else ()),
             PAYLOAD,
+            FAULTS,
             RUN_PLAN,
             RUN_EPOCH,
         ),
@@ -114,7 +115,7 @@ def vision_nodes(scenario: Scenario, mode: Mode, keeper: str | None) -> list[Nod
         "fivebar_control",
         "vision_listener",
         to_parameters(VisionListenerSettings(mode.value, waits)),
-        (CAMERA_IMAGE, CAMERA_INFO, JOINT_STATES, RUN_READY, RUN_PLAN, RUN_EPOCH),
+        (CAMERA_IMAGE, CAMERA_INFO, JOINT_STATES, FAULTS, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (*VISION_TOPICS, FAULTS),
     )
     return [*([] if keeper is None else [simulation]), *([listener] if camera.pictures else [])]

@@ -149,7 +149,6 @@ class StateEstimatorNode(SamplingNode):
         self._longest_delay = history_samples(rate_hz)
         if self._sees:
             self._longest_delay = max(self._longest_delay, history_samples(rate_hz, ekf.camera_latency))
-        self._replied = -1
         self._reply: tuple[JointSample, JointSample, JointSample] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
         self._covariance = self.advertise(ESTIMATE_COVARIANCE)
@@ -201,7 +200,7 @@ class StateEstimatorNode(SamplingNode):
         self._publish_state(ALL_WELL)
         self._waiting = None
         self._late.clear()
-        self._replied = -1
+        self._reply = None
 
     def forget(self) -> None:
         """Forget the inputs of samples that are not complete, and the readings that no sample has taken."""
@@ -243,7 +242,7 @@ class StateEstimatorNode(SamplingNode):
             self._end_wait()
 
     def _on_imu(self, message: Imu) -> None:
-        if not self._run.holds or self.holds_back:
+        if not self._run.holds or self.refuses(IMU_DATA):
             return
         vector = message.angular_velocity
         turning = (vector.x, vector.y, vector.z)
@@ -253,7 +252,7 @@ class StateEstimatorNode(SamplingNode):
         self._keep(IMU_DATA, IMU_FRAME, message, self._imu.turn_rate(turning))
 
     def _on_passive(self, message: JointSample) -> None:
-        if not self._run.holds or self.holds_back:
+        if not self._run.holds or self.refuses(PASSIVE_STATES):
             return
         part = self.own_part(PASSIVE_STATES, message, (self._joint,))
         if part is None:
@@ -266,7 +265,7 @@ class StateEstimatorNode(SamplingNode):
         self._keep(PASSIVE_STATES, self._joint, message, angle)
 
     def _on_seen(self, message: JointMessage) -> None:
-        if not self._run.holds or self.holds_back:
+        if not self._run.holds or self.refuses(VISION_PLATFORM):
             return
         try:
             (values,) = read_fields(message, VISION_NAMES, ("position",), allow_nan=True)
@@ -296,12 +295,12 @@ class StateEstimatorNode(SamplingNode):
         return moment - self._clock_offset if sensor == IMU_FRAME else moment
 
     def repeat(self) -> None:
-        """Publish the same joint states again."""
-        if self._reply is not None and self._replied == self.last_sample:
+        """Publish the last joint states again: this sample's, or those before it, whose command may have been lost."""
+        if self._reply is not None:
             self._publish(*self._reply)
 
     def _on_command(self, message: JointMessage) -> None:
-        if not self._run.holds or self.holds_back:
+        if not self._run.holds or self.refuses(TORQUE_COMMAND):
             return
         sample = self._run.sample(stamp_of(message))
         try:
@@ -340,14 +339,13 @@ class StateEstimatorNode(SamplingNode):
             self._announce(str(error))
             self.exit_status = FAILED
             return
-        if self._replied < 0 and any(self._estimator.turns):
+        if self._reply is None and any(self._estimator.turns):
             self.get_logger().warning(turns_text(self._estimator.turns))
         if self._estimator.fault is not None and known is None:
             self._announce(str(self._estimator.fault))
             # deliver the fault to the blender before this sample, so that every run stops at the same sample
             self.deliver()
         stamp = self._run.stamp(sample)
-        self._replied = sample
         self._reply = (
             joint_sample(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),
             joint_sample(stamp, ESTIMATE_NAMES, estimate.deviations),

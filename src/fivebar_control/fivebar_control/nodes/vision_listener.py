@@ -134,7 +134,7 @@ class VisionListener(GraphNode):
             self._on_image(image)
 
     def _on_image(self, message: Image) -> None:
-        if not self._run.holds or self.holds_back:
+        if not self._run.holds or self.refuses(CAMERA_IMAGE):
             return
         if self._calibration is None:
             self._early = [*self._early[1 - PICTURES :], message]

@@ -305,7 +305,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         return True
 
     def _on_command(self, message: JointMessage) -> None:
-        if self.holds_back:
+        if self.refuses(TORQUE_COMMAND):
             return
         try:
             ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))

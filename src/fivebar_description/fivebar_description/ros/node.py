@@ -21,6 +21,7 @@ from std_msgs.msg import String
 from fivebar_description.errors import InputError
 from fivebar_description.interface import (
     BASE_FRAME,
+    CONTROL_QOS,
     DIAGNOSTICS,
     FAULTS,
     HARDWARE,
@@ -133,6 +134,8 @@ class GraphNode(Node):
         self._watch = PublisherWatch(self, self._on_second_publisher, self._relies_on)
         if self.in_chain:
             self._faults = self.advertise(FAULTS)
+            qos = qos_profile(CONTROL_QOS)
+            self.create_subscription(String, FAULTS.name, lambda message: self._watch.heard(message.data), qos)
         self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS.name, DIAGNOSTICS.qos.depth)
         self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
         self.add_on_set_parameters_callback(lambda changes: check_changes(self._specs, changes))
@@ -143,19 +146,21 @@ class GraphNode(Node):
     @property
     def second_publisher(self) -> str:
         """The text of the fault, if a topic of the node has a second publisher now; else empty."""
-        return next(iter(self._watch.conflicts.values()), "")
+        return self._watch.known
 
-    @property
-    def holds_back(self) -> bool:
-        """Whether input must not be used: a topic has, or may have, a second publisher, or the node is ending.
+    def refuses(self, topic: Topic) -> bool:
+        """Return whether what comes on a topic must not be used: it may be of a second publisher, or the node ends.
 
-        A node that commands the robot goes on after the first sample, without torque.
+        A node that commands the robot goes on after the first sample, without torque. Before that sample any second
+        publisher ends the node.
         """
         if not self.answered:
             if self.in_chain:
                 self._watch.count()
             return self._watch.pending or self.exit_status is not None
-        return not self.commands_robot and (self._watch.pending or self._watch.blocked)
+        if self.commands_robot or not self._watch.doubts:
+            return False
+        return self._watch.is_doubtful(self.resolve_topic_name(topic.name))
 
     @property
     def may_have_second_publisher(self) -> bool:
@@ -164,7 +169,7 @@ class GraphNode(Node):
 
     def has_second_publisher(self, topic: Topic) -> bool:
         """Return whether a topic has a second publisher now, so that nothing that comes on it can be used."""
-        return bool(self._watch.conflicts) and self.resolve_topic_name(topic.name) in self._watch.conflicts
+        return bool(self._watch.conflicts) and self._watch.is_contested(self.resolve_topic_name(topic.name))
 
     def contradicted(self, topic: Topic, moment: str) -> None:
         """Take that two different messages of a topic have come for one moment, so that one is of a second publisher.
@@ -212,8 +217,9 @@ class GraphNode(Node):
         self._faults.publish(String(data=fault))
 
     def stop_robot(self, fault: str) -> None:
-        """Report a fault that this node has found; whoever commands the robot stops it."""
-        self._faults.publish(String(data=fault))
+        """Report a fault that this node has found, unless another has; whoever commands the robot stops it."""
+        if not self._watch.has_heard(fault):
+            self._faults.publish(String(data=fault))
         self.get_logger().error(fault)
 
     def prepared(self) -> bool:

@@ -12,7 +12,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from fivebar_description.interface import RUN_READY
-from fivebar_description.publishers import HALF, UNNAMED, Living, PublisherOf, contradiction, second_publisher
+from fivebar_description.publishers import (
+    HALF,
+    UNNAMED,
+    Living,
+    PublisherOf,
+    contradiction,
+    second_publisher,
+    second_publisher_of,
+)
 
 if TYPE_CHECKING:
     from fivebar_description.ros.node import GraphNode
@@ -34,6 +42,15 @@ NAME_TIME_AFTER_DEATH = 5.0
 
 LOOK_PERIOD = 0.1
 """Period (s) of looking again where a dead predecessor is still known, or a second publisher."""
+
+REPORT_TIME = 0.1
+"""Time (s) that a node leaves to those that stop the robot to find a second publisher themselves, before it reports it.
+
+Discovery is not the same for all: a node may hear a publisher for three seconds that another one does not know yet.
+"""
+
+DISCOVERY_TIME = 3.5
+"""Time (s) within which this node knows a publisher that another one has found, if it is still there."""
 
 Matched = Callable[[Any], None]
 
@@ -57,18 +74,21 @@ class PublisherWatch:
         self._counted: list[str] = []
         self._suspected: dict[str, float] = {}
         self._look_again: dict[str, float] = {}
+        self._watched: set[str] = set()
+        self._reported: dict[str, tuple[float, str]] = {}
+        self._unreported: dict[str, float] = {}
         self.conflicts: dict[str, str] = {}
         """The text of the fault of each topic that has a second publisher now."""
         self.pending = False
         """Whether a publisher has been found of which it is not known yet whether it is a second one."""
-        self.blocked = False
-        """Whether a topic for which this node has to stop has a second publisher."""
         self._counting = node.every(COUNT_PERIOD, self.count)
         self._naming = node.every(NAME_PERIOD, self._look)
         self._naming.cancel()
 
     def matched(self, topic: str) -> Matched:
         """Return what a subscription of a topic, by its full name, calls when a publisher is found or lost."""
+
+        self._watched.add(topic)
 
         def matched(event: Any) -> None:
             # of a topic with two subscriptions each counts its own
@@ -81,6 +101,7 @@ class PublisherWatch:
 
     def add(self, topic: str) -> None:
         """Count the publishers of a topic, by its full name."""
+        self._watched.add(topic)
         self._counted.append(topic)
 
     def count(self) -> None:
@@ -91,6 +112,45 @@ class PublisherWatch:
         now = time.monotonic()
         for topic in [one for one, when in self._look_again.items() if when <= now]:
             self._suspect(topic)
+        for topic in [one for one, when in self._unreported.items() if when <= now]:
+            del self._unreported[topic]
+            self._node.stop_robot(self.conflicts[topic])
+
+    def has_heard(self, fault: str) -> bool:
+        """Return whether a node has reported this second publisher already."""
+        return any(fault.startswith(second_publisher_of(self._short(topic))) for topic in self._reported)
+
+    @property
+    def known(self) -> str:
+        """The text of the fault, if a topic of the node has a second publisher; else empty.
+
+        One that another node has reported may not be known here yet.
+        """
+        since = time.monotonic() - DISCOVERY_TIME
+        reported = (fault for when, fault in self._reported.values() if when > since)
+        return next(iter(self.conflicts.values()), "") or next(reported, "")
+
+    def heard(self, fault: str) -> None:
+        """Take note of a fault that a node has reported."""
+        for topic in self._watched:
+            if fault.startswith(second_publisher_of(self._short(topic))):
+                self._unreported.pop(topic, None)
+                self._reported[topic] = time.monotonic(), fault
+
+    @property
+    def doubts(self) -> bool:
+        """Whether any topic has, or may have, a second publisher."""
+        return self.pending or bool(self.conflicts)
+
+    def is_doubtful(self, topic: str) -> bool:
+        """Return whether a topic has a second publisher, or may have one for which this node has to stop."""
+        if topic in self.conflicts:
+            return self.is_contested(topic)
+        return topic in self._suspected and self._relies(self._short(topic))
+
+    def is_contested(self, topic: str) -> bool:
+        """Return whether a topic is known to have a second publisher, and the robot is stopped for it."""
+        return topic in self.conflicts and topic not in self._unreported
 
     def suspects(self, topic: str) -> bool:
         """Return whether a topic has, or may have, a second publisher."""
@@ -111,9 +171,15 @@ class PublisherWatch:
         self._look()
 
     def _clear(self, topic: str) -> None:
-        for known in (self._suspected, self._look_again, self.conflicts):
+        for known in (self._suspected, self._look_again):
             known.pop(topic, None)
+        self._end_conflict(topic)
         self._update()
+
+    def _end_conflict(self, topic: str) -> None:
+        self.conflicts.pop(topic, None)
+        self._unreported.pop(topic, None)
+        self._reported.pop(topic, None)
 
     def _look(self) -> None:
         """Report each suspected topic that has several living publishers, once their names are known or time is up."""
@@ -131,7 +197,7 @@ class PublisherWatch:
             else:
                 self._look_again.pop(topic, None)
             if len(alive) < 2:
-                self.conflicts.pop(topic, None)
+                self._end_conflict(topic)
             elif topic not in self.conflicts or complete:
                 self._report(topic, second_publisher(self._short(topic), alive, machine))
         self._update()
@@ -142,6 +208,8 @@ class PublisherWatch:
         self.conflicts[topic] = fault
         if not before:
             self._found(self._short(topic), fault)
+            if self._node.answered and not self._relies(self._short(topic)) and topic not in self._reported:
+                self._unreported[topic] = time.monotonic() + REPORT_TIME
         elif UNNAMED in before:
             self._node.get_logger().error(fault)
 
@@ -155,7 +223,6 @@ class PublisherWatch:
 
     def _update(self) -> None:
         """Wait for names that are not known; a topic that has been reported stays so while it is looked at again."""
-        self.blocked = any(self._relies(self._short(topic)) for topic in self.conflicts)
         open_topics = [topic for topic in self._suspected if topic not in self.conflicts]
         self.pending = any(self._relies(self._short(topic)) or not self._node.answered for topic in open_topics)
         if self._suspected and self._naming.is_canceled():

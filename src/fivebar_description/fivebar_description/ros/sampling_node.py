@@ -153,7 +153,7 @@ class SamplingNode(GraphNode):
         external = bool(names) and topic.name in self.external_inputs
 
         def receive(message: Any) -> None:
-            if not run.holds or self.holds_back:
+            if not run.holds or self.refuses(topic):
                 return
             if external or (names and len(message.name) > len(names)):
                 part = self.own_part(topic, message, names)

@@ -191,10 +191,10 @@ class PlantNode(GraphNode):
             return
         if self._sample == 0:
             self._publish_sample()
-        elif self._lockstep and self._to_publish < 0:
+        elif self._lockstep:
             self._unanswered += 1
             if self._unanswered % PERIODS_OF_A_LOSS == 0:
-                self._publish_readings(self._measured[0])
+                self._repeat()
         if self._known_ahead:
             self._move()
         # started by hand, it waits for whoever is to answer it
@@ -263,6 +263,14 @@ class PlantNode(GraphNode):
         if self._ground_truth is not None:
             self._ground_truth.publish(truth)
 
+    def _repeat(self) -> None:
+        """Publish the present sample again, that for the camera too, which then repeats what it saw."""
+        joints, truth = self._measured
+        if self._sights is not None and self._ground_truth is not None:
+            self._ground_truth.publish(truth)
+        if self._to_publish < 0:
+            self._publish_readings(joints)
+
     def _publish_when_seen(self) -> None:
         assert self._sights is not None
         if self._to_publish == self._sample and self._sights.complete:
@@ -313,7 +321,7 @@ class PlantNode(GraphNode):
         return ZERO if self._fault or stopped or self.may_have_second_publisher else self._latest[1]
 
     def _on_command(self, message: JointMessage) -> None:
-        if self.holds_back:
+        if self.refuses(TORQUE_COMMAND):
             return
         sample = self._run.sample(stamp_of(message))
         try:
