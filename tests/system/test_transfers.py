@@ -8,7 +8,7 @@ from engine_agreement import expect_completed, outcome_of
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.planning.limits import limits_of, speed_step_of
+from fivebar_control.planning.limits import motion_limits_of, speed_step_of
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
@@ -23,7 +23,7 @@ COUNTS = 100_000
 def test_a_transfer_between_assembly_modes_completes(controller: str, seed: int) -> None:
     robot, mode = load_robot("dextar"), WORKING_MODES[seed % 4]
     follower = default_tuning(CONTROLLERS[controller])
-    limits = limits_of(follower, torque=2.0, speed_step=speed_step_of(RATE_HZ, COUNTS))
+    limits = motion_limits_of(follower, torque=2.0, speed_step=speed_step_of(RATE_HZ, COUNTS))
     random = np.random.default_rng(seed)
     rests: list[tuple[float, float]] = []
     while len(rests) < 2:

@@ -16,14 +16,14 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import X, Y
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.studies.compare.rigs import RIGS
+from fivebar_bringup.studies.compare.rigs import COMPARED_RIGS
 from fivebar_description.strict_yaml import InputError
 
 MOTIONS = {"middle": MIDDLE, "multiple": MULTIPLE}
 CROSSINGS = {"middle": 2, "multiple": 8}
 DURATIONS = (0.5, 1.0, 2.0, 3.0)
 
-RIG: dict[str, Any] = {"estimator": RIGS["realistic"].estimator, "plant": RIGS["realistic"].plant}
+RIG: dict[str, Any] = {"estimator": COMPARED_RIGS["realistic"].estimator, "plant": COMPARED_RIGS["realistic"].plant}
 LIGHT_AND_STIFF = {"mass_scale": 0.8, "friction_scale": 1.3}
 HEAVY_AND_EASY = {"mass_scale": 1.2, "friction_scale": 0.7}
 

@@ -10,7 +10,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.planning.limits import MotionLimits, limits_of, predicted_within, speed_step_of
+from fivebar_control.planning.limits import MotionLimits, motion_limits_of, predicted_within, speed_step_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.sight import Point
@@ -102,7 +102,7 @@ def plan_request(request: Request) -> Transfer:
         None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
         request.rate_hz,
         follower,
-        _limits(request, limits_of(follower, request.torque_limit, request.motor_speed, step)),
+        _limits(request, motion_limits_of(follower, request.torque_limit, request.motor_speed, step)),
         duration=request.duration,
         sensing=_sensing(request, before),
         via=request.via,

@@ -7,8 +7,7 @@ from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import read_robot
-
-DEFAULT_ROBOT = "dextar"
+from fivebar_description.scenario_file import DEFAULT_ROBOT
 
 
 def described_robot(robot: str = "", scenario: str = "") -> str:

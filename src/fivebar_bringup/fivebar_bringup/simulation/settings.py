@@ -6,7 +6,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.setup import cycle_settings_of
 from fivebar_control.safety.brake import brake_of
-from fivebar_control.safety.stages import limits_of
+from fivebar_control.safety.stages import guard_limits_of
 
 
 def cycle_settings(scenario: Scenario) -> CycleSettings:
@@ -17,6 +17,6 @@ def cycle_settings(scenario: Scenario) -> CycleSettings:
         *scenario.working_mode,
         rate_hz,
         scenario.tuned(),
-        limits_of(safety, rate_hz),
+        guard_limits_of(safety, rate_hz),
         brake_of(safety, robot, rate_hz),
     )

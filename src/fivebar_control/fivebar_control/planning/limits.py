@@ -180,7 +180,7 @@ def speed_step_of(rate_hz: int, counts: int | None) -> float:
     return rate_hz * count_angle(counts or 0)
 
 
-def limits_of(
+def motion_limits_of(
     follower: TunedController,
     torque: float = MotionLimits().torque,
     motor_speed: float = MotionLimits().motor_speed,
@@ -216,7 +216,7 @@ def limits_of_given(
     predictable: bool = True,
     within_reach: float = MotionLimits().serial_margin,
 ) -> MotionLimits:
-    """Return the limits of a motion that is given, not chosen; arguments as for `limits_of`.
+    """Return the limits of a motion that is given, not chosen; arguments as for `motion_limits_of`.
 
     A planner that can choose keeps away from the singularities. A motion that is given is judged by what it asks for:
     with exact sensors rests and dwells near the locus, and postures near Type 1, are left to the torque, the motor
@@ -231,7 +231,7 @@ def limits_of_given(
         predictable: whether the run can be predicted.
         within_reach: least |sin q_i2| with encoders, of a law that is regular at Type 1 (`reach_within`).
     """
-    limits = limits_of(follower, torque, motor_speed, speed_step)
+    limits = motion_limits_of(follower, torque, motor_speed, speed_step)
     if not predictable:
         return limits
     if speed_step > 0.0:

@@ -20,7 +20,7 @@ from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.brake import brake_of
-from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, limits_of
+from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, guard_limits_of
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.friction import friction_torque
@@ -97,7 +97,7 @@ def predict_run(
     robot = without_cogging(robot)
     # the prediction ends at the first fault, so that nothing is braked
     safety = SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0, brake=False)
-    limits, brake = limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
+    limits, brake = guard_limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
     start = plan.path.at(0.0)
     none = Peak(0.0, 0.0, start.x, start.y)
     predicted = PredictedRun(none, none, none)

@@ -16,8 +16,8 @@ from fivebar_control.safety.stages import (
     fastest_motor,
     fault_of,
     first_fault,
+    guard_limits_of,
     limited_torque,
-    limits_of,
 )
 from fivebar_description.parameters import FiveBar
 
@@ -58,7 +58,7 @@ class Guard:
         self._rate_hz = rate_hz
         self._mode1, self._mode2 = working_mode
         self._settings = settings if settings is not None else SafetySettings()
-        self._limits = limits_of(self._settings, rate_hz)
+        self._limits = guard_limits_of(self._settings, rate_hz)
         self._brake = brake_of(self._settings, robot, rate_hz)
         self._braking = 0
         self._last_command = ZERO

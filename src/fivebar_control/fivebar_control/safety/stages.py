@@ -236,7 +236,7 @@ class SafetySettings(NamedTuple):
         return EVERYWHERE if self.workspace is None else Area(*map(float, self.workspace))
 
 
-def limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
+def guard_limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
     """Return the limits of the stages at a sampling rate (Hz)."""
     return Limits(
         torque_limit=float(settings.torque_limit),

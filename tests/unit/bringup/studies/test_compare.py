@@ -22,7 +22,7 @@ from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonCase, ComparisonExtent
 from fivebar_bringup.studies.compare.compare import compare, html_page
 from fivebar_bringup.studies.compare.results import ComparisonResult, run_case
-from fivebar_bringup.studies.compare.rigs import AS_GIVEN, RIGS, default_rigs
+from fivebar_bringup.studies.compare.rigs import AS_GIVEN, COMPARED_RIGS, default_rigs
 from fivebar_bringup.studies.compare.screening import quickest_durations
 from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import findings, lost
@@ -33,7 +33,7 @@ from fivebar_description.strict_yaml import InputError
 MIDDLE = load_scenario("middle")
 
 
-@pytest.mark.parametrize("rig", [*RIGS, AS_GIVEN])
+@pytest.mark.parametrize("rig", [*COMPARED_RIGS, AS_GIVEN])
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_every_controller_has_a_scenario_on_every_rig(rig: str, controller: str) -> None:
     scenario = ComparisonCase(MIDDLE, controller, 0.5, rig).scenario()
@@ -64,12 +64,12 @@ def test_a_rig_replaces_the_plant_of_the_scenario_but_not_its_limits() -> None:
 
 
 def test_a_scenario_with_a_plant_of_its_own_is_one_more_rig() -> None:
-    assert default_rigs(MIDDLE) == tuple(RIGS)
-    assert default_rigs(load_scenario("middle_encoders")) == tuple(RIGS)
-    assert default_rigs(changed(plant={"mass_scale": 1.3})) == (*RIGS, AS_GIVEN)
+    assert default_rigs(MIDDLE) == tuple(COMPARED_RIGS)
+    assert default_rigs(load_scenario("middle_encoders")) == tuple(COMPARED_RIGS)
+    assert default_rigs(changed(plant={"mass_scale": 1.3})) == (*COMPARED_RIGS, AS_GIVEN)
     # the same plant, watched by nobody
     encoders = load_scenario("middle_encoders")
-    assert default_rigs(changed(plant=encoders.plant._asdict())) == (*RIGS, AS_GIVEN)
+    assert default_rigs(changed(plant=encoders.plant._asdict())) == (*COMPARED_RIGS, AS_GIVEN)
 
 
 def changed(**sections: object) -> Scenario:

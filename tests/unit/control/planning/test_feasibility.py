@@ -31,8 +31,8 @@ from fivebar_control.planning.limits import (
     MotionLimits,
     Risk,
     exceeded_share,
-    limits_of,
     limits_of_given,
+    motion_limits_of,
     reach_within,
     speed_step_of,
 )
@@ -157,8 +157,8 @@ def test_given_motions_are_judged_by_what_they_ask_for() -> None:
     assert limits_of_given(UNIFIED).rest == 0.0
     step = 2.0 * math.pi * RATE_HZ / 20_000
     for follower in (UNIFIED, BLENDED):
-        assert limits_of_given(follower, speed_step=step) == limits_of(follower, speed_step=step)
-        assert limits_of_given(follower, predictable=False) == limits_of(follower)
+        assert limits_of_given(follower, speed_step=step) == motion_limits_of(follower, speed_step=step)
+        assert limits_of_given(follower, predictable=False) == motion_limits_of(follower)
 
 
 def test_with_encoders_a_leg_that_is_shorter_by_its_tolerances_must_reach(dextar: FiveBar) -> None:
@@ -169,7 +169,7 @@ def test_with_encoders_a_leg_that_is_shorter_by_its_tolerances_must_reach(dextar
     stretched = math.sqrt(lengths[0] ** 2 + lengths[1] ** 2 + 2.0 * lengths[0] * lengths[1] * math.sqrt(1.0 - sine**2))
     assert sum(lengths) - stretched == pytest.approx(1.4e-4, rel=1e-9)
     assert limits_of_given(UNIFIED, speed_step=step, within_reach=sine).serial_margin == sine
-    chosen = limits_of(BLENDED, speed_step=step)
+    chosen = motion_limits_of(BLENDED, speed_step=step)
     assert limits_of_given(BLENDED, speed_step=step, within_reach=sine) == chosen
     # undeclared and coarse tolerances leave the margin of a chosen motion
     assert {reach_within(dextar, Tolerances(length=one)) for one in (0.0, 1e-3)} == {chosen.serial_margin}
@@ -320,11 +320,13 @@ def test_an_undefined_torque_is_not_feasible(dextar: FiveBar) -> None:
 
 def test_blended_controllers_need_quicker_crossings_with_coarse_encoders() -> None:
     step = 2.0 * math.pi * RATE_HZ / 20_000
-    assert limits_of(UNIFIED) == MotionLimits()
+    assert motion_limits_of(UNIFIED) == MotionLimits()
     # an estimator gives up after 0.2 s, and errors of its velocity turn the motors faster than the reference
-    assert limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(dwell=0.15, approach=5.0, speed_share=0.8)
-    assert limits_of(BLENDED, speed_step=step).dwell < limits_of(BLENDED).dwell == 0.2
-    assert limits_of(BLENDED).rest > MotionLimits().rest
+    assert motion_limits_of(UNIFIED, speed_step=step) == MotionLimits()._replace(
+        dwell=0.15, approach=5.0, speed_share=0.8
+    )
+    assert motion_limits_of(BLENDED, speed_step=step).dwell < motion_limits_of(BLENDED).dwell == 0.2
+    assert motion_limits_of(BLENDED).rest > MotionLimits().rest
 
 
 @pytest.mark.parametrize(("kp", "least"), [(2500.0, 0.1), (6400.0, 0.0625)])
@@ -334,7 +336,7 @@ def test_with_encoders_the_feedback_has_time_to_settle_between_a_rest_and_the_lo
     """Five time constants 1 / sqrt(kp) on the shorter side; with exact sensors as quick as the motors can."""
     law = CONTROLLERS["unified"].nominal
     follower = TunedController(CONTROLLERS["unified"], TunedLaw(law, UnifiedSettings(kp=kp, kd=2.0 * math.sqrt(kp))))
-    sensed = limits_of(follower, torque=math.inf, speed_step=speed_step_of(RATE_HZ, 20_000))
+    sensed = motion_limits_of(follower, torque=math.inf, speed_step=speed_step_of(RATE_HZ, 20_000))
     found = []
     for duration in (0.15, 0.5):
         plan = plan_motion(
@@ -345,6 +347,6 @@ def test_with_encoders_the_feedback_has_time_to_settle_between_a_rest_and_the_lo
         assert figure is not None
         assert figure.value == min(crossing.time, duration - crossing.time)
         assert figure.limit == pytest.approx(least, rel=1e-12)
-        assert screen(dextar, plan, RATE_HZ, follower, limits_of(follower)).figure(APPROACH) is None
+        assert screen(dextar, plan, RATE_HZ, follower, motion_limits_of(follower)).figure(APPROACH) is None
         found.append(figure.kept)
     assert found == [False, True]

@@ -15,7 +15,7 @@ from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.pacing import NoPace, Task, pace_of, retimed, slowest_pace
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
 from fivebar_control.planning.timing import Speed
@@ -77,7 +77,7 @@ def test_any_two_rests_get_a_feasible_motion_or_a_reason(
     start: tuple[float, float],
     goal: tuple[float, float],
 ) -> None:
-    robot, limits = ROBOTS[name], limits_of(follower)
+    robot, limits = ROBOTS[name], motion_limits_of(follower)
     assume(all(rest_problem(robot, mode, *point, limits) is None for point in (start, goal)))
     assume(math.dist(start, goal) > 1e-3)
     try:
@@ -126,7 +126,7 @@ def test_only_laws_that_hold_the_path_by_its_normal_go_around_where_that_cannot_
     assert straight.waypoints == (start, goal)
     assert straight.branches[0].crossing.authority < 0.06
     expect_feasible(dextar, (-1, 1), straight, MotionLimits())
-    around = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, BLENDED, limits_of(BLENDED))
+    around = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, BLENDED, motion_limits_of(BLENDED))
     assert len(around.waypoints) > 2
     assert min(branch.crossing.authority for branch in around.branches) >= 0.3
 
@@ -138,7 +138,7 @@ def test_only_laws_with_blending_zones_rest_outside_of_them(dextar: FiveBar) -> 
     assert direct.waypoints == (start, goal)
     expect_feasible(dextar, (1, -1), direct, MotionLimits())
     with pytest.raises(TransferRefused, match=r"in 0\.5 s 1/cond\(A\) at rest is 0\.168 .*, expected at least 0\.198"):
-        plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, BLENDED, limits_of(BLENDED), duration=0.5)
+        plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, BLENDED, motion_limits_of(BLENDED), duration=0.5)
 
 
 def test_around_the_locus_rather_than_through_it_twice(dextar: FiveBar) -> None:
@@ -252,7 +252,7 @@ def test_every_duration_between_the_fastest_and_the_slowest_is_feasible(
     dextar: FiveBar, follower: TunedController
 ) -> None:
     """And none below: what bisection takes for granted."""
-    task = Task(dextar, (1, -1), RATE_HZ, follower, limits_of(follower, torque=1.0))
+    task = Task(dextar, (1, -1), RATE_HZ, follower, motion_limits_of(follower, torque=1.0))
     for start, goal in [((0.0, 0.15), (0.02, 0.02)), ((-0.1, 0.05), (0.0, 0.04)), ((0.05, 0.11), (-0.05, 0.13))]:
         slowest = slowest_pace(task, Course((start, goal)))
         assert not isinstance(slowest, NoPace), slowest.reason

@@ -11,7 +11,7 @@ import pytest
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import ERROR
-from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.planning_process import Conditions, plan_order
@@ -44,7 +44,7 @@ def transfer(
     follower = default_tuning(CONTROLLERS[controller])
     return plan_transfer(
         *(robot, (1, -1), points[0], points[-1], None, RATE_HZ, follower),
-        *(limits_of(follower) if limits is None else limits, duration),
+        *(motion_limits_of(follower) if limits is None else limits, duration),
         via=points[1:-1],
         blend_radius=radii,
     )
@@ -100,7 +100,7 @@ def test_round_the_corners_it_never_rests_crosses_by_the_criterion_and_is_quicke
 
 def test_corners_save_time_beyond_what_their_time_law_saves(dextar: FiveBar) -> None:
     points, follower = (START, OVER_PARTS, OVER_BIN, GOAL), default_tuning(CONTROLLERS["unified"])
-    task = Task(dextar, (1, -1), RATE_HZ, follower, limits_of(follower))
+    task = Task(dextar, (1, -1), RATE_HZ, follower, motion_limits_of(follower))
     rests, rounded = (
         sum(found.durations)
         for radius in (0.0, 0.01)
@@ -203,7 +203,7 @@ def test_what_cannot_be_is_refused_with_place_figure_and_remedy(
 
 
 def test_what_the_drives_cannot_do_round_the_corner_is_refused_by_the_screen(dextar: FiveBar) -> None:
-    weak = limits_of(default_tuning(CONTROLLERS["unified"]), torque=0.3)
+    weak = motion_limits_of(default_tuning(CONTROLLERS["unified"]), torque=0.3)
     expected = r"by way of \(0\.0300, 0\.1400\) m.*the longest possible duration, reference torque is 0\.\d+ Nm at"
     with pytest.raises(TransferRefused, match=expected):
         transfer(dextar, (START, OVER_PARTS, OVER_BIN, GOAL), (0.01,), limits=weak)
@@ -212,7 +212,7 @@ def test_what_the_drives_cannot_do_round_the_corner_is_refused_by_the_screen(dex
 @pytest.mark.parametrize("radius", [0.013, 0.016, 0.019])
 def test_a_refusal_speaks_of_loads_only_where_some_are_declared(radius: float, dextar: FiveBar) -> None:
     """Durations that time near the locus bounds, which a plan has up to rounding only."""
-    weak = limits_of(default_tuning(CONTROLLERS["unified"]), torque=0.2)
+    weak = motion_limits_of(default_tuning(CONTROLLERS["unified"]), torque=0.2)
     with pytest.raises(TransferRefused, match=r"the longest possible duration, reference torque is 0\.43\d Nm at"):
         transfer(dextar, IN_CORNER, (radius,), limits=weak)
 

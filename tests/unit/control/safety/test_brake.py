@@ -33,7 +33,7 @@ from fivebar_control.safety.stages import (
     TRACKING_LOST,
     SafetySettings,
     fault_of,
-    limits_of,
+    guard_limits_of,
 )
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import load_robot
@@ -85,7 +85,7 @@ def test_a_slow_motor_is_braked_with_the_time_constant_and_a_fast_one_with_the_l
 def test_which_faults_brake_and_for_how_long() -> None:
     assert braking_after(BRAKE, TRACKING_LOST) == braking_after(BRAKE, NEAR_TYPE_1) == RATE_HZ
     assert braking_after(BRAKE, NO_FAULT) == braking_after(BRAKE, OVER_SPEED) == 0
-    limits = limits_of(SafetySettings(), RATE_HZ)
+    limits = guard_limits_of(SafetySettings(), RATE_HZ)
     for number in (*range(TORQUE_UNDEFINED, TRACKING_LOST + 1), TORQUE_EXCESSIVE):
         fault = fault_of(number, limits, ROBOT, 1, -1, moving(1.0, 1.0), *AWAY, ZERO, 0.0)
         assert (fault.name in BRAKED_FAULTS) == (braking_after(BRAKE, number) > 0)

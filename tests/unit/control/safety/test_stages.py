@@ -23,8 +23,8 @@ from fivebar_control.safety.stages import (
     fastest_motor,
     fault_of,
     first_fault,
+    guard_limits_of,
     limited,
-    limits_of,
     rate_limited,
 )
 from fivebar_description.robot_file import load_robot
@@ -50,7 +50,7 @@ def found(
 ) -> Fault | None:
     """Return the first fault where only the named stages have a limit."""
     none = {"joint_speed_limit": math.inf, "type1_margin": 0.0, "tracking_error_limit": math.inf}
-    allowed = limits_of(SafetySettings(**{**none, **limits}), 500)
+    allowed = guard_limits_of(SafetySettings(**{**none, **limits}), 500)
     number = first_fault(allowed, ROBOT, *modes, state, *place, requested)
     if number == NO_FAULT:
         return None
@@ -210,7 +210,7 @@ def test_what_reaches_a_limit_has_not_passed_it() -> None:
 
 
 def test_limits_per_sample_and_of_requests_follow_from_the_settings() -> None:
-    limits = limits_of(SafetySettings(torque_rate_limit=1000.0, torque_limit=1.5, request_ratio=4.0), 500)
+    limits = guard_limits_of(SafetySettings(torque_rate_limit=1000.0, torque_limit=1.5, request_ratio=4.0), 500)
     assert (limits.torque_step, limits.torque_request) == (2.0, 6.0)
 
 
@@ -219,7 +219,7 @@ def test_limits_per_sample_and_of_requests_follow_from_the_settings() -> None:
     [((6.5, 0.0), True), ((0.0, -6.5), True), ((6.5, 6.5), True), ((6.0, -6.0), False), ((0.0, 0.0), False)],
 )
 def test_requests_in_a_row_are_counted(torque: tuple[float, float], excessive: bool) -> None:
-    limits = limits_of(SafetySettings(torque_limit=1.5, request_ratio=4.0, request_samples=8), 500)
+    limits = guard_limits_of(SafetySettings(torque_limit=1.5, request_ratio=4.0, request_samples=8), 500)
     count = excess_samples(limits, Torque(*torque), 7)
     assert count == (8 if excessive else 0)
     number = first_fault(limits, ROBOT, *MODES, at(0.0, 0.12), 0.0, 0.12, Torque(*torque), count)
@@ -232,7 +232,7 @@ def test_requests_in_a_row_are_counted(torque: tuple[float, float], excessive: b
 )
 def test_a_forbidden_posture_is_named_by_its_number(y: float, vy: float, words: str) -> None:
     elsewhere, here = (-0.1, 0.1, -0.3, -0.2), (-0.1, 0.1, -0.1, 0.1)
-    limits = limits_of(
+    limits = guard_limits_of(
         SafetySettings(forbidden=tuple(n for one in (elsewhere, here) for n in (*one, -4.0, 4.0, -4.0, 4.0))), 500
     )
     fault = fault_of(FORBIDDEN_POSTURE, limits, ROBOT, *MODES, at(0.0, y, vy=vy), 0.0, y, ZERO, 0.0)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.figures import TORQUE
-from fivebar_control.planning.limits import limits_of
+from fivebar_control.planning.limits import motion_limits_of
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.path import Segment
@@ -119,7 +119,7 @@ def test_every_crossing_meets_the_criterion_and_the_run_stays_near(
     for crossing in plan.crossings:
         assert abs(criterion_residual(dextar, 1, -1, plan.path.at(crossing.time))) < 1e-9
     follower = default_tuning(CONTROLLERS["unified"])
-    assert screen_run(dextar, plan, RATE_HZ, follower, limits_of(follower, 0.68, 20.0)).feasible
+    assert screen_run(dextar, plan, RATE_HZ, follower, motion_limits_of(follower, 0.68, 20.0)).feasible
     run = predict_run(dextar, plan, RATE_HZ, follower, 0.68)
     assert run.mode_changes.value == len(plan.crossings)
     assert run.error.value < 1e-4
@@ -129,7 +129,7 @@ def test_the_screen_sees_a_torque_that_only_a_corner_asks_for(dextar: FiveBar) -
     points = ((-0.04, 0.14), (0.02, 0.14), (0.02, 0.12))
     plan = rounded_plan(dextar, points, 0.5, QUINTIC, 0.001)
     follower = default_tuning(CONTROLLERS["unified"])
-    verdict = screen_run(dextar, plan, RATE_HZ, follower, limits_of(follower, 0.68, 20.0))
+    verdict = screen_run(dextar, plan, RATE_HZ, follower, motion_limits_of(follower, 0.68, 20.0))
     (torque,) = (figure for figure in verdict.figures if figure.name == TORQUE)
     assert not torque.kept
     assert math.dist((torque.x, torque.y), points[1]) < 2e-3

@@ -44,7 +44,7 @@ class ComparisonRig(NamedTuple):
     laws: Mapping[str, Mapping[str, float]] = {}
 
 
-RIGS = {
+COMPARED_RIGS = {
     rig.name: rig
     for rig in (
         ComparisonRig("ideal", "exact sensors and exact parameters", {}),
@@ -72,12 +72,14 @@ RIGS = {
 AS_GIVEN = "as_given"
 """The plant, estimator and gains of the scenario itself."""
 
-RIG_NAMES = (*RIGS, AS_GIVEN)
+RIG_NAMES = (*COMPARED_RIGS, AS_GIVEN)
 
 
 def rig_words(name: str) -> str:
     """Return the description of a rig."""
-    return RIGS[name].words if name in RIGS else "plant, estimator and gains as the scenario gives them"
+    return (
+        COMPARED_RIGS[name].words if name in COMPARED_RIGS else "plant, estimator and gains as the scenario gives them"
+    )
 
 
 def on_rig(scenario: Scenario, name: str, controller: str) -> dict[str, Any]:
@@ -85,7 +87,7 @@ def on_rig(scenario: Scenario, name: str, controller: str) -> dict[str, Any]:
     content = scenario.model_dump() | {"controller": controller}
     if name == AS_GIVEN:
         return content
-    rig = RIGS[name]
+    rig = COMPARED_RIGS[name]
     kept = {key: content["plant"][key] for key in ("engine", "torque_limit", "seed")}
     content |= {"plant": {**kept, **rig.plant}, "estimator": rig.estimator}
     for section, gains in rig.gains.items():
@@ -96,12 +98,12 @@ def on_rig(scenario: Scenario, name: str, controller: str) -> dict[str, Any]:
 
 def can_be_on(scenario: Scenario, name: str) -> bool:
     """Return whether a scenario's motion can be made on a rig: an estimator follows it in one working mode only."""
-    return scenario.working_modes is None or name not in RIGS or RIGS[name].estimator == "none"
+    return scenario.working_modes is None or name not in COMPARED_RIGS or COMPARED_RIGS[name].estimator == "none"
 
 
 def default_rigs(scenario: Scenario) -> tuple[str, ...]:
     """Return the rigs for a scenario where none are named: all, and its own plant where that is none of them."""
-    possible = tuple(name for name in RIGS if can_be_on(scenario, name))
+    possible = tuple(name for name in COMPARED_RIGS if can_be_on(scenario, name))
     for name in possible:
         content = on_rig(scenario, name, scenario.controller)
         if PlantSettings(**content["plant"]) == scenario.plant and content["estimator"] == scenario.estimator:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import screen
-from fivebar_control.planning.limits import MotionLimits, limits_of, speed_step_of
+from fivebar_control.planning.limits import MotionLimits, motion_limits_of, speed_step_of
 from fivebar_control.planning.pacing import NoPace, Task, pace_of, slowest_pace
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused
 
@@ -45,7 +45,7 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
 
 
 def _limits(scenario: Scenario) -> MotionLimits:
-    return limits_of(
+    return motion_limits_of(
         scenario.tuned(),
         torque=math.inf if scenario.torque_limit is None else scenario.torque_limit,
         speed_step=speed_step_of(scenario.rate_hz, scenario.plant.encoder_counts),

@@ -12,7 +12,7 @@ import numpy as np
 
 from fivebar_bringup.motions.request import within_drives
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
-from fivebar_control.planning.limits import MotionLimits, limits_of
+from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.planning.roadmap import SPACING, roadmap
@@ -84,7 +84,7 @@ def trips(name: str, start: Point, goal: Point) -> list[Trip]:
     """Return the quickest motion between two rests in each working mode that has one."""
     file = read_robot(name)
     robot, follower = file.five_bar(), default_tuning(CONTROLLERS["unified"], file)
-    limits = limits_of(follower, *within_drives(name, None, None))
+    limits = motion_limits_of(follower, *within_drives(name, None, None))
     found = []
     for mode in MODES:
         try:
@@ -98,7 +98,7 @@ def trips(name: str, start: Point, goal: Point) -> list[Trip]:
 def report(name: str, count: int, seed: int) -> None:
     """Print what crossing buys a robot."""
     file = read_robot(name)
-    limits = limits_of(default_tuning(CONTROLLERS["unified"], file), *within_drives(name, None, None))
+    limits = motion_limits_of(default_tuning(CONTROLLERS["unified"], file), *within_drives(name, None, None))
     charts = {mode: roadmap(file.five_bar(), mode, limits.serial_margin, limits.rest) for mode in MODES}
     parts = {crossing: [charts[mode].regions(crossing) for mode in MODES] for crossing in (False, True)}
     print(f"\n{name}: area in cm^2 (all rests, largest part without and with crossing), pairs without and with")

@@ -19,7 +19,7 @@ import numpy as np
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.common.shared_work import share
-from fivebar_bringup.studies.compare.rigs import RIGS, on_rig
+from fivebar_bringup.studies.compare.rigs import COMPARED_RIGS, on_rig
 from fivebar_bringup.studies.single.mpc_study import run_once
 from fivebar_control.laws.mpc import MpcSettings
 
@@ -120,7 +120,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="of the motions")
     parser.add_argument("--runs", type=int, default=60, help="motions, each with every law")
     parser.add_argument(
-        "--rig", default="encoders", choices=[name for name, rig in RIGS.items() if rig.estimator == "ekf"]
+        "--rig", default="encoders", choices=[name for name, rig in COMPARED_RIGS.items() if rig.estimator == "ekf"]
     )
     given = parser.parse_args()
     motions = drawn(given.seed, given.runs)

@@ -18,7 +18,7 @@ from fivebar_bringup.pages.style import BLUE, GREY, PURPLE, VERMILION, house_sty
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import Sample, simulate
-from fivebar_bringup.studies.compare.rigs import RIGS
+from fivebar_bringup.studies.compare.rigs import COMPARED_RIGS
 from fivebar_bringup.studies.compare.verdicts import BOUNDS
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
@@ -27,7 +27,7 @@ from fivebar_description.rounding import in_millimetres
 
 DURATIONS = (0.5, 1.0, 2.0, 3.0)
 
-REALISTIC = RIGS["realistic"]
+REALISTIC = COMPARED_RIGS["realistic"]
 
 PLANTS: dict[str, tuple[dict[str, Any], ...]] = {
     "as believed": ({},),

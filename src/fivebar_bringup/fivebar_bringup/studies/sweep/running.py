@@ -20,7 +20,7 @@ from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
-from fivebar_control.planning.limits import MotionLimits, limits_of, limits_of_given, reach_within, speed_step_of
+from fivebar_control.planning.limits import MotionLimits, limits_of_given, motion_limits_of, reach_within, speed_step_of
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of, retimed
 from fivebar_control.planning.timing import SLOWER, UNHURRIED
 from fivebar_control.safety.stages import NO_FAULT
@@ -179,7 +179,7 @@ def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
     """Return the limits of the screen for a case."""
     counts, follower = case.encoder_counts, scenario.tuned()
     if counts is None:
-        limits = limits_of(follower, case.torque_limit)
+        limits = motion_limits_of(follower, case.torque_limit)
     else:
         reach = reach_within(scenario.five_bar(), scenario.known_within())
         limits = limits_of_given(
