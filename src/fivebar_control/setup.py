@@ -13,7 +13,7 @@ NEEDED = (
     "msgpack>=1.0.3,<1.2",
     "numba>=0.56.4",
     "numpy>=1.24",
-    "opencv-python-headless>=4.7",
+    "opencv-python-headless>=4.9",
     "pydantic>=2.13",
     "python-can>=4.1",
     'python-can>=4.2; python_version >= "3.12"',

@@ -12,6 +12,8 @@ from functools import lru_cache
 from itertools import pairwise, product
 from typing import NamedTuple
 
+import numpy as np
+
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -108,7 +110,9 @@ class Roadmap:
         points = sorted(set().union(*costs, (start, goal)))
         numbers = {point: number for number, point in enumerate(points)}
         ends = [[numbers[point] for point in pair] for pair in costs]
-        graph = csr_array((list(costs.values()), tuple(zip(*ends, strict=True))), shape=(len(points), len(points)))
+        # dijkstra of scipy 1.11 takes no others
+        rows, columns = np.array(ends, np.int32).reshape(-1, 2).T
+        graph = csr_array((list(costs.values()), (rows, columns)), shape=(len(points), len(points)))
         _, before = dijkstra(graph, directed=False, indices=numbers[start], return_predecessors=True)
         way = [goal]
         while way[-1] != start:

@@ -128,6 +128,8 @@ def bristle_after(curve: FrictionCurve, bristle: float, moved: float, time: floa
     """Return the deflection (rad) after the joint has moved so far (rad) at constant speed in a time (s)."""
     if curve.stiffness == 0.0:
         return 0.0
+    if time == 0.0:
+        return bristle
     x = curve.stiffness * abs(moved) / stribeck(curve, moved / time)
     share = 1.0 if x == 0.0 else -math.expm1(-x) / x
     return bristle * math.exp(-x) + moved * share
