@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib.style
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
@@ -24,6 +25,9 @@ MOTORS = (BLUE, VERMILION)
 
 DPI = 150
 WIDTH = 10.0
+
+LEGEND_ROW, LEGEND_MARGIN = 0.2, 0.15
+"""Height of a row of a legend below the axes, and what is between both (inches)."""
 
 LARGE_TORQUE = 100.0
 """From this torque (Nm) on, a linear axis would hide everything but the peak."""
@@ -72,6 +76,16 @@ def new_figure(title: str, subtitle: str, height: float, width: float = WIDTH) -
     figure.text(0.022, 1.0 - 0.16 / height, title, fontsize=14, fontweight="bold", va="top")
     figure.text(0.022, 1.0 - 0.43 / height, subtitle, fontsize=9.5, color=GREY, va="top")
     return figure
+
+
+def legend_below(figure: Figure, keys: Sequence[Artist], columns: int) -> None:
+    """Put a legend below the axes, which make room for it; Matplotlib 3.6 has no place outside of them."""
+    room = (-(-len(keys) // columns) * LEGEND_ROW + LEGEND_MARGIN) / figure.get_figheight()
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        left, bottom, width, height = engine.get()["rect"]
+        engine.set(rect=(left, bottom + room, width, height - room))  # type: ignore[call-arg]
+    figure.legend(handles=list(keys), loc="lower center", ncols=columns)
 
 
 class PlainTicks(ScalarFormatter):

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fivebar_bringup.pages.style import GREY, INK, PURPLE, VERMILION, WIDTH, new_figure
+from fivebar_bringup.pages.style import GREY, INK, PURPLE, VERMILION, WIDTH, legend_below, new_figure
 from fivebar_bringup.report.workspace import draw_base, draw_robot
 from fivebar_bringup.studies.map import drawing
 from fivebar_bringup.studies.map.drawing import ASSEMBLY_COLORS, MM, assembly_mode_label, working_mode_label
@@ -114,7 +114,7 @@ def assembly_modes(survey: Survey) -> Figure:
         _finish_plane(axes, survey)
         drawing.name_curves(axes, survey.loci, mode.working_mode)
     keys = [*drawing.assembly_keys(), drawing.type3_key(), *drawing.type2_keys(), *drawing.type1_keys()]
-    figure.legend(handles=keys, loc="outside lower center", ncols=3)
+    legend_below(figure, keys, columns=3)
     return figure
 
 
@@ -135,7 +135,7 @@ def conditioning(survey: Survey) -> Figure:
         _finish_plane(axes, survey)
     figure.colorbar(image, ax=panels, location="bottom", shrink=0.6, aspect=40, pad=0.02, label="1/cond(A)")
     keys = [*drawing.type2_keys(), *drawing.type1_keys(), drawing.type3_key()]
-    figure.legend(handles=keys, loc="outside lower center", ncols=3)
+    legend_below(figure, keys, columns=3)
     return figure
 
 
@@ -166,7 +166,7 @@ def motor_modes(survey: Survey) -> Figure:
         drawing.motor_frame(axes)
     keys = [*drawing.mode_keys(), *drawing.leg_keys(), *drawing.type2_keys(), drawing.type3_key()]
     keys.append(Line2D([], [], **POSTURE_MARKER, label="robot as drawn for its working mode"))
-    figure.legend(handles=keys, loc="outside lower center", ncols=3)
+    legend_below(figure, keys, columns=3)
     return figure
 
 
@@ -187,7 +187,7 @@ def motor_conditioning(survey: Survey) -> Figure:
         drawing.motor_frame(axes)
     figure.colorbar(image, ax=panels, location="bottom", shrink=0.6, aspect=40, label="1/cond(A)")
     keys = [*drawing.leg_keys(), *drawing.type2_keys(), drawing.type3_key()]
-    figure.legend(handles=keys, loc="outside lower center", ncols=4)
+    legend_below(figure, keys, columns=4)
     return figure
 
 
