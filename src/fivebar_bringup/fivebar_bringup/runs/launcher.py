@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fivebar_bringup.graph.bridges import BRIDGES
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
-from fivebar_bringup.recorded.outcome import INTERRUPTED_FAULT
+from fivebar_bringup.recorded.outcome import INTERRUPTED_FAULT, RECORDING_FAILED
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes
 from fivebar_bringup.runs.process_watch import watch_processes
@@ -63,7 +63,8 @@ class GraphOutcome(NamedTuple):
         overruns: samples whose torque arrived after the next sample was due, as counted by the plant.
         latency_ms: median, 99th percentile and maximum of the time from a sample to its torque at the plant (ms).
         faults: faults that the launcher detected.
-        published: faults that nodes had published when a signal ended the run.
+        published: faults that nodes had published and that the bag may lack: all of them where a signal ended the run,
+            else that it could not be written.
     """
 
     wall_s: float
@@ -135,6 +136,8 @@ def run_graph(
                         _Silence(processes, monitor, domain),
                     )
                 status = monitor.status
+            # a full disk has no room for it in the bag
+            published = [fault for fault in heard if fault.startswith(RECORDING_FAILED)]
             if any(fault.startswith(MISSING) for fault in monitor.faults):
                 faults += _lacking(processes)
         except NodesNotStarted as error:
