@@ -32,6 +32,12 @@ FORMER = {
 }
 """Parameters of releases before 2.0.0 by what says the same now, where that is no other spelling."""
 
+FORMER_PREFIXES = (
+    *("goal_estimator_", "goal_tolerance_", "goal_risk_", "goal_load_", "goal_passive_", "goal_safety_", "goal_law_"),
+    *("goal_", "tolerance_", "passive_"),
+)
+"""How parameters of such releases begin that are keys of sections now."""
+
 CLOSE = 0.8
 """Likeness from which on another name is taken for the one that was meant."""
 
@@ -53,6 +59,10 @@ def meant_by(name: str, known: Collection[str]) -> list[str]:
     flat = {one.replace(".", "_"): one for one in known if "." in one}
     if name in flat:
         return [flat[name]]
+    prefix = next((one for one in FORMER_PREFIXES if name.startswith(one)), "")
+    if prefix and name not in KEYS:
+        rest = name.removeprefix(prefix)
+        return sorted(one for one in known if one == rest or one.endswith(f".{rest}"))
     if "." not in name:
         ended = [one for one in known if one.endswith(f".{name}")]
         if ended:

@@ -19,6 +19,9 @@ KNOWN = {"zone.rule", "zone.epsilon", "gains.kp", "gains.kp_vhc", "plant.delay_s
         ("homing", ["waypoints"]),
         ("delay_samples", ["plant.delay_samples"]),
         ("waypoint", ["waypoints"]),
+        ("goal_law_kp", ["gains.kp"]),
+        ("goal_estimator_delay_samples", ["plant.delay_samples"]),
+        ("goal_load_push", []),
         ("contoler", ["controller"]),
         # those of other nodes
         ("ekf.gyro_noise", []),
