@@ -18,7 +18,7 @@ NEEDED = (
     "python-can>=4.1",
     'python-can>=4.2; python_version >= "3.12"',
     "scipy>=1.10",
-    "toppra>=0.6.3",
+    "toppra>=0.6.9",
 )
 """With the bounds of requirements.in; package.xml has those that apt meets.
 
