@@ -9,7 +9,7 @@ from typing import Any
 from fivebar_description.errors import InputError
 from fivebar_description.file_format import parse_versioned_content
 from fivebar_description.outside_text import one_line
-from fivebar_description.robot_file import read_robot
+from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.settings import Setting
 from fivebar_description.share import placed_beside, share_file
 from fivebar_description.strict_yaml import read_text
@@ -115,20 +115,25 @@ def read_content(path: Path) -> dict[str, Any]:
     return content
 
 
-def with_drives_of_robot(content: Mapping[str, Any]) -> dict[str, Any]:
+def named_robot(content: Mapping[str, Any]) -> RobotFile | None:
+    """Return the file of the robot that a scenario names; None where it cannot be read, as whoever needs it reports."""
+    robot = content.get("robot", DEFAULT_ROBOT)
+    try:
+        return read_robot(robot) if isinstance(robot, str) else None
+    except InputError:
+        return None
+
+
+def with_drives_of_robot(content: Mapping[str, Any], file: RobotFile | None) -> dict[str, Any]:
     """Return a scenario's content with what it leaves out of `estimator` and `plant`, as far as the robot's file says.
 
     A robot whose file has the encoders of its motors is estimated from these, unless the scenario says otherwise or
     meets Type 1, where the estimator cannot follow.
     """
-    filled, robot = dict(content), content.get("robot", DEFAULT_ROBOT)
-    if not isinstance(robot, str):
+    filled = dict(content)
+    if file is None:
         return filled
-    try:
-        drives = read_robot(robot).drives
-    except InputError:
-        # named where the robot is read
-        return filled
+    drives = file.drives
     found: dict[str, Any] = {} if drives.torque_limit is None else {"torque_limit": drives.torque_limit}
     if drives.encoder_counts is not None:
         if content.get("working_modes") is None:

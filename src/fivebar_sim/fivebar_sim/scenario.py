@@ -13,7 +13,7 @@ from pydantic import ConfigDict, model_validator
 from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.imu import ImuSettings
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
-from fivebar_description.scenario_file import ESTIMATOR, with_drives_of_robot
+from fivebar_description.scenario_file import ESTIMATOR, named_robot, with_drives_of_robot
 from fivebar_description.settings import Section
 from fivebar_description.shared_settings import RateHz, Robot
 from fivebar_description.strict_yaml import StrictModel
@@ -36,7 +36,7 @@ class SimulatedRobot(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _sized(cls, content: Any) -> Any:
-        return with_drives_of_robot(content) if isinstance(content, Mapping) else content
+        return with_drives_of_robot(content, named_robot(content)) if isinstance(content, Mapping) else content
 
     @property
     def estimated(self) -> bool:

@@ -11,9 +11,8 @@ from typing import Any
 
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.robot_sizes import law_sizes, torque_ratio
-from fivebar_description.robot_file import RobotFile, read_robot
-from fivebar_description.scenario_file import DEFAULT_ROBOT, with_defaults, with_drives_of_robot
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.robot_file import RobotFile
+from fivebar_description.scenario_file import named_robot, with_defaults, with_drives_of_robot
 
 
 def robot_defaults(file: RobotFile) -> dict[str, dict[str, Any]]:
@@ -38,14 +37,8 @@ def with_robot_defaults(content: Any) -> Any:
     """Return the content of a scenario with what it leaves out, as far as the robot's file says it."""
     if not isinstance(content, Mapping):
         return content
-    filled, robot = with_drives_of_robot(content), content.get("robot", DEFAULT_ROBOT)
-    if not isinstance(robot, str):
-        return filled
-    try:
-        file = read_robot(robot)
-    except InputError:
-        # named where the robot is read
-        return filled
-    for section, values in robot_defaults(file).items():
+    file = named_robot(content)
+    filled = with_drives_of_robot(content, file)
+    for section, values in ({} if file is None else robot_defaults(file)).items():
         filled = with_defaults(filled, section, values)
     return filled
