@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from fivebar_control.loop.shared_results import one_robot
@@ -34,11 +33,7 @@ class RunFile(FileParameters[ControlScenario]):
         Raises:
             InputError: the file cannot be read, or it or a parameter does not fit.
         """
-        super().__init__(node, ControlScenario, names, ControlScenario.section_law if law else _none, tunable, default)
-
-
-def _none(file: ControlScenario) -> Mapping[str, tuple[Any, ...]]:
-    return {}
+        super().__init__(node, ControlScenario, names, ControlScenario.section_law if law else None, tunable, default)
 
 
 class DeclaredMotion(NamedTuple):

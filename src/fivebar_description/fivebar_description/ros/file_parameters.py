@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 from fivebar_description.errors import InputError
 from fivebar_description.file_keys import FileKey, keys_of, section_keys, value_at, with_keys
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import Spec
+from fivebar_description.ros.parameters import Spec, as_tuple, spec_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO, read_content, scenario_path
 from fivebar_description.strict_yaml import StrictModel, validate
 
@@ -38,7 +38,7 @@ class FileParameters(Generic[M]):
         node: GraphNode,
         model: type[M],
         names: Sequence[str],
-        sections: Callable[[M], Mapping[str, tuple[Any, ...]]] = lambda file: {},
+        sections: Callable[[M], Mapping[str, tuple[Any, ...]]] | None = None,
         tunable: bool = False,
         default: str = DEFAULT_SCENARIO,
     ) -> None:
@@ -65,7 +65,7 @@ class FileParameters(Generic[M]):
         # what decides about the defaults of others comes first
         for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
             self._declare(part, {key.name: value_at(self.file, key.name) for key in part})
-        for section, settings in sections(self.file).items():
+        for section, settings in ({} if sections is None else sections(self.file)).items():
             own = section_keys(type(settings), f"{section}.")
             self._declare(own, {key.name: value_at(settings, key.name.partition(".")[2]) for key in own})
 
@@ -84,30 +84,22 @@ class FileParameters(Generic[M]):
         defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
         self._keys |= {key.name: key for key in keys}
         values = self._node.parameters([self._spec(key, defaults[key.name]) for key in keys])
-        self.change({name: value for name, value in values.items() if value != _as_given(defaults[name])})
+        self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})
 
     def _checked(self, content: Mapping[str, Any]) -> M:
         return validate(dict(content), self._model, f"{self._node.get_name()}: {self._path}")
 
     def _spec(self, key: FileKey, default: Any) -> Spec:
-        setting = key.setting
-        lower = setting.at_least if setting.above is None else setting.above
-        upper = setting.at_most if setting.below is None else setting.below
-        shown = f"{setting.description} {key.none!r} for none." if key.none is not None else setting.description
-        if not key.array and key.none is not None and key.element in (float, int) and lower is not None:
-            lower = min(lower, key.none)
-        choices = setting.choices if not key.array else ()
-        tunable = self._tunable and setting.tunable
-        return Spec(
-            key.name, default, shown, setting.unit, lower, upper, choices, tunable, self._checks(key), key.number
-        )
+        spec = spec_of(key.name, key.setting, default, key.none, self._checks(key))
+        choices = () if key.array else spec.choices
+        return spec._replace(choices=choices, tunable=self._tunable and spec.tunable, number=key.number)
 
     @staticmethod
     def _checks(key: FileKey) -> Callable[[Any], str | None]:
         """Return what says what is wrong with a single value; the file as a whole is checked besides."""
 
         def problem(value: Any) -> str | None:
-            if key.none is not None and _as_given(key.none) == value:
+            if key.none is not None and as_tuple(key.none) == value:
                 return None
             try:
                 in_file = key.to_file(value)
@@ -119,7 +111,3 @@ class FileParameters(Generic[M]):
             return key.setting.check(value) if key.setting.check is not None and not key.array else None
 
         return problem
-
-
-def _as_given(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value

@@ -11,7 +11,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from fivebar_description.settings import REQUIRED, Declared, declared
+from fivebar_description.settings import REQUIRED, Declared, Setting, declared
 from fivebar_description.strict_yaml import InputError
 
 
@@ -66,7 +66,7 @@ class Spec(NamedTuple):
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value beyond its type and range, None if nothing."""
-        value = _as_tuple(value)
+        value = as_tuple(value)
         numbers = value if isinstance(value, tuple) else (value,)
         if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
             return "expected finite numbers"
@@ -86,26 +86,21 @@ def specs_of(settings: type[tuple[Any, ...]], **defaults: Any) -> tuple[Spec, ..
 
 
 def _spec(one: Declared, defaults: Mapping[str, Any]) -> Spec:
-    setting, none = one.setting, one.none
     default = defaults.get(one.name, one.default)
     if default is REQUIRED:
         raise TypeError(f"{one.name}: a setting of a node needs a default")
+    return spec_of(one.name, one.setting, one.to_parameter(default), one.none, one.problem)
+
+
+def spec_of(name: str, setting: Setting, default: Any, none: Any, check: Callable[[Any], str | None]) -> Spec:
+    """Return the parameter of a setting; `none` is the value that stands for none, None where no value does."""
     lower = setting.at_least if setting.above is None else setting.above
     upper = setting.at_most if setting.below is None else setting.below
-    if lower is not None and none is not None and one.kind in (float, int):
+    if lower is not None and isinstance(none, float | int):
         lower = min(lower, none)
     shown = list(none) if isinstance(none, tuple) else none
-    return Spec(
-        one.name,
-        one.to_parameter(default),
-        setting.description if none is None else f"{setting.description} {shown!r} for none.",
-        setting.unit,
-        lower,
-        upper,
-        setting.choices,
-        setting.tunable,
-        one.problem,
-    )
+    description = setting.description if none is None else f"{setting.description} {shown!r} for none."
+    return Spec(name, default, description, setting.unit, lower, upper, setting.choices, setting.tunable, check)
 
 
 def declare(node: Node, specs: Sequence[Spec]) -> dict[str, Any]:
@@ -132,7 +127,7 @@ def _declare_one(node: Node, spec: Spec) -> Any:
             f"{node.get_name()}: parameter {spec.name}: has no value, as ROS reads an empty list:"
             f" expected a value such as {example!r}"
         )
-    value = _as_tuple(value)
+    value = as_tuple(value)
     if spec.number:
         value = value if isinstance(value, tuple) else (value,)
         if not all(isinstance(one, float | int) and not isinstance(one, bool) for one in value):
@@ -144,7 +139,8 @@ def _declare_one(node: Node, spec: Spec) -> Any:
     return value
 
 
-def _as_tuple(value: Any) -> Any:
+def as_tuple(value: Any) -> Any:
+    """Return an array as a tuple, any other value as it is."""
     return tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
 
 
