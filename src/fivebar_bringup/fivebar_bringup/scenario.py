@@ -6,7 +6,8 @@ from fivebar_control.scenario.scenario import DECLARED, SEEN, ControlScenario
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Section
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.effects.settings import PlantSettings, has_effects
+from fivebar_sim.effects.settings import PlantSettings
+from fivebar_sim.scenario import has_ground_truth
 
 __all__ = ["DECLARED", "SEEN", "Scenario"]
 
@@ -23,5 +24,5 @@ class Scenario(ControlScenario):
 
     @property
     def has_ground_truth(self) -> bool:
-        """Whether the exact state of the robot is recorded besides: the sensors of all joints do not show it."""
-        return self.estimated or self.camera.on or has_effects(self.plant)
+        """Whether the exact state of the robot is recorded besides."""
+        return has_ground_truth(self.estimated, self.camera, self.plant)

@@ -20,6 +20,11 @@ from fivebar_description.strict_yaml import StrictModel
 from fivebar_sim.effects.settings import PlantSettings, has_effects
 
 
+def has_ground_truth(estimated: bool, camera: CameraSettings, plant: PlantSettings) -> bool:
+    """Return whether the exact state is published and recorded besides: the sensors of all joints do not show it."""
+    return estimated or camera.on or has_effects(plant)
+
+
 class SimulatedRobot(StrictModel):
     """The sections of a run's file that the simulation reads; the others are those of the controllers."""
 
@@ -45,8 +50,8 @@ class SimulatedRobot(StrictModel):
 
     @property
     def has_ground_truth(self) -> bool:
-        """Whether the exact state of the robot is published besides: the sensors of all joints do not show it."""
-        return self.estimated or self.camera.on or has_effects(self.plant)
+        """Whether the exact state of the robot is published besides."""
+        return has_ground_truth(self.estimated, self.camera, self.plant)
 
     @property
     def passive(self) -> PassiveEncoder:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from fivebar_bringup.graph.node_spec import PLANT, Mode, NodeSpec
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.ros.node_settings import (
-    COMPILED_FROM_HZ,
     EstimatorNodeSettings,
     ImuListenerSettings,
     VisionListenerSettings,
+    runs_compiled,
 )
 from fivebar_description.interface import (
     CAMERA_IMAGE,
@@ -42,7 +42,7 @@ from fivebar_sim.ros.node_settings import CameraNodeSettings
 
 def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
     """Return whether the state estimator of a run is compiled: where time presses."""
-    return scenario.estimated and mode is Mode.REALTIME and scenario.rate_hz >= COMPILED_FROM_HZ
+    return scenario.estimated and runs_compiled(mode.value, scenario.rate_hz)
 
 
 def estimator(scenario: Scenario, mode: Mode) -> NodeSpec:

@@ -19,7 +19,7 @@ from fivebar_control.ros.run_file import RunFile, start_values
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.pause_compensated_clock import PauseCompensatedClock
 from fivebar_control.safety.watchdog import Watchdog
-from fivebar_control.scenario.keys import GOALS
+from fivebar_control.scenario.keys import STOPPING
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -105,7 +105,7 @@ class Blender(SamplingNode):
         """Make the node."""
         super().__init__("blender")
         settings = self.declare_settings(BlenderSettings)
-        scenario = RunFile(self, *GOALS, law=True).file
+        scenario = RunFile(self, *STOPPING, "camera.on", "ekf.camera", "ekf.seen_start", law=True).file
         agreement = RunAgreement(self, scenario.rate_hz, start_values(scenario))
         self._empty = self._robot = one_robot(scenario.five_bar())
         self._guard = Guard(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())

@@ -23,7 +23,7 @@ from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.resting import MotorReading, Resting
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
-from fivebar_control.ros.node_settings import AUTO, COMPILED_FROM_HZ, YES, EstimatorNodeSettings
+from fivebar_control.ros.node_settings import AUTO, YES, EstimatorNodeSettings, runs_compiled
 from fivebar_control.ros.run_file import RunFile, start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
 from fivebar_control.vision.reading import PlatformReading, used
@@ -126,8 +126,7 @@ class StateEstimatorNode(SamplingNode):
         RunAgreement(self, rate_hz, agreed)
         self._imu = scenario.imu
         self._empty = scenario.five_bar()
-        fast = not lockstep and rate_hz >= COMPILED_FROM_HZ
-        compiled = fast if settings.compiled == AUTO else settings.compiled == YES
+        compiled = runs_compiled(settings.mode, rate_hz) if settings.compiled == AUTO else settings.compiled == YES
         self._arguments = (
             self._empty,
             homing,

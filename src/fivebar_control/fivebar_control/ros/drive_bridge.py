@@ -32,7 +32,7 @@ from fivebar_control.ros.inner_loop_targets import InnerLoopTargets
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.ros.run_file import RunFile
 from fivebar_control.safety.brake import BRAKED_FAULTS
-from fivebar_control.scenario.keys import GOALS
+from fivebar_control.scenario.keys import STOPPING
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_QOS,
@@ -113,7 +113,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         GraphNode.__init__(self, name)
         settings = self.declare_settings(BridgeSettings, drives=default)
         known = load(settings)
-        scenario = RunFile(self, *GOALS, law=True).file
+        scenario = RunFile(self, *STOPPING, law=True).file
         self._rate_hz = scenario.rate_hz
         if self._rate_hz * known.period_us != MICROSECONDS:
             raise InputError(
@@ -123,10 +123,10 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._run = TimeKeeper(self, self._rate_hz)
         self._brake_limit = scenario.brake_limit()
         self._tend_period = known.tend_period
-        timeout = settings.command_timeout_ms or scenario.stop_cycles() * 1e3 / self._rate_hz
-        timeout, enable_timeout = timeout, settings.enable_timeout_s
+        given = settings.command_timeout_ms
+        timeout = scenario.stop_cycles() / self._rate_hz if given is None else given / 1e3
         self._session = DriveSession(
-            known.open, self._rate_hz, timeout / 1e3, enable_timeout, self._on_latch, name, known.waits
+            known.open, self._rate_hz, timeout, settings.enable_timeout_s, self._on_latch, name, known.waits
         )
         self._timer: Timer | None = None
         LifecycleNodeMixin.__init__(self)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
-from fivebar_description.shared_settings import LOCKSTEP, AwaitedNodes, LastSample, RunMode
+from fivebar_description.shared_settings import LOCKSTEP, REALTIME, AwaitedNodes, LastSample, RunMode
 
 HOLD, CONTINUE = "hold", "continue"
 
@@ -83,6 +83,11 @@ class BlenderSettings(NamedTuple):
 
 COMPILED_FROM_HZ = 200
 """In real time from this rate on, the estimator is compiled; below, it takes a small part of a period as it is."""
+
+
+def runs_compiled(mode: str, rate_hz: int) -> bool:
+    """Return whether the state estimator runs as machine code unless it is told otherwise."""
+    return mode == REALTIME and rate_hz >= COMPILED_FROM_HZ
 
 
 AUTO, YES, NO = "auto", "yes", "no"

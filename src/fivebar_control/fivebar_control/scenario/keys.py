@@ -44,7 +44,10 @@ LAWS = (
 SENSORS = ("plant", "ekf", "imu", "sensors", "camera", "tolerances")
 """What an estimator works with."""
 
-GOALS = (*MOTION, *LAWS, *SENSORS, "loads", "risk", "safety", "tracking_error_limit", "error_tolerance")
+STOPPING = (*MOTION, *LAWS, "safety", "tracking_error_limit")
+"""What stops the robot, and for how long a torque is held before that."""
+
+GOALS = (*STOPPING, *SENSORS, "loads", "risk", "error_tolerance")
 """By what requests for motions are judged."""
 
 
