@@ -29,7 +29,6 @@ WORKING_MODE = Setting(
 
 Robot = Annotated[str, ROBOT]
 RateHz = Annotated[int, RATE]
-WorkingMode = Annotated[tuple[int, ...], WORKING_MODE]
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 

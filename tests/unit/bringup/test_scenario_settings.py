@@ -13,11 +13,14 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.safety.stages import Area
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.file_keys import keys_of, value_at, with_keys
+from fivebar_description.scenario_file import KEYS
 from fivebar_description.settings import Declared, Keys, declared
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.settings import PlantSettings
+from fivebar_sim.scenario import SimulatedRobot
 
 GOOD = {"name": "any", "waypoints": [[0.0, 0.15], [0.0, 0.02]]}
 
@@ -206,3 +209,9 @@ def test_what_a_scenario_says_comes_before_what_the_robot_does() -> None:
 def test_an_unknown_robot_is_named_where_it_is_read(robot: Any) -> None:
     with pytest.raises(InputError, match="robot"):
         scenario(robot=robot).five_bar()
+
+
+def test_each_package_knows_every_key_of_a_scenario() -> None:
+    """So that a node refuses a key that no scenario has, and none that another package reads."""
+    assert set(KEYS) == set(Scenario.model_fields) == set(ControlScenario.model_fields)
+    assert set(SimulatedRobot.model_fields) < set(KEYS)

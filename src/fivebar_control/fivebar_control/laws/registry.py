@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
@@ -121,9 +121,6 @@ GOAL_CONTROLLERS = tuple(one.name for one in CONTROLLERS.values() if one.takes_g
 LAWS = {law.name: law for controller in CONTROLLERS.values() for law in controller.laws}
 """The laws of this package."""
 
-CONSTRAINT_LAWS = tuple(one.constraint.name for one in CONTROLLERS.values() if one.constraint is not None)
-"""Names of the laws on the locus."""
-
 PLUGIN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)")
 """Syntax of the name of a law outside this package: its module and the entry in it."""
 
@@ -192,33 +189,10 @@ def find_controller(name: str) -> Controller:
 
 def controller_problem(name: str) -> str | None:
     """Return why there is no such controller, None where there is one."""
-    return _problem(name, CONTROLLERS)
-
-
-def find_law(name: str) -> Law:
-    """Return a law by its name, or one outside this package by `MODULE:NAME`.
-
-    Raises:
-        InputError: there is none of that name, or it cannot be loaded.
-    """
-    problem = law_problem(name)
-    if problem is not None:
-        raise InputError(f"law: {name!r}: {problem}")
-    if stays_unopened(name) and name not in LAWS:
-        return unopened_controller(name).nominal
-    return LAWS[name] if name in LAWS else _plugin(name)
-
-
-def law_problem(name: str) -> str | None:
-    """Return why there is no such law, None where there is one."""
-    return _problem(name, LAWS)
-
-
-def _problem(name: str, known: Collection[str]) -> str | None:
-    if name in known:
+    if name in CONTROLLERS:
         return None
     if not PLUGIN.fullmatch(name):
-        return f"expected one of {', '.join(known)}, or my_package.my_law:LAW"
+        return f"expected one of {', '.join(CONTROLLERS)}, or my_package.my_law:LAW"
     if _UNOPENED.get():
         return None
     try:

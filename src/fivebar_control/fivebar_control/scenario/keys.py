@@ -56,19 +56,6 @@ def parameters_of(scenario: ControlScenario, names: Sequence[str]) -> dict[str, 
     return {key.name: key.to_parameter(value_at(scenario, key.name)) for key in keys_of(ControlScenario, names)}
 
 
-def judging_parameters(scenario: ControlScenario) -> dict[str, Any]:
-    """Return the parameters by which requests are judged: those of the trajectory generator.
-
-    Raises:
-        InputError: the law's module was not imported.
-    """
-    values = parameters_of(scenario, GOALS)
-    for section, settings in scenario.section_law().items():
-        for key in section_keys(type(settings), f"{section}."):
-            values[key.name] = key.to_parameter(value_at(settings, key.name.partition(".")[2]))
-    return values
-
-
 def scenario_of(values: Mapping[str, Any]) -> ControlScenario:
     """Return the scenario of a node's parameters, which may be among others: those of the trajectory generator hold it.
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from generator_parameters import generator_parameters
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.safety.stages import EVERYWHERE, Area
 from fivebar_control.scenario.goal_conditions import conditions_of
-from fivebar_control.scenario.keys import judging_parameters, scenario_of
+from fivebar_control.scenario.keys import scenario_of
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.robot_file import read_robot
@@ -58,7 +59,7 @@ def test_they_have_the_controller_of_the_run(controller: str, changed: dict[str,
 def test_whoever_asks_the_node_for_its_parameters_judges_as_it_does(name: str) -> None:
     """As the live page does, which shows what would become of a request."""
     scenario = load_scenario(name)
-    values = {"scenario": name, "mode": "lockstep", **judging_parameters(scenario)}
+    values = {"scenario": name, "mode": "lockstep", **generator_parameters(scenario)}
     assert all(isinstance(value, str | bool | int | float | list) and value != [] for value in values.values())
     again = scenario_of(values)
     assert conditions_of(again) == conditions_of(scenario)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from generator_parameters import generator_parameters
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.scenario.keys import judging_parameters, scenario_of
+from fivebar_control.scenario.keys import scenario_of
 from fivebar_description.strict_yaml import InputError, validate
 
 
@@ -14,7 +15,7 @@ from fivebar_description.strict_yaml import InputError, validate
 def test_the_nodes_plan_the_path_of_the_scenario(radius: float | list[float]) -> None:
     path = {"waypoints": [[0.0, 0.15], [-0.03, 0.02], [0.03, 0.02], [0.0, 0.15]], "blend_radius": radius}
     scenario = Scenario.model_validate({"name": "vias", "controller": "unified", **path})
-    planned = scenario_of(judging_parameters(scenario)).plan()
+    planned = scenario_of(generator_parameters(scenario)).plan()
     assert planned.crossings == scenario.plan().crossings
     assert len(planned.path.segments) == (1 if radius == 0.02 else 2)
 

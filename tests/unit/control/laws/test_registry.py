@@ -7,16 +7,17 @@ import toy_law
 
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import (
-    CONSTRAINT_LAWS,
     CONTROLLERS,
     LAWS,
     controller_problem,
     default_tuning,
     find_controller,
-    find_law,
 )
 from fivebar_description.settings import declared
 from fivebar_description.strict_yaml import InputError
+
+CONSTRAINT_LAWS = {one.constraint.name for one in CONTROLLERS.values() if one.constraint is not None}
+"""Names of the laws on the locus."""
 
 
 def test_the_controllers_are_those_of_the_thesis_and_the_regular_laws() -> None:
@@ -29,7 +30,7 @@ def test_the_controllers_are_those_of_the_thesis_and_the_regular_laws() -> None:
         "mpc": ["mpc"],
         "lqr": ["lqr"],
     }
-    assert set(CONSTRAINT_LAWS) == {"vhc_joint", "vhc_cartesian", "reduced_ctc"}
+    assert {"vhc_joint", "vhc_cartesian", "reduced_ctc"} == CONSTRAINT_LAWS
 
 
 def test_laws_on_the_locus_share_a_topic() -> None:
@@ -61,7 +62,7 @@ def test_what_a_controller_can_do_follows_from_its_laws() -> None:
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_is_found_by_its_name_with_settings_that_are_declared(name: str) -> None:
-    law = find_law(name)
+    law = LAWS[name]
     assert law.name == name
     assert law.topic.name.endswith("/torque")
     assert [one.name for one in declared(law.settings)] == list(law.settings()._fields)  # type: ignore[attr-defined]
@@ -74,7 +75,7 @@ def test_a_law_from_elsewhere_is_a_controller_of_its_own() -> None:
     assert controller.needs_no_zones
     assert controller.nominal.topic.name == "toy/torque"
     assert default_tuning(controller).nominal.settings == toy_law.ToySettings()
-    assert find_law("toy_law:LAW") is toy_law.LAW
+    assert controller.nominal is toy_law.LAW
 
 
 @pytest.mark.parametrize(
@@ -102,5 +103,4 @@ def test_what_is_no_controller_is_refused_with_the_reason(name: str, problem: st
 
 
 def test_a_controller_is_no_law() -> None:
-    with pytest.raises(InputError, match="law: 'multi_joint': expected one of ctc, vhc_joint"):
-        find_law("multi_joint")
+    assert "multi_joint" not in LAWS

@@ -1,0 +1,17 @@
+"""The parameters that a trajectory generator has in the run of a scenario, made without the node."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fivebar_control.scenario.keys import GOALS, parameters_of
+from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_description.file_keys import section_keys, value_at
+
+
+def generator_parameters(scenario: ControlScenario) -> dict[str, Any]:
+    values = parameters_of(scenario, GOALS)
+    for section, settings in scenario.section_law().items():
+        for key in section_keys(type(settings), f"{section}."):
+            values[key.name] = key.to_parameter(value_at(settings, key.name.partition(".")[2]))
+    return values
