@@ -19,6 +19,7 @@ from fivebar_description.interface import (
     FAULTS,
     JOINT_STATES,
     MOTOR_STATES,
+    SAFETY_STATE,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
     UNIFIED_TORQUE,
@@ -127,13 +128,15 @@ def test_a_rogue_on_every_topic_of_the_chain(graph_run: Callable[..., GraphRun])
 
 def test_a_second_run_in_the_domain_of_the_first(graph_run: Callable[..., GraphRun]) -> None:
     first = graph_run()
-    first.probe.listen(FAULTS)
+    first.probe.listen(FAULTS, SAFETY_STATE)
     first.wait_for_sample(150)
     folder = first.out.parent / "second"
     arguments = ("run", str(first.out.parent / "scenario.yaml"), "--json", "--out", str(folder / "out"))
     second = FivebarCommand(folder, *arguments, "--domain", str(first.probe.domain), domain=first.probe.domain)
     try:
         assert first_fault(first).startswith("second_publisher: ")
+        states = first.probe.got(SAFETY_STATE)
+        first.probe.wait_for(lambda: states[-1].data.startswith("second_publisher: "), "the blender's stop")
         first.expect_no_torque()
         first.probe.wait_for(lambda: second.status is not None, "the end of the second run")
         assert second.finish() != 0

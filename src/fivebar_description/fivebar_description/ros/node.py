@@ -66,6 +66,12 @@ DELIVERY_TIME = 1.0
 LAST_DELIVERY_TIME = 10.0
 """The same for a node that ends a run by itself: a recorder may be behind, and none of the run's nodes has died."""
 
+REFUSAL_TIME = 1.0
+"""Time (s) for which a node that refuses to begin repeats why: the nodes that it would disturb may know neither it nor
+the second publisher yet, and would hear of both no more once it has ended."""
+
+REFUSAL_PERIOD = 0.1
+
 DIAGNOSTICS_PERIOD = 1.0
 WARNING_PERIOD = 5.0
 
@@ -131,6 +137,7 @@ class GraphNode(Node):
         self.external_inputs: tuple[str, ...] = ()
         """Topics of states that come from outside of the graph, where others may publish other joints."""
         self._contradicted: dict[str, float] = {}
+        self._refused = ""
         self._watch = PublisherWatch(self, self._on_second_publisher, self._relies_on)
         if self.in_chain:
             self._faults = self.advertise(FAULTS)
@@ -202,6 +209,7 @@ class GraphNode(Node):
         if not self.answered:
             self.get_logger().error(f"refuses to begin: {fault}")
             if self._relies_on(topic):
+                self._refused = fault
                 self.refuse(fault)
             self.exit_status = BAD_INPUT
         elif self._relies_on(topic):
@@ -250,8 +258,13 @@ class GraphNode(Node):
     def deliver(self) -> None:
         """Wait for a limited time until subscribers have acknowledged all messages.
 
-        A publisher that ends discards the rest, and a subscriber whose process was killed never acknowledges.
+        A publisher that ends discards the rest, and a subscriber whose process was killed never acknowledges. Why the
+        node has refused to begin is repeated before, for those that have not discovered it yet.
         """
+        repeats_until = time.monotonic() + REFUSAL_TIME
+        while self._refused and time.monotonic() < repeats_until:
+            time.sleep(REFUSAL_PERIOD)
+            self._faults.publish(String(data=self._refused))
         end = time.monotonic() + (LAST_DELIVERY_TIME if self.exit_status == 0 else DELIVERY_TIME)
         for publisher in self._outputs:
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, end - time.monotonic())))
