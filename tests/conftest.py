@@ -12,8 +12,10 @@ TESTS = Path(__file__).parent
 # as the command and its nodes have it; read when numpy is loaded
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# a shell has its background jobs ignore Ctrl-C, and all that they start; here processes are interrupted by it
+# a shell has its background jobs ignore Ctrl-C, nohup has all that it starts ignore the end of the terminal; here
+# processes are interrupted by both
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 MARKERS = (
