@@ -5,7 +5,8 @@ from __future__ import annotations
 import codecs
 import os
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fivebar_description.errors import InputError
@@ -110,16 +111,49 @@ def write_file(path: Path, content: str | bytes) -> None:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Replace the file's content atomically: at any instant it has either the complete old or the complete new one."""
+    """Replace the file's content atomically: at any instant it has either the complete old or the complete new one.
+
+    Raises:
+        OSError: it cannot be written; the error names it.
+    """
     new = path.with_name(f".{path.name}.new")
+    with _named(path):
+        try:
+            new.write_bytes(content)
+            if path.exists():
+                new.chmod(stat.S_IMODE(path.stat().st_mode))
+            os.replace(new, path)
+        except BaseException:
+            with suppress(OSError):
+                new.unlink()
+            raise
+
+
+def append_to_file(path: Path, content: bytes) -> None:
+    """Append to a file, which is with the operating system as a whole when this returns.
+
+    Raises:
+        OSError: it cannot be written, and is as it was; the error names it.
+    """
+    with _named(path), path.open("ab", buffering=0) as file:
+        size = file.seek(0, os.SEEK_END)
+        try:
+            left = memoryview(content)
+            while left:
+                left = left[file.write(left) :]
+        except BaseException:
+            with suppress(OSError):
+                file.truncate(size)
+            raise
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Have the errors of the operating system name this file: those of writing name none."""
     try:
-        new.write_bytes(content)
-        if path.exists():
-            new.chmod(stat.S_IMODE(path.stat().st_mode))
-        os.replace(new, path)
-    except BaseException:
-        with suppress(OSError):
-            new.unlink()
+        yield
+    except OSError as error:
+        error.filename, error.filename2 = str(path), None
         raise
 
 

@@ -61,12 +61,13 @@ def write_errors(directory: Path) -> Iterator[None]:
     """Turn an operating system error on writing, such as a full disk, into a one-line error.
 
     Raises:
-        InputError: the block raised an OSError.
+        InputError: the block raised an OSError; the text has its file, or else the directory.
     """
     try:
         yield
     except OSError as error:
-        raise InputError(f"{directory}: cannot be used for the results: {error.strerror}") from error
+        place = error.filename if isinstance(error.filename, str) else directory
+        raise InputError(f"{place}: cannot be used for the results: {error.strerror}") from error
 
 
 def json_text(content: Any) -> str:

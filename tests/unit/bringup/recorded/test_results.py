@@ -44,7 +44,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_there(
 ) -> None:
     """The disk runs full at each of the files in turn; those before are new, the others whole as they were."""
     study = StudyDirectory(tmp_path, "study")
-    files = [tmp_path / "figures" / "p.png", study.page, study.content, tmp_path / "more.csv"]
+    files = [study.content, tmp_path / "more.csv", tmp_path / "figures" / "p.png", study.page]
     study.write("old", {"x": 0}, [Picture("p", "", b"old")], {"more.csv": "old"})
     before = [file.read_bytes() for file in files]
     replace, calls = os.replace, iter(range(100))
@@ -57,7 +57,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_there(
     monkeypatch.setattr(os, "replace", failing_replace)
     with pytest.raises(InputError) as error:
         study.write("new", {"x": 1}, [Picture("p", "", b"new")], {"more.csv": "new"})
-    assert str(error.value) == f"{tmp_path}: cannot be used for the results: No space left on device"
+    assert str(error.value) == f"{files[written]}: cannot be used for the results: No space left on device"
     changed = [file.read_bytes() != content for file, content in zip(files, before, strict=True)]
     assert changed == [number < written for number in range(4)]
     assert not [path for path in tmp_path.rglob("*") if path.name.startswith(".")]

@@ -9,6 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
+from full_disk import full_disk
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
@@ -17,6 +18,7 @@ from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCros
 from fivebar_bringup.studies.benchmark.running import NOT_STARTED, BenchmarkTask, run_benchmark
 from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results, scores, success
 from fivebar_bringup.studies.common.intervals import Interval, clopper_pearson
+from fivebar_description.strict_yaml import InputError
 
 CROSSING = BenchmarkCrossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)
 GOOD = Result(0, "ideal", "mine", "", 1, 1.9e-3, 0.9e-3, 2.0)
@@ -141,6 +143,19 @@ def test_an_interrupted_benchmark_says_what_is_kept_and_how_to_resume(
         f"fivebar: {file}: interrupted: keeps the finished crossings: the same command with --out {file} resumes\n"
     )
     assert read_results(file.read_text(encoding="utf-8"), "") == [GOOD._replace(controller="ctc")]
+
+
+def test_a_benchmark_on_a_full_disk_names_the_file_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file has whole lines, those of the crossings before, also where a line had room in part."""
+    monkeypatch.setattr(running, "run_task", lambda task: [GOOD._replace(crossing=task.crossing.crossing)])
+    file = tmp_path / "results.csv"
+    whole = HEAD + "".join(as_line(GOOD._replace(crossing=number)) for number in range(3))
+    with full_disk(len(whole) - 5), pytest.raises(InputError) as error:
+        run_benchmark(file, ["ideal"], ["mine"], 3, 1, lambda done, total: None)
+    assert str(error.value) == f"{file}: cannot be used for the results: File too large"
+    assert file.read_text(encoding="utf-8") == "".join(whole.splitlines(keepends=True)[:-1])
+    run_benchmark(file, ["ideal"], ["mine"], 3, 1, lambda done, total: None)
+    assert file.read_text(encoding="utf-8") == whole
 
 
 def test_a_start_that_the_estimator_refuses_is_no_success() -> None:

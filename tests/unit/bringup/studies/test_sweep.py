@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from full_disk import full_disk
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
@@ -232,6 +233,19 @@ def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path
     assert not (path / "sweep.html").exists()
     sweep(path)
     assert (path / "sweep.csv").read_bytes() == (made / "sweep.csv").read_bytes()
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_sweep_on_a_full_disk_names_the_file_and_resumes(made: Path, tmp_path: Path) -> None:
+    path = tmp_path / "full"
+    whole = (made / "sweep.csv").read_bytes()
+    with full_disk(len(whole) - 100), pytest.raises(InputError) as error:
+        sweep(path, SEED, CASES)
+    assert str(error.value) == f"{path / 'sweep.csv'}: cannot be used for the results: File too large"
+    kept = (path / "sweep.csv").read_bytes()
+    assert len(HEAD) < len(kept) < len(whole) and kept.endswith(b"\n")
+    sweep(path)
+    assert (path / "sweep.csv").read_bytes() == whole
 
 
 def test_an_interrupted_sweep_says_what_is_kept_and_how_to_resume(

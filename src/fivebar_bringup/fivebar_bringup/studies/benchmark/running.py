@@ -7,6 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.recorded.results import write_errors
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
@@ -17,7 +18,7 @@ from fivebar_bringup.studies.sweep.running import planned
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.interrupts import resumable
 from fivebar_description.strict_yaml import InputError
-from fivebar_description.text_file import LARGEST_TABLE, read_text
+from fivebar_description.text_file import LARGEST_TABLE, append_to_file, read_text, write_file
 
 NOT_STARTED = "not_started"
 """In place of a fault: the estimator could not tell the assembly mode at the start."""
@@ -91,12 +92,13 @@ def run_benchmark(
         InputError: the file holds something else, or cannot be used.
         ResumableInterrupt: it was interrupted; the file has the crossings that were finished.
     """
-    try:
-        text = read_text(out, LARGEST_TABLE) if out.exists() else HEAD
-        # the last line of a run that was interrupted
-        text = text[: text.rfind("\n") + 1]
-        results = read_results(text, str(out))
-        out.write_text(text, encoding="utf-8")
+    with write_errors(out):
+        text = read_text(out, LARGEST_TABLE) if out.exists() else ""
+        # the last line of a run that was interrupted may be incomplete
+        whole = text[: text.rfind("\n") + 1] if text else HEAD
+        results = read_results(whole, str(out))
+        if whole != text:
+            write_file(out, whole)
         done = {result[:3] for result in results}
         tasks = []
         for crossing in benchmark()[:count]:
@@ -108,17 +110,10 @@ def run_benchmark(
         left_over = sum(len(task.controllers) for task in tasks)
         progress(total - left_over, total)
         kept = f"{out}: interrupted: keeps the finished crossings: the same command with --out {out} resumes"
-        with (
-            resumable(kept),
-            closing(stream(run_task, tasks, workers)) as coming,
-            out.open("a", encoding="utf-8") as file,
-        ):
+        with resumable(kept), closing(stream(run_task, tasks, workers)) as coming:
             for found in coming:
-                file.writelines(map(as_line, found))
-                file.flush()
+                append_to_file(out, "".join(map(as_line, found)).encode("utf-8"))
                 results += found
                 left_over -= len(found)
                 progress(total - left_over, total)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be used for the results: {error.strerror}") from error
     return results

@@ -45,10 +45,12 @@ class StudyDirectory:
         pictures: Sequence[Picture],
         others: Mapping[str, str] | None = None,
     ) -> None:
-        """Write figures, page, results and other files (text by name), each in one step and in this order.
+        """Write results, other files (text by name), figures and page, each in one step and in this order.
+
+        What took the longest to find is there first, should the disk have no room for the rest.
 
         Raises:
             InputError: the directory cannot be written to.
         """
-        files = {self.page.name: page, self.content.name: json_text(content), **(others or {})}
-        write_results(self.path, files, {picture.name: picture.png for picture in pictures})
+        write_results(self.path, {self.content.name: json_text(content), **(others or {})})
+        write_results(self.path, {self.page.name: page}, {picture.name: picture.png for picture in pictures})

@@ -17,7 +17,7 @@ from fivebar_bringup.studies.sweep.rows import HEAD, SweepRow, as_lines, from_li
 from fivebar_bringup.studies.sweep.running import SWEPT
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.strict_yaml import InputError
-from fivebar_description.text_file import LARGEST_TABLE, read_text, replace_file
+from fivebar_description.text_file import LARGEST_TABLE, append_to_file, read_text, replace_file
 
 DEFAULT_SEED, DEFAULT_CASES = 1, 2000
 
@@ -111,8 +111,7 @@ class SweepDirectory(StudyDirectory):
 
     def append_rows(self, rows: Sequence[SweepRow]) -> None:
         """Append rows; they are with the operating system when this returns."""
-        with self.rows.open("ab") as file:
-            file.write(as_lines(rows).encode("utf-8"))
+        append_to_file(self.rows, as_lines(rows).encode("utf-8"))
 
 
 def opened(
