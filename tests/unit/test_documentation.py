@@ -154,3 +154,52 @@ def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> Non
     theory = (tmp_path / "theory.html").read_text(encoding="utf-8")
     assert theory.count("<math ") > 100
     assert "arithmatex" not in theory
+
+
+RESULTS = {"sweeps.md", "robustness.md", "crossing_buys.md", "mutants.md"}
+"""Pages that state the numbers of the cases of a study, and the day on which it was made."""
+
+UNREAD = {
+    "architecture.md", "calibration.md", "crossing_buys.md", "estimation.md", "faq.md", "get_started.md",
+    "identification.md", "lqr.md", "motions.md", "motkin.md", "mpc.md", "mutants.md", "plants.md", "programs.md",
+    "realtime.md", "reference/graph.md", "reference/run_table.md", "reference/stability.md", "robot.md",
+    "robustness.md", "ros.md", "running.md", "security.md", "settings.md", "theory.md",
+    "tutorials/calibrate_and_identify.md", "tutorials/control_law.md", "tutorials/first_crossing.md",
+    "tutorials/own_robot.md", "tutorials/rehearse.md", "unified.md", "view.md", "vision.md", "README.md",
+}  # fmt: skip
+"""Pages whose sentences are not checked yet."""
+
+HISTORY = re.compile(
+    r"(?<!is )(?<!are )(?<!be )\bused to\b|\bno longer\b|\bof (then|before|today|that day)\b|\bas before\b|\bformerly\b"
+    r"|\bpreviously\b|\bsince then\b|\bearlier (version|seed)|\b(in|until|since) version\b|\bseeds? \d"
+    r"|\b(January|February|March|April|May|June|July|August|September|October|November|December) 20\d\d\b"
+)
+MOST_WORDS = 45
+
+
+def sentences(page: Path) -> list[str]:
+    """Return the sentences of a page, without code, tables and headings; a formula counts as one word."""
+    text = re.sub(r"^ *```.*?^ *```$", "\n", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"\$[^$]+\$", "formula", re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text))
+    text = re.sub(r"^ *(\||#|<|---).*$", "\n", text, flags=re.MULTILINE)
+    parts = re.split(r"\n\s*\n|\n(?= *(?:[-*]|\d+\.) )", text)
+    end = re.compile(r"(?<=[.!?])[*)]*\s+(?=[A-Z`*\[(])")
+    return [one for part in parts for one in end.split(" ".join(part.split())) if one]
+
+
+def test_pages_are_read_without_effort() -> None:
+    """No history beside the results, and no sentence that has to be read twice for its length or its beginning."""
+    found = []
+    for page in PAGES:
+        name = page.name if page.parent == ROOT else page.relative_to(DOCS).as_posix()
+        if name in UNREAD:
+            continue
+        if name not in RESULTS:
+            text = page.read_text(encoding="utf-8")
+            found += [f"{name}: history: {text[one.start() - 30 : one.end() + 30]!r}" for one in HISTORY.finditer(text)]
+        for one in sentences(page):
+            if len(one.split()) > MOST_WORDS:
+                found.append(f"{name}: {len(one.split())} words: {one}")
+            if re.match(r"[-*0-9. ]*(Of|What|Whose|By which|Those that)\b", one) and not one.endswith("?"):
+                found.append(f"{name}: begins so that it has to be read twice: {one}")
+    assert not found, "\n".join(found)

@@ -61,7 +61,7 @@ GYRO_WORDS = "gyroscope on the distal link of leg 2 (250 readings/s, 4 ms late, 
 LOAD_RISK = 0.25
 """Probability with which the declared loads, drawn as a rig's robots have them, may displace the platform by more than
 the tolerance. The planner aims at less, so few of the crossings that it makes come near: on `calibrated` 61 of 2585 are
-accepted with this that 0.05 refuses, of which 60 are a success (docs/sweeps.md)."""
+accepted with this that 0.05 refuses, of which 60 are a success."""
 
 SOFT_LOAD_RISK = 0.1
 """The same for robots whose transmissions, loops and lengths leave less room: with 0.15 only 95.1 % of what is accepted
