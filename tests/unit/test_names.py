@@ -91,7 +91,6 @@ ELSEWHERE = {
     "unit/bringup/studies/test_reproduce.py": ("fivebar_bringup.simulation.run_in_memory",),
     "unit/bringup/test_entry.py": ("fivebar_bringup.cli.main", "fivebar_bringup.cli.words"),
     "unit/bringup/test_scenario_settings.py": ("fivebar_description.shared_settings",),
-    "unit/bringup/test_version.py": ("fivebar_bringup.cli.app",),
     "ros/test_dextar_bridge.py": ("fivebar_control.ros.drive_bridge",),
     "ros/test_domain_member.py": ("fivebar_description.ros.qos",),
     "ros/test_goals.py": ("fivebar_bringup.nodes.goal_client", "fivebar_control.ros.goal_server"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -29,6 +30,15 @@ if TYPE_CHECKING:
     from fivebar_bringup.recorded.summary import Summary
 
 COMPLETED, FAILED, BAD_INPUT = 0, 1, 2
+
+
+class Group(StrEnum):
+    """The groups in which the help lists the commands, in this order."""
+
+    RUN = "Run"
+    ROBOT = "My robot"
+    STUDY = "Study"
+    FILES = "Files"
 
 
 class Commands(TyperGroup):
@@ -68,9 +78,11 @@ class Subcommand(TyperCommand):
         super(Subcommand, self.help_filled()).format_help(ctx, formatter)
 
 
-def command(name: str | None = None, **settings: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def command(
+    group: Group, name: str | None = None, **settings: Any
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Return the decorator of a subcommand's function, named like it unless another name is given."""
-    return app.command(name, cls=Subcommand, **settings)
+    return app.command(name, cls=Subcommand, rich_help_panel=group, **settings)
 
 
 ScenarioArgument = Annotated[

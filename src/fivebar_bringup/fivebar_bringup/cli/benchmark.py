@@ -10,14 +10,14 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 
 
-@command()
+@command(Group.STUDY)
 def benchmark(
     rigs: Annotated[
         str, typer.Option("--rigs", help="Whose robots: some of {benchmark_rigs} (docs/sweeps.md).")
@@ -41,7 +41,9 @@ def benchmark(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run controllers on the fixed set of 1000 crossings and score them, or score results from elsewhere.
+    """Score controllers on 1000 fixed crossings; also your own.
+
+    The crossings and the rules of success are the same for everybody; --score takes results from elsewhere.
 
     Example: `fivebar benchmark --rigs calibrated --controllers unified --crossings 100`
 

@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import (
-    JsonOption,
-    RecordedNamespaceOption,
-    command,
-    input_errors,
-)
+from fivebar_bringup.cli.app import Group, JsonOption, RecordedNamespaceOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.interrupts import keyboard_interrupts
@@ -23,7 +18,7 @@ if TYPE_CHECKING:
     from fivebar_bringup.studies.calibrate.result import CalibrationResult
 
 
-@command()
+@command(Group.ROBOT)
 def calibrate(
     bags: Annotated[
         list[Path], typer.Argument(metavar="BAG...", help="Bags, or directories of runs, all of the same robot.")
@@ -59,10 +54,10 @@ def calibrate(
     namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Calibrate lengths, bases, encoder zeros and IMU of the robot in BAG, and write them as a robot file.
+    """Find lengths, encoder zeros and IMU from recorded runs.
 
-    The motion must go through the Type 2 locus and back, as the scenario calibration does; docs/calibration.md goes
-    through it, and through calibrating by hand without power.
+    The results are written as a robot file. The motion must go through the Type 2 locus and back, as the scenario
+    calibration does; docs/calibration.md goes through it, and through calibrating by hand without power.
 
     Example: `fivebar calibrate runs/moved`, of a run made by `fivebar simulate calibration --out runs/moved`
     """

@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors
+from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
 from fivebar_bringup.cli.printing import say
 
 
-@command("camera-calibrate")
+@command(Group.ROBOT, "camera-calibrate")
 def camera_calibrate(
     pictures: Annotated[
         list[Path] | None,
@@ -32,9 +32,10 @@ def camera_calibrate(
     out: Annotated[Path, typer.Option("--out", help="File for the calibration.")] = Path("camera.yaml"),
     as_json: JsonOption = False,
 ) -> None:
-    """Calibrate a camera from PICTURES of a ChArUco board, and write its camera_info file.
+    """Find the lens of a camera from pictures of a board.
 
-    The board is to be seen from different sides and in all corners of the picture; docs/vision.md says how.
+    The result is a camera_info file. The ChArUco board is to be seen from different sides and in all corners of the
+    picture; docs/vision.md says how.
 
     Example: `fivebar camera-calibrate --board board.png`, print it, then `fivebar camera-calibrate pictures/`
     """

@@ -13,7 +13,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
@@ -25,7 +25,7 @@ COLOURS = {True: "green", False: "red", None: "yellow"}
 WORDS = {True: "met", False: "not met", None: "not known"}
 
 
-@command()
+@command(Group.STUDY)
 def compare(
     scenarios: Annotated[
         list[str] | None,
@@ -59,7 +59,9 @@ def compare(
         bool, typer.Option("--quick", help="By default only middle, 1 s, and the rigs ideal and realistic.")
     ] = False,
 ) -> None:
-    """Run the same motions with every controller, without ROS: success, errors, torques, margins and energy.
+    """Run the same motions with every controller, side by side.
+
+    It runs without ROS, and shows success, errors, torques, margins and energy.
 
     Example: `fivebar compare middle --durations 0.5,1 --rigs ideal,realistic --out runs/compared`
     """

@@ -9,18 +9,13 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import (
-    JsonOption,
-    RecordedNamespaceOption,
-    command,
-    input_errors,
-)
+from fivebar_bringup.cli.app import Group, JsonOption, RecordedNamespaceOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.interrupts import keyboard_interrupts
 
 
-@command()
+@command(Group.ROBOT)
 def estimate(
     bag: Annotated[Path, typer.Argument(metavar="BAG", help="A bag, or the directory of a run, with estimator ekf.")],
     settings: Annotated[
@@ -43,9 +38,11 @@ def estimate(
     namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run the record in BAG through the estimator again, with other settings, and show how consistent it is.
+    """Repeat a run's state estimation with other settings.
 
-    Without any change the result equals the recorded estimate bit for bit where the run was simulated.
+    The estimator computes the platform from the encoders, and the IMU where there is one. The page shows how consistent
+    its estimates are. Without any change the result equals the recorded estimate bit for bit where the run was
+    simulated.
 
     Example: `fivebar estimate runs/first --set ekf.gyro_noise=0.02 --set tolerances.length=1e-4`
     """

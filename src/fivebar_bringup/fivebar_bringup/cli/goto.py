@@ -14,6 +14,7 @@ from fivebar_bringup.cli.app import (
     BAD_INPUT,
     COMPLETED,
     FAILED,
+    Group,
     JsonOption,
     NamespaceOption,
     OutOption,
@@ -52,7 +53,7 @@ OF_ITS_OWN = (
 
 
 # a negative coordinate must not be taken for an option
-@command(context_settings={"ignore_unknown_options": True})
+@command(Group.RUN, context_settings={"ignore_unknown_options": True})
 def goto(
     x: Annotated[float, typer.Argument(help="Goal, m.")],
     y: Annotated[float, typer.Argument(help="Goal, m.")],
@@ -143,10 +144,11 @@ def goto(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Move the platform to X Y, through the Type 2 locus where the goal is in the other assembly mode.
+    """Plan a motion to the point X Y, check it, and run it.
 
-    The motion is planned and checked first: where to cross the locus, how fast, and whether torque, speeds, margins and
-    dwell near the locus keep their limits. Where no motion is feasible, the command gives the reason (exit status 2).
+    Where the goal is in the other assembly mode, the motion goes through the Type 2 locus. It is planned and checked
+    first: where to cross the locus, how fast, and whether torque, speeds, margins and dwell near the locus keep their
+    limits. Where no motion is feasible, the command gives the reason (exit status 2).
 
     Example: `fivebar goto 0 0.02 --mode - --fastest`
 
@@ -242,7 +244,7 @@ def goto(
     raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
-@command()
+@command(Group.RUN)
 def stand(
     scenario: ScenarioArgument = "unified_middle",
     seconds: Annotated[
@@ -255,7 +257,10 @@ def stand(
     namespace: NamespaceOption = "",
     out: OutOption = None,
 ) -> None:
-    """Run SCENARIO, then let the robot rest and accept goals: from `fivebar goto --live`, or on the topic goal.
+    """Run a motion, then keep the robot ready for goals.
+
+    The robot stands where the motion of SCENARIO has ended, and moves when a goal comes: from `fivebar goto --live`, by
+    a click on the live page, or on the topic goal.
 
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """

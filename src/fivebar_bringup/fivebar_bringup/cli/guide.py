@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.cli.app import OutOption, ScenarioArgument, command, input_errors
+from fivebar_bringup.cli.app import Group, OutOption, ScenarioArgument, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 
 
-@command()
+@command(Group.ROBOT)
 def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
-    """Simulate leading the robot of SCENARIO by hand along its waypoints, without power, and leave a bag.
+    """Simulate leading a robot by hand, to calibrate from it.
 
-    The bag has the motors' readings and those of the IMU; docs/calibration.md calibrates from it.
+    A hand leads the robot of SCENARIO along its waypoints, without power. The bag has the motors' readings and those of
+    the IMU; docs/calibration.md calibrates from it.
 
     Example: `fivebar guide calibration --out runs/led`, then `fivebar calibrate runs/led --encoders-only`
     """

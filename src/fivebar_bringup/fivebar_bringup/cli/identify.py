@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import (
-    JsonOption,
-    RecordedNamespaceOption,
-    command,
-    input_errors,
-)
+from fivebar_bringup.cli.app import Group, JsonOption, RecordedNamespaceOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.errors import InputError
@@ -29,7 +24,7 @@ MOST_PERIODS = 1000
 """Of cogging in a turn."""
 
 
-@command()
+@command(Group.ROBOT)
 def identify(
     bag: Annotated[Path, typer.Argument(metavar="BAG", help="A bag, or the directory of a run.")],
     robot: Annotated[
@@ -64,9 +59,10 @@ def identify(
     namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Identify inertias, mass and friction of the robot in BAG, and write them as a parameter file.
+    """Find inertias, mass and friction from a recorded run.
 
-    A motion that excites all of them is the scenario excitation; docs/identification.md goes through it.
+    The results are written as a parameter file. A motion that excites all of them is the scenario excitation;
+    docs/identification.md goes through it.
 
     Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
     """

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import COMPLETED, JsonOption, command, input_errors
+from fivebar_bringup.cli.app import COMPLETED, Group, JsonOption, command, input_errors
 from fivebar_description.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 # a negative angle must not be taken for an option
-@command(context_settings={"ignore_unknown_options": True})
+@command(Group.ROBOT, context_settings={"ignore_unknown_options": True})
 def posture(
     q11: Annotated[float | None, typer.Argument(help="Angle of motor 1, rad.")] = None,
     q21: Annotated[float | None, typer.Argument(help="Angle of motor 2, rad.")] = None,
@@ -33,9 +33,11 @@ def posture(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Say where a robot at rest stands by its encoders: both assembly modes, and the way off the Type 2 locus.
+    """Tell where a robot at rest stands, from its motor angles.
 
-    The tolerances of the robot's file, or those of the run, determine how near to the locus it may be.
+    The same motor angles are possible in two assembly modes, which meet on the Type 2 locus: the command shows both,
+    and the way off the locus where the robot may be on it. The tolerances of the robot's file, or those of the run,
+    determine how near to the locus it may be.
 
     Example: `fivebar posture 1.2 1.9 --robot my_robot.yaml`
     """

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import (
     COMPLETED,
+    Group,
     JsonOption,
     NamespaceOption,
     OutOption,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from fivebar_bringup.motions.program import PlannedStep
 
 
-@command()
+@command(Group.RUN)
 def program(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A program: a YAML file, or a shipped one by its name.")],
     dry_run: Annotated[
@@ -54,10 +55,11 @@ def program(
     page: PageOption = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Carry out the program in FILE: moves, rests, output pins, payloads and loops; record a bag, write the report.
+    """Run a file of moves, rests, outputs, payloads and loops.
 
-    All steps are planned and screened before anything moves, and each move again before it begins. Exit status 2: a
-    step is refused, and nothing has moved; 1: a fault or a refusal has stopped it, with the step and its line.
+    The run leaves a bag and a report. All steps are planned and screened before anything moves, and each move again
+    before it begins. Exit status 2: a step is refused, and nothing has moved; 1: a fault or a refusal has stopped it,
+    with the step and its line.
 
     Example: `fivebar program pick_and_place --dry-run`
 

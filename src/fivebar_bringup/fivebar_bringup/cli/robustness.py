@@ -11,14 +11,14 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 
 
-@command()
+@command(Group.STUDY)
 def robustness(
     effects: Annotated[
         str | None,
@@ -38,7 +38,9 @@ def robustness(
         typer.Option("--losses", help="Instead: commands or samples lost in bursts, at every moment of a crossing."),
     ] = False,
 ) -> None:
-    """Raise each fault of a robot alone until a controller fails: what must my robot be like?
+    """Find how large each fault of a robot may be.
+
+    Each fault, from wrong lengths to backlash, is raised alone until a controller fails.
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """

@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fivebar_bringup.cli.app import (
+    Group,
     JsonOption,
     NamespaceOption,
     OutOption,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from fivebar_bringup.recorded.summary import Summary
 
 
-@command()
+@command(Group.RUN)
 def run(
     scenario: ScenarioArgument,
     realtime: RealtimeOption = False,
@@ -107,7 +108,10 @@ def run(
     as_json: JsonOption = False,
     parent: Annotated[int | None, typer.Option(hidden=True, help="Process that started this one and ends it.")] = None,
 ) -> None:
-    """Run SCENARIO with all ROS nodes as processes, record a bag, and write the report.
+    """Run a motion with all ROS nodes; leave a bag and a report.
+
+    The nodes of SCENARIO are processes that talk by topics, as on a robot. By default the plant waits for them, so that
+    the result does not depend on the speed of this machine.
 
     Example: `fivebar run middle --out runs/first`
 
@@ -202,11 +206,13 @@ def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:
         raise InputError(f"--processors: {processors!r}: {problem}")
 
 
-@command()
+@command(Group.RUN)
 def simulate(
     scenario: ScenarioArgument, out: OutOption = None, page: PageOption = True, as_json: JsonOption = False
 ) -> None:
-    """Run SCENARIO in this process, without ROS: the same controllers and plant, the same bag and report.
+    """Run a motion without ROS; leave the same bag and report.
+
+    The controllers and the plant are those of `fivebar run`, in one process; the results are equal bit for bit.
 
     Example: `fivebar simulate middle --json`
     """
@@ -220,7 +226,7 @@ def simulate(
     _finish(directory, summary, as_json)
 
 
-@command()
+@command(Group.FILES)
 def report(
     directories: Annotated[
         list[Path], typer.Argument(metavar="DIR [OTHER]", help="Directory of a run, or of two to play together.")
@@ -230,7 +236,9 @@ def report(
     namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Recreate figures, page and summary of the run in DIR from its bag; with OTHER, a page that plays both runs.
+    """Make figures and page of a recorded run again.
+
+    With OTHER, the page plays two runs together.
 
     Example: `fivebar report runs/first --gif`
 
@@ -266,7 +274,7 @@ def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as
     raise typer.Exit(max(EXIT_STATUS[summary.outcome] for summary in summaries))
 
 
-@command()
+@command(Group.FILES)
 def nodes(
     scenario: ScenarioArgument = "middle",
     import_law: Annotated[
@@ -279,7 +287,9 @@ def nodes(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the graph of SCENARIO: its nodes, and the topics and types that join them.
+    """Show which ROS nodes and topics a scenario starts.
+
+    For each node of SCENARIO: which topics it subscribes to and publishes, and their message types.
 
     Example: `fivebar nodes middle`
     """

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.cli.app import command
+from fivebar_bringup.cli.app import Group, command
 
 
-@command()
+@command(Group.FILES)
 def settings() -> None:
-    """Print every setting of a scenario with its type, unit, range and default, as Markdown.
+    """Print every setting of a scenario: unit, range, default.
+
+    The list is in Markdown.
 
     Example: `fivebar settings > docs/settings.md`
     """

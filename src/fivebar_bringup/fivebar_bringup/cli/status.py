@@ -7,11 +7,11 @@ import os
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Group
+from rich.console import Group as Lines
 from rich.table import Table
 from rich.text import Text
 
-from fivebar_bringup.cli.app import COMPLETED, FAILED, JsonOption, command, input_errors
+from fivebar_bringup.cli.app import COMPLETED, FAILED, Group, JsonOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.runs.domain import held_domains
 from fivebar_description.errors import InputError
@@ -48,15 +48,16 @@ DomainOption = Annotated[
 """Which running graph is meant; `graph_domain` says what it is by default."""
 
 
-@command()
+@command(Group.RUN)
 def status(
     domain: DomainOption = None,
     watch: Annotated[bool, typer.Option("--watch", help="Keep updating until Ctrl-C.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the diagnostics of every node of the running graph: rate, jitter, late and dropped messages, faults.
+    """Show the rate, delays and faults of each running node.
 
-    Exit status 1 where a node has a fault or none is found.
+    These are the diagnostics that the nodes publish: jitter, late and dropped messages, and more. Exit status 1 where a
+    node has a fault or none is found.
 
     Example: `fivebar status --watch`
     """
@@ -107,7 +108,7 @@ def _watch(listener: DiagnosticsListener) -> None:
     try:
         with Live(console=Printer(), auto_refresh=False) as live:
             while True:
-                live.update(Group(_table(listener.reports(OLDEST))), refresh=True)
+                live.update(Lines(_table(listener.reports(OLDEST))), refresh=True)
                 listener.take_for(0.5)
     except KeyboardInterrupt:
         pass

@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.interrupts import keyboard_interrupts
 
 
-@command("map")
+@command(Group.ROBOT, "map")
 def map_robot(
     robot: Annotated[
         str, typer.Argument(metavar="ROBOT", help="A shipped robot (dextar, unequal), or a parameter file (.yaml).")
@@ -25,7 +25,9 @@ def map_robot(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw the workspace of ROBOT and its singularities, over the platform's plane and over the motor angles.
+    """Draw where a robot reaches and where it is singular.
+
+    The page shows the workspace and the loci over the platform's plane and over the motor angles.
 
     Example: `fivebar map dextar --out runs/map`
     """
@@ -44,7 +46,7 @@ def map_robot(
         Printer().print(f"look at {directory.page}", soft_wrap=True)
 
 
-@command()
+@command(Group.STUDY)
 def reproduce(
     out: Annotated[
         Path | None,
@@ -53,7 +55,9 @@ def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="One duration and one perturbed plant only.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Reproduce the figures and claims of the thesis, without ROS, and judge each by the measured values.
+    """Compute the figures of the thesis and judge its claims.
+
+    It runs without ROS. Each row is judged by the measured values.
 
     Example: `fivebar reproduce --out runs/thesis`
     """

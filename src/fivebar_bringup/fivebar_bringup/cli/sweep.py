@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from fivebar_bringup.cli.app import JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, progress_bar
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
@@ -29,7 +29,7 @@ SHOWN = {
 """Columns of a single case on the terminal; the reasons come below."""
 
 
-@command()
+@command(Group.STUDY)
 def sweep(
     cases: Annotated[
         int | None,
@@ -85,9 +85,10 @@ def sweep(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run thousands of random crossings with one or several controllers: success rates, errors, and causes of failure.
+    """Count how many of thousands of random crossings succeed.
 
-    An interrupted sweep resumes when it is given the same --out again.
+    The page shows success rates, errors and causes of failure of one or several controllers. An interrupted sweep
+    resumes when it is given the same --out again.
 
     Example: `fivebar sweep --quick --out runs/sweep`
 

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import command, input_errors
+from fivebar_bringup.cli.app import Group, command, input_errors
 
 
-@command()
+@command(Group.FILES)
 def urdf(
     robot: Annotated[
         str, typer.Argument(metavar="[ROBOT]", help="A shipped parameter file's name, or a path to one.")
@@ -18,7 +18,9 @@ def urdf(
         str, typer.Option("--scenario", help="Take the robot, unless given, and the mounting of its IMU from this.")
     ] = "",
 ) -> None:
-    """Print the URDF of ROBOT (default: dextar) with shapes, masses and the frames of its sensors.
+    """Print a robot as a URDF, for RViz and other tools.
+
+    It has shapes, masses and the frames of the sensors.
 
     Example: `fivebar urdf dextar > dextar.urdf`
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from fivebar_bringup import executables
-from fivebar_bringup.cli.app import NamespaceOption, command, input_errors
+from fivebar_bringup.cli.app import Group, NamespaceOption, command, input_errors
 from fivebar_bringup.cli.status import DomainOption, graph_domain
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.namespace import read_namespace, remapping
@@ -48,13 +48,15 @@ ViewOption = Annotated[
 ]
 
 
-@command()
+@command(Group.RUN)
 def view(
     domain: DomainOption = None,
     namespace: NamespaceOption = "",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1, 0 for a free one.")] = 0,
 ) -> None:
-    """Show a running graph on a live page, whose address it prints, until Ctrl-C.
+    """Show a running robot on a live page in the browser.
+
+    It prints the address of the page, and serves it until Ctrl-C.
 
     Example: `fivebar view --domain 7`
     """

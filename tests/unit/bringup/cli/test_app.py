@@ -1,0 +1,32 @@
+"""What the subcommands share: the groups of the help, one line and an example for each command."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import typer
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.app import Group
+from fivebar_bringup.cli.main import app
+
+COMMANDS: dict[str, Any] = vars(typer.main.get_command(app))["commands"]
+
+
+def test_the_help_lists_every_command_in_a_group_on_one_line_of_a_narrow_terminal() -> None:
+    shown = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "80"}).stdout
+    titles = re.findall(r"─ (\w[\w ]*?) ─", shown)
+    assert titles == ["Options", *(str(group) for group in Group)]
+    lines = re.findall(r"^│ ([a-z][a-z-]+) +(\S.*?) *│$", shown, re.MULTILINE)
+    first = {name: command.help.partition("\n")[0] for name, command in COMMANDS.items()}
+    assert dict(lines) == first
+    assert lines[0][0] == "run"
+
+
+def test_every_command_has_an_example_whose_options_it_has() -> None:
+    for name, command in COMMANDS.items():
+        examples = re.findall(rf"`fivebar {name}\b([^`]*)`", command.help)
+        assert "Example: " in command.help and examples, name
+        options = {option for parameter in command.params for option in parameter.opts}
+        assert {option for one in examples for option in re.findall(r"--[a-z-]+", one)} <= options, name
