@@ -9,8 +9,10 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -19,14 +21,17 @@ from pathlib import Path
 
 import pytest
 import yaml
+from doc_blocks import blocks, command_lines
 from fivebar_command import LONG, RUN_DEADLINE, CommandCall
 from graph_probe import DDS_VARIABLES, ChildProcess, Probe, clean_environment
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_description.interface import STATE_QOS, TORQUE_COMMAND, Topic
+from fivebar_description.interface import RUN_STATUS, STATE_QOS, TORQUE_COMMAND, Topic
 from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.share import share_file
 
@@ -46,21 +51,46 @@ SHORT = {
     "force": True,
 }
 
+PAGE = Path(__file__).parents[2] / "docs" / "ros.md"
+
+
+def dds_variables() -> dict[str, str]:
+    """What keeps a launch on this machine as it keeps the probe, which sets it."""
+    return {name: os.environ[name] for name in DDS_VARIABLES if name in os.environ}
+
+
+AROUND = """
+from launch import LaunchDescription
+from launch.actions import GroupAction, IncludeLaunchDescription
+from launch_ros.actions import PushRosNamespace, SetParameter, SetRemap
+
+
+def generate_launch_description():
+    return LaunchDescription([GroupAction([{around}, IncludeLaunchDescription("{path}")])])
+"""
+
 
 class LaunchCall(CommandCall, ChildProcess):
     """One launch in a folder and a domain of its own."""
 
-    def __init__(self, folder: Path, domain: int, name: str, *arguments: str, **variables: str) -> None:
+    def __init__(self, folder: Path, domain: int, name: str | Path, *arguments: str, **variables: str) -> None:
         folder.mkdir(parents=True)
         self.folder, self.out = folder.resolve(), folder.resolve() / "out"
-        path = share_file("fivebar_bringup", "launch", f"{name}.launch.py")
-        environment = {**clean_environment(domain, folder), **variables}
-        ChildProcess.__init__(self, [sys.executable, str(LAUNCHED), str(path), *arguments], folder, environment)
+        path = name if isinstance(name, Path) else share_file("fivebar_bringup", "launch", f"{name}.launch.py")
+        self._environment = {**clean_environment(domain, folder), **variables}
+        ChildProcess.__init__(self, [sys.executable, str(LAUNCHED), str(path), *arguments], folder, self._environment)
 
     @property
     def output(self) -> str:
         """All that the launch has printed, without colours."""
         return COLOURS.sub("", self.stdout + self.stderr)
+
+    def ask(self, command: str) -> str:
+        """Return what a command prints in the domain of the launch."""
+        words = shlex.split(command)
+        done = subprocess.run(words, capture_output=True, text=True, check=False, env=self._environment, timeout=LONG)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
 
     def close(self) -> None:
         ChildProcess.close(self)
@@ -202,9 +232,7 @@ def test_the_view_publishes_the_described_robot(tmp_path: Path, domain: int) -> 
     probe = Probe(domain)
     description = Topic("robot_description", "std_msgs/msg/String", STATE_QOS)
     probe.listen(description)
-    # as the probe, which stays on this machine
-    variables = {name: os.environ[name] for name in DDS_VARIABLES if name in os.environ}
-    call = LaunchCall(tmp_path / "view", domain, "view", "robot:=unequal", "rviz:=false", **variables)
+    call = LaunchCall(tmp_path / "view", domain, "view", "robot:=unequal", "rviz:=false", **dds_variables())
     try:
         probe.wait_for(
             lambda: probe.got(description) or call.status is not None, "the description", deadline=RUN_DEADLINE
@@ -217,3 +245,69 @@ def test_the_view_publishes_the_described_robot(tmp_path: Path, domain: int) -> 
     finally:
         call.close()
         probe.close()
+
+
+def test_nodes_of_a_scenario_are_part_of_a_cell(tmp_path: Path, domain: int) -> None:
+    """The launch file and the commands of docs/ros.md, with a namespace, a gain and remappings around the nodes."""
+    (file,) = [block for block in blocks(PAGE) if block.file == "cell.launch.py"]
+    (tmp_path / file.file).write_text(file.text, encoding="utf-8")
+    probe = Probe(domain, "cell")
+    probe.listen(RUN_STATUS, TORQUE_COMMAND._replace(name="motors/torque"))
+    call = LaunchCall(tmp_path / "cell", domain, tmp_path / file.file, **dds_variables())
+    try:
+        probe.wait_for(
+            lambda: (
+                call.status is not None
+                or any(json.loads(status.data)["sample"] > 1100 for status in probe.received[RUN_STATUS.name])
+            ),
+            "the end of the crossing",
+            deadline=RUN_DEADLINE,
+        )
+        assert call.status is None, call.output
+        assert len(probe.received["motors/torque"]) > 1000
+        assert probe.parameter("/cell/unified_controller", "unified.kp") == 1100.0
+        assert probe.node.count_publishers("/clock") == 1
+        assert not probe.node.count_publishers("/cell/torque_command")
+        if shutil.which("ros2"):
+            printed = {line: call.ask(line) for line in command_lines(PAGE, "ros2 topic list", "ros2 param get")}
+            call.ask("ros2 daemon stop")
+            (topics, value) = printed.values()
+            assert {"/cell/joint_states", "/cell/motors/torque", "/clock"} <= set(topics.split())
+            assert "1100.0" in value
+        call.send(signal.SIGINT)
+        call.finish()
+        call.expect_no_process(RUN_DEADLINE)
+    finally:
+        call.close()
+        probe.close()
+    summary = write_report(RunDirectory(call.folder / "in_the_cell"), with_page=False)
+    assert (summary.assembly_mode_changes, summary.faults) == (2, [])
+    assert summary.tracking_error_peak_m < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "around", "word"),
+    [
+        ("crossing", 'PushRosNamespace("cell")', "PushRosNamespace cell"),
+        ("robot", 'SetParameter("zone.epsilon", 0.05)', "SetParameter zone.epsilon"),
+        ("crossing", 'SetRemap("joint_states", "states")', "SetRemap joint_states:=states"),
+    ],
+)
+def test_a_run_refuses_what_is_set_around_it(tmp_path: Path, domain: int, name: str, around: str, word: str) -> None:
+    path = share_file("fivebar_bringup", "launch", f"{name}.launch.py")
+    (tmp_path / "around.launch.py").write_text(AROUND.format(around=around, path=str(path)), encoding="utf-8")
+    call = LaunchCall(tmp_path / "around", domain, tmp_path / "around.launch.py")
+    try:
+        assert call.finish() != 0
+        assert f"{name}.launch.py: {word}: is not honoured here" in call.output
+    finally:
+        call.close()
+
+
+def test_what_does_not_go_together_is_refused(tmp_path: Path, domain: int) -> None:
+    call = LaunchCall(tmp_path / "wrong", domain, "control", "hardware:=simulated", "drives:=mine.yaml")
+    try:
+        assert call.finish() != 0
+        assert "drives: expected hardware:=emulated, socketcan or usb" in call.output
+    finally:
+        call.close()

@@ -21,12 +21,12 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from forked_node import DEADLINE, ForkedNode, end_with_parent, fork_context
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
-from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
@@ -353,6 +353,11 @@ class Probe:
         names = self.call(ListParameters, f"{node}/list_parameters", ListParameters.Request()).result.names
         request = DescribeParameters.Request(names=names)
         return list(self.call(DescribeParameters, f"{node}/describe_parameters", request).descriptors)
+
+    def parameter(self, node: str, name: str) -> Any:
+        """Return the value of a node's parameter."""
+        (value,) = self.call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=[name])).values
+        return parameter_value_to_python(value)
 
     def set_parameter(self, node: str, name: str, value: Any) -> SetParametersResult:
         message: ParameterMessage = Parameter(name, value=value).to_parameter_msg()

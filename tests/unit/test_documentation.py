@@ -12,10 +12,11 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 import typer
+from doc_blocks import blocks
 
 from fivebar_bringup.cli.main import app
 from fivebar_description.scenario_file import shipped_scenarios
@@ -25,21 +26,8 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 TUTORIALS = sorted((DOCS / "tutorials").glob("*.md"))
 NOTEBOOKS = sorted((DOCS / "tutorials").glob("*.ipynb"))
-FENCE = re.compile(r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 PLACEHOLDER = re.compile(r"\b(SCENARIO|BAG|NAME|DIR|FILE|[XY])\b|\.\.\.|…")
 """What stands for a value in a command that only shows its form."""
-
-
-class Block(NamedTuple):
-    """A fenced block of a page: its language, the file that it is the content of, and its text."""
-
-    language: str
-    file: str
-    text: str
-
-
-def blocks(page: Path) -> list[Block]:
-    return [Block(*found) for found in FENCE.findall(page.read_text(encoding="utf-8"))]
 
 
 def commands(page: Path) -> list[list[str]]:

@@ -61,7 +61,11 @@ ELSEWHERE = {
     "unit/bringup/pages/test_page_units.py": ("fivebar_description.rounding",),
     "unit/bringup/recorded/test_bag.py": ("fivebar_description.topic_contents",),
     "unit/bringup/studies/test_bench.py": ("fivebar_bringup.nodes.bare_chain",),
-    "launch/test_launch_files.py": ("fivebar_bringup.ros.launched_run",),
+    "launch/test_launch_files.py": (
+        "fivebar_bringup.ros.launch_scope",
+        "fivebar_bringup.ros.launched_nodes",
+        "fivebar_bringup.ros.launched_run",
+    ),
     "system/test_camera_by_the_clock.py": ("fivebar_control.nodes.vision_listener",),
     "system/test_law_from_elsewhere.py": ("fivebar_control.nodes.law_controller",),
     "unit/sim/test_boards.py": ("fivebar_sim.emulated_hardware", "fivebar_sim.emulators.serving"),

@@ -14,12 +14,14 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
 from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.ros.launch_scope import refuse_what_is_set
 from fivebar_bringup.ros.launched_run import launched_run
 from fivebar_bringup.runs.launching import run_command
 
 
 def start_experiment(context):
     """Return the process of the run, and what ties the launch to it."""
+    refuse_what_is_set(context, "robot.launch.py")
     names = ("scenario", "hardware", "drives", "port", "out", "namespace")
     scenario, hardware, drives, port, out, namespace = (LaunchConfiguration(name).perform(context) for name in names)
     activate, scene = (LaunchConfiguration(name).perform(context) == "true" for name in ("activate", "scene"))

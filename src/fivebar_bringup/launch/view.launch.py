@@ -15,6 +15,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from fivebar_bringup.ros.launch_scope import namespace_within
 from fivebar_bringup.runs.launching import described_by_command, rviz_configuration
 from fivebar_description.interface import frame_prefix
 
@@ -24,9 +25,10 @@ def start_view(context):
     robot, scenario, namespace = (
         LaunchConfiguration(name).perform(context) for name in ("robot", "scenario", "namespace")
     )
+    within = namespace_within(context, namespace)
     clock = {"use_sim_time": ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)}
     # the simulated time of a robot in a namespace is its own
-    remappings = [("/clock", f"/{frame_prefix(namespace)}clock")]
+    remappings = [("/clock", f"/{frame_prefix(within)}clock")]
     publisher = Node(
         package="robot_state_publisher",
         executable="robot_state_publisher",
@@ -35,7 +37,7 @@ def start_view(context):
             {
                 # as it is: a parameter that looks like YAML would be read as such
                 "robot_description": ParameterValue(described_by_command(robot, scenario), value_type=str),
-                "frame_prefix": frame_prefix(namespace),
+                "frame_prefix": frame_prefix(within),
             },
             clock,
         ],
@@ -43,7 +45,7 @@ def start_view(context):
         output="screen",
     )
     with NamedTemporaryFile("w", prefix="fivebar_", suffix=".rviz", encoding="utf-8", delete=False) as configuration:
-        configuration.write(rviz_configuration(namespace))
+        configuration.write(rviz_configuration(within))
     rviz = Node(
         package="rviz2",
         executable="rviz2",

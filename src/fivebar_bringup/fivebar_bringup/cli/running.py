@@ -166,7 +166,7 @@ def run(
                 live.domain,
                 progress,
                 Scheduling(priority, processors),
-                not separate,
+                False if separate else None,
                 injections,
                 page,
                 scene,
@@ -286,6 +286,7 @@ def nodes(
         ),
     ] = False,
     as_json: JsonOption = False,
+    launch: Annotated[str | None, typer.Option(hidden=True, help="What a launch file asks for, as JSON.")] = None,
 ) -> None:
     """Show which ROS nodes and topics a scenario starts.
 
@@ -297,6 +298,14 @@ def nodes(
     from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_control.laws.registry import laws_unopened
 
+    if launch is not None:
+        from fivebar_bringup.runs.launched_graph import launched_processes
+        from fivebar_bringup.runs.launching import ControlRequest
+
+        with input_errors():
+            listed = launched_processes(ControlRequest(**json.loads(launch)))
+        print(json.dumps([one._asdict() for one in listed]))
+        return
     with input_errors(), nullcontext() if import_law else laws_unopened():
         loaded = load_scenario(scenario)
         if loaded.law_unopened:

@@ -69,6 +69,7 @@ def crossing_graph(
     scene: bool = False,
     activate: bool = False,
     work: Work | None = None,
+    alone: bool = False,
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
 
@@ -77,13 +78,13 @@ def crossing_graph(
     With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
     configuration, which is configured and activated by the operator, or with `activate` by itself, once all nodes are
     ready, and reports when the motion has ended. With `scene`, a node publishes pictures of the run, which are recorded
-    too. With `work`, a node carries out programs.
+    too. With `work`, a node carries out programs. With `alone`, plant or bridge are somebody else's.
 
     Raises:
         InputError: the scenario's motion is refused.
     """
     scheme = scenario.scheme()
-    bridged = rehearsal is not None or drives is not None
+    bridged = rehearsal is not None or drives is not None or alone
     nodes = [
         *([estimator(scenario, mode)] if scenario.estimated else []),
         trajectory_generator(scenario, mode),
@@ -91,10 +92,10 @@ def crossing_graph(
         *(controller(scenario, law) for law in scenario.tuned().laws),
     ]
     nodes.append(blender(scenario, mode, endless=bridged))
-    nodes += [] if bridged else [imu_listener(scenario)]
+    nodes += [] if bridged and not alone else [imu_listener(scenario)]
     nodes += [] if work is None else [_program_runner(scenario, work)]
     keeper = PLANT if rehearsal is None else EMULATED_ROBOT
-    nodes += vision_nodes(scenario, mode, None if drives is not None else keeper)
+    nodes += vision_nodes(scenario, mode, None if drives is not None or alone else keeper)
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
@@ -103,11 +104,13 @@ def crossing_graph(
     if bridged:
         # the emulated robot has a gyroscope, but no accelerometer
         absent = (*absent, IMU_ERROR)
-    if drives is not None:
+    if drives is not None or alone:
         absent = (*absent, GROUND_TRUTH, *(() if scenario.gyro else (IMU_DATA,)))
     awaited = [*(node.executable for node in nodes), RECORDER]
     if drives is not None:
         nodes.append(bridge(scenario, drives, awaited, activate, last_sample=True))
+    elif alone:
+        pass
     elif rehearsal is None:
         nodes.append(plant(scenario, mode, awaited))
     else:

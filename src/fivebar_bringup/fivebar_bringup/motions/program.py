@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 from fivebar_bringup.graph.crossing_graph import Work
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.graph.standing import LONGEST, check_takes_goals
 from fivebar_bringup.motions.request import within_drives
-from fivebar_bringup.motions.stand import LONGEST, check_takes_goals, standing_graph
+from fivebar_bringup.motions.stand import standing_graph
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary

@@ -6,8 +6,9 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from fivebar_bringup.graph.crossing_graph import Work, crossing_graph
-from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.graph.node_spec import Mode, NodeSpec
 from fivebar_bringup.graph.rehearsal import Rehearsal
+from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.domain import private_domain
@@ -16,17 +17,9 @@ from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.run import report_on
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.laws.registry import GOAL_CONTROLLERS
-from fivebar_control.ros.node_settings import HOLD
 from fivebar_description.interface import DEFAULT_PRIORITY
 from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred, resumable
 from fivebar_description.ros.scheduling import Scheduling
-from fivebar_description.strict_yaml import InputError
-
-GENERATOR = "trajectory_generator"
-
-LONGEST = 100_000_000
-"""Number of the last sample of a plant that goes on until it is stopped: 55 hours at 500 Hz."""
 
 
 def stand(
@@ -60,30 +53,9 @@ def stand(
             return run, report_on(run, scenario, mode, outcome._replace(faults=faults), with_page=False)
 
 
-def check_takes_goals(scenario: Scenario) -> None:
-    """Check that a scenario's controller follows requests.
-
-    Raises:
-        InputError: it does not.
-    """
-    if not scenario.scheme().takes_goals:
-        raise InputError(
-            f"controller: {scenario.controller}: accepts no goals: expected {' or '.join(GOAL_CONTROLLERS)}"
-        )
-
-
 def standing_graph(
     scenario: Scenario, mode: Mode, run: RunDirectory, resting: int, work: Work, rehearsal: Rehearsal | None = None
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes of a run whose robot rests for some samples after its plan and does what it is asked to."""
     last = min(scenario.plan().path.samples(scenario.rate_hz) + resting, LONGEST)
-    return tuple(_standing(node, last) for node in crossing_graph(scenario, mode, run.bag, rehearsal, work=work))
-
-
-def _standing(node: NodeSpec, last: int) -> NodeSpec:
-    if node.executable == GENERATOR:
-        # a robot that stands is to be found there again after a fault, in lockstep too
-        return node._replace(parameters={**node.parameters, "after_fault": HOLD})
-    if node.executable not in (PLANT, EMULATED_ROBOT):
-        return node
-    return node._replace(parameters={**node.parameters, "samples": last})
+    return tuple(standing(node, last) for node in crossing_graph(scenario, mode, run.bag, rehearsal, work=work))

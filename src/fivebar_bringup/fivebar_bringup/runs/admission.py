@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
+from typing import Any
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_bringup.scenarios.scenario_files import NONE, load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.feasibility import displaced, is_predictable, screen_run
 from fivebar_control.planning.figures import LOADS, Feasibility
@@ -19,14 +21,14 @@ ZONE_PASSAGES = 3.0
 speed takes twice that time. At low rates, where a zone spans a number of samples, this exceeds the limit in s."""
 
 
-def load_admitted(name_or_path: str) -> Scenario:
+def load_admitted(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Scenario:
     """Read a scenario as `load_scenario` does, and screen its motion.
 
     Raises:
         InputError: there is no such scenario, it is malformed, its motion is refused, or the screen refuses it and the
             scenario does not say `force: true`.
     """
-    scenario = load_scenario(name_or_path)
+    scenario = load_scenario(name_or_path, parameters)
     try:
         refuse_unfit(scenario)
     except PlanRefused as refusal:

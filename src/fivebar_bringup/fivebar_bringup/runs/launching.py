@@ -1,20 +1,83 @@
-"""What the launch files start: the same run as `fivebar run`, and the robot in RViz.
+"""What the launch files start: the same run as `fivebar run`, its nodes one by one, and the robot in RViz.
 
 With the system's interpreter, so nothing is imported here that only an environment of `packaging/jazzy.sh` has.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from fivebar_bringup.graph.node_spec import Hardware, Mode
 from fivebar_description.interface import BASE_FRAME, frame_prefix
 from fivebar_description.interpreter import module_command
 from fivebar_description.ros_environment import domain_of_environment
 from fivebar_description.share import share_file
+
+AS_IN_A_RUN, YES, NO = "auto", "true", "false"
+"""Whether a launch has a part of the graph: as a run of the scenario has it, certainly, or not."""
+
+NO_HARDWARE = "none"
+"""The hardware of a launch of the control chain alone: plant or bridge are somebody else's."""
+
+
+class ControlRequest(NamedTuple):
+    """What `control.launch.py` is to start, in words that go through JSON.
+
+    Attributes:
+        scenario: by name or path.
+        mode: how time advances.
+        hardware: plant or bridge, or `NO_HARDWARE`.
+        drives, port: of a bridge, "" for the default and for none.
+        activate: whether the bridge enables the drives as soon as all nodes are ready.
+        stay: whether the simulated robot rests after its motion and takes requests.
+        shutdown: whether the launch ends with the run.
+        record: directory of a run for the bag, "" for none.
+        imu, camera: whether there are the IMU listener, and the camera with its listener.
+        scene: whether there are pictures.
+        composed: whether the control chain shares a process.
+        parameters: that all nodes get, by name.
+    """
+
+    scenario: str
+    mode: str = Mode.LOCKSTEP.value
+    hardware: str = NO_HARDWARE
+    drives: str = ""
+    port: str = ""
+    activate: bool = False
+    stay: bool = False
+    shutdown: bool = False
+    record: str = ""
+    imu: str = AS_IN_A_RUN
+    camera: str = AS_IN_A_RUN
+    scene: bool = False
+    composed: str = AS_IN_A_RUN
+    parameters: Mapping[str, Any] = {}
+
+
+class LaunchedProcess(NamedTuple):
+    """A process of the graph as a launch file starts it.
+
+    Attributes:
+        name: that of its node, or of its group of nodes.
+        package, executable: that run it.
+        arguments: of the executable.
+        parameter_file: the text of its parameter file.
+        lifecycle: whether its node has a lifecycle.
+        ends_run: whether the run ends with it, as with a plant that stops after the motion.
+    """
+
+    name: str
+    package: str
+    executable: str
+    arguments: tuple[str, ...]
+    parameter_file: str
+    lifecycle: bool
+    ends_run: bool
 
 
 def installed_command(environment: Mapping[str, str] = os.environ) -> tuple[str, ...]:
@@ -76,8 +139,21 @@ def described_by_command(robot: str, scenario: str) -> str:
     Raises:
         RuntimeError: there is no such robot or scenario, or its file is wrong; with the command's own words.
     """
-    words = [*installed_command(), "urdf", *([robot] if robot else []), *(["--scenario", scenario] if scenario else [])]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    return _printed("urdf", *([robot] if robot else []), *(["--scenario", scenario] if scenario else []))
+
+
+def described_processes(request: ControlRequest) -> list[LaunchedProcess]:
+    """Return the processes that `fivebar nodes` says a launch of the control chain has.
+
+    Raises:
+        RuntimeError: there is no such scenario, or what is asked for does not go together, as the command says.
+    """
+    listed = json.loads(_printed("nodes", request.scenario, "--json", "--launch", json.dumps(request._asdict())))
+    return [LaunchedProcess(**{**one, "arguments": tuple(one["arguments"])}) for one in listed]
+
+
+def _printed(*words: str) -> str:
+    done = subprocess.run([*installed_command(), *words], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip())
     return done.stdout

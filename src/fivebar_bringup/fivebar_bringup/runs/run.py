@@ -32,7 +32,7 @@ def run_with_ros(
     domain: int | None,
     progress: Progress,
     scheduling: Scheduling | None = None,
-    composed: bool = True,
+    composed: bool | None = None,
     rehearse: Sequence[Injection] | None = None,
     with_page: bool = True,
     scene: bool = False,

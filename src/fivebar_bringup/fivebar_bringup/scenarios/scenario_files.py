@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from fivebar_bringup.scenario import SEEN, Scenario
 from fivebar_control.estimation.homing import check_declared
+from fivebar_control.scenario.keys import parameters_in
 from fivebar_description.file_format import read_versioned
+from fivebar_description.file_keys import with_keys
 from fivebar_description.scenario_file import scenario_path, with_files_beside
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.engines import check_engine, check_plant
+
+NONE: Mapping[str, Any] = {}
 
 
 def read_scenario(name_or_path: str) -> Scenario:
@@ -19,11 +25,15 @@ def read_scenario(name_or_path: str) -> Scenario:
     Raises:
         InputError: there is no such scenario, it is malformed, or the camera does not see where the robot stands.
     """
-    return _read(scenario_path(name_or_path))
+    return _read(scenario_path(name_or_path), {})
 
 
-def _read(path: Path) -> Scenario:
+def _read(path: Path, parameters: Mapping[str, Any]) -> Scenario:
     scenario = read_versioned(path, Scenario, partial(with_files_beside, path.parent))
+    # the controller first, because it decides about the keys of the section `law`
+    for given in ({name: parameters[name] for name in parameters if name == "controller"}, parameters):
+        if given:
+            scenario = read_versioned(path, Scenario, partial(_overridden, path.parent, scenario, given))
     if scenario.start != SEEN:
         return scenario
     # OpenCV and the plant take time to load, which other scenarios need not
@@ -36,14 +46,23 @@ def _read(path: Path) -> Scenario:
         raise InputError(f"{path}: {error}") from error
 
 
-def load_scenario(name_or_path: str) -> Scenario:
+def _overridden(folder: Path, scenario: Scenario, parameters: Mapping[str, Any], content: Any) -> Any:
+    """Return the content of a scenario's file with the keys in parameters of nodes in the place of its own."""
+    return with_keys(with_files_beside(folder, content), parameters_in(scenario, parameters))
+
+
+def load_scenario(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Scenario:
     """Read a scenario as `read_scenario` does, and check that its motion can be made.
+
+    Args:
+        name_or_path: of the scenario.
+        parameters: of nodes; those that are keys of a scenario take the place of the file's, as they do in a node.
 
     Raises:
         InputError: there is no such scenario, it is malformed, or its motion is refused.
     """
     path = scenario_path(name_or_path)
-    scenario = _read(path)
+    scenario = _read(path, parameters)
     try:
         scenario.plan()
         if scenario.estimated:

@@ -56,6 +56,21 @@ def parameters_of(scenario: ControlScenario, names: Sequence[str]) -> dict[str, 
     return {key.name: key.to_parameter(value_at(scenario, key.name)) for key in keys_of(ControlScenario, names)}
 
 
+def parameters_in(scenario: ControlScenario, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a scenario's keys that parameters hold, as its file has them; other parameters are left out.
+
+    Raises:
+        InputError: a parameter does not fit its key.
+    """
+    model = type(scenario)
+    keys = {
+        key.name: key for key in keys_of(model, [name for name in model.model_fields if name not in ("law", "format")])
+    }
+    for section, settings in scenario.section_law().items():
+        keys |= {key.name: key for key in section_keys(type(settings), f"{section}.")}
+    return {name: keys[name].to_file(value) for name, value in values.items() if name in keys}
+
+
 def scenario_of(values: Mapping[str, Any]) -> ControlScenario:
     """Return the scenario of a node's parameters, which may be among others: those of the trajectory generator hold it.
 

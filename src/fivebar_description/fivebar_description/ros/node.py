@@ -335,6 +335,10 @@ class GraphNode(Node):
         """Return a frame of the URDF as it is named in the namespace of this node's robot."""
         return frame_prefix(self.get_namespace()) + name
 
+    def count_publishers(self, topic_name: str) -> int:
+        """Return how many publishers a topic has, by the name that a remapping gives it, which rclpy leaves out."""
+        return int(super().count_publishers(self.resolve_topic_name(topic_name)))
+
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""
         depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH

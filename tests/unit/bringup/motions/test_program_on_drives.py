@@ -9,8 +9,9 @@ import pytest
 from fivebar_bringup.graph.crossing_graph import Work
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
+from fivebar_bringup.graph.standing import LONGEST
 from fivebar_bringup.motions.program import refuse_payload
-from fivebar_bringup.motions.stand import LONGEST, standing_graph
+from fivebar_bringup.motions.stand import standing_graph
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.program import read_program

@@ -24,7 +24,7 @@ from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.launcher import run_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import CONTROLLERS, ProcessSpec, processes
+from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES
@@ -89,10 +89,7 @@ def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, compose
         compile_for(scenario, mode)
         rehearsal = Rehearsal(write_drive_files(scenario, run.path), ()) if rehearsed else None
         nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
-        specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
-        if composed_lockstep:
-            chain = tuple(node for node in nodes if node.in_chain)
-            specs = (ProcessSpec(CONTROLLERS, chain), *(spec for spec in specs if not spec.nodes[0].in_chain))
+        specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), composed_lockstep or None)
         outcome = run_graph(specs, run, domain, look, started, mode)
         write_outcome(run, scenario, mode, outcome)
         summary = write_report(run, with_page=False)
