@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_bringup.cli.app import Group, OutOption, ScenarioArgument, command, input_errors
 from fivebar_bringup.cli.printing import Printer
-from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.interrupts import interrupts_deferred, keyboard_interrupts
 
 
 @command(Group.ROBOT)
@@ -27,8 +27,9 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
     with input_errors(), keyboard_interrupts(), laws_unopened():
         loaded = load_scenario(scenario)
         samples = lead(loaded)
-        run = new_run_directory(out, loaded)
-        with write_errors(run.path):
-            write_guided_bag(samples, loaded, run.bag)
+        with interrupts_deferred():
+            run = new_run_directory(out, loaded)
+            with write_errors(run.path):
+                write_guided_bag(samples, loaded, run.bag)
     force = max(sample.force for sample in samples)
     Printer().print(f"{len(samples)} samples, the hand pulls with up to {force:.1f} N: {run.path}", soft_wrap=True)

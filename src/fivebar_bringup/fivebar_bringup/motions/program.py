@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,11 +15,9 @@ from fivebar_bringup.motions.stand import standing_graph
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.launcher import Progress, run_graph
-from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.runs.run import report_on
+from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
+from fivebar_bringup.runs.processes import ProcessSpec, processes
+from fivebar_bringup.runs.run import report_on, run_prepared
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import Planned, plan_once
@@ -227,22 +224,26 @@ def run_program(
     if course.rounded:
         update["blend_radius"] = course.blend_radius
     timed = scenario.model_copy(update=update)
-    run = new_run_directory(out, timed)
-    file = run.path / PROGRAM_FILE
-    write_results(run.path, {file.name: with_files(loaded.text, run.files_of(timed))})
-    compile_for(timed, mode)
-    rehearsal = Rehearsal(write_drive_files(timed, run.path)) if rehearse else None
-    nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)
-    refuse_payload(loaded, nodes)
-    specs = processes(nodes, mode, timed.rate_hz, Scheduling(DEFAULT_PRIORITY))
     last: dict[str, Any] = {}
+
+    def specs() -> Sequence[ProcessSpec]:
+        file = run.path / PROGRAM_FILE
+        write_results(run.path, {file.name: with_files(loaded.text, run.files_of(timed))})
+        rehearsal = Rehearsal(write_drive_files(timed, run.path)) if rehearse else None
+        nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)
+        refuse_payload(loaded, nodes)
+        return processes(nodes, mode, timed.rate_hz, Scheduling(DEFAULT_PRIORITY))
 
     def followed(status: Mapping[str, Any]) -> bool:
         last.update(status)
         return status.get("state") in ENDED
 
-    with nullcontext(domain) if domain is not None else private_domain() as chosen, interrupts_deferred():
-        outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace, followed=followed)
+    def follow(specs: Sequence[ProcessSpec], chosen: int) -> GraphOutcome:
+        return run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace, followed=followed)
+
+    with interrupts_deferred():
+        run = new_run_directory(out, timed)
+        outcome = run_prepared(timed, mode, domain, specs, follow)
         if last.get("state") not in (ProgramState.COMPLETED, *([] if outcome.faults else [ProgramState.RUNNING])):
             stopped = f"program_stopped: {last.get('reason', 'not completed')}"
             outcome = outcome._replace(faults=[*outcome.faults, stopped])

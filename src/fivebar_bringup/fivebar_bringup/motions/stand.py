@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from collections.abc import Sequence
 from pathlib import Path
 
 from fivebar_bringup.graph.crossing_graph import Work, crossing_graph
@@ -11,11 +11,9 @@ from fivebar_bringup.graph.rehearsal import Rehearsal
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.launcher import INTERRUPTED, Progress, run_graph
-from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import processes
-from fivebar_bringup.runs.run import report_on
+from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, Progress, run_graph
+from fivebar_bringup.runs.processes import ProcessSpec, processes
+from fivebar_bringup.runs.run import report_on, run_prepared
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import DEFAULT_PRIORITY
 from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred, resumable
@@ -41,14 +39,21 @@ def stand(
         ResumableInterrupt: the summary has not been written.
     """
     check_takes_goals(scenario)
-    run = new_run_directory(out, scenario)
-    compile_for(scenario, mode)
-    resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
-    nodes = standing_graph(scenario, mode, run, resting, Work())
-    specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
-    with nullcontext(domain) if domain is not None else private_domain() as chosen, interrupts_deferred():
-        outcome = run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
-        faults = [fault for fault in outcome.faults if seconds is not None or fault != INTERRUPTED]
+
+    def specs() -> Sequence[ProcessSpec]:
+        resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
+        nodes = standing_graph(scenario, mode, run, resting, Work())
+        return processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
+
+    def follow(specs: Sequence[ProcessSpec], chosen: int) -> GraphOutcome:
+        return run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
+
+    with interrupts_deferred():
+        run = new_run_directory(out, scenario)
+        outcome = run_prepared(scenario, mode, domain, specs, follow)
+        # whoever interrupts a robot that rests has had what was asked for, but not before it has begun
+        as_asked = seconds is None and run.bag.exists()
+        faults = [fault for fault in outcome.faults if not (as_asked and fault == INTERRUPTED)]
         with resumable(f"interrupted: `fivebar report {run.path}` judges the run"), interrupts_allowed():
             return run, report_on(run, scenario, mode, outcome._replace(faults=faults), with_page=False)
 

@@ -29,8 +29,6 @@ def run_offline(
     Raises:
         InputError: the motion is refused or the output directory cannot be used.
     """
-    run = new_run_directory(out, scenario)
-    last = scenario.plan().path.samples(scenario.rate_hz)
     began = time.monotonic()
     faults: list[str] = []
 
@@ -43,6 +41,8 @@ def run_offline(
             return True
 
     with interrupts_deferred():
+        run = new_run_directory(out, scenario)
+        last = scenario.plan().path.samples(scenario.rate_hz)
         result = simulate(scenario, lambda sample: progress(sample, last), stopped=interrupted)
         wall_s = time.monotonic() - began
         with write_errors(run.path):

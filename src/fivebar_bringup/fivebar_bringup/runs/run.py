@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -17,11 +18,11 @@ from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report, write_summary_without_bag
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.injection import Injection, kills
-from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
+from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, Progress, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import processes
+from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.scenario import Scenario
-from fivebar_description.interrupts import interrupts_deferred
+from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
 from fivebar_description.ros.scheduling import Scheduling
 
 
@@ -49,29 +50,63 @@ def run_with_ros(
     Raises:
         InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
     """
-    run = new_run_directory(out, scenario)
-    compile_for(scenario, mode)
-    rehearsal = drives = None
-    if real is not None:
-        drives = run.path / "drives.yaml"
-        write_real_drives(scenario, real, drives)
-    elif rehearse is not None:
-        drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
-        rehearsal = Rehearsal(write_drive_files(scenario, run.path, board), drive_faults)
-    nodes = crossing_graph(
-        scenario,
-        mode,
-        run.bag,
-        rehearsal,
-        str(drives.absolute()) if drives else None,
-        scene,
-        activate=real is not None and real.activate,
-    )
-    specs = processes(nodes, mode, scenario.rate_hz, scheduling, composed)
-    to_kill = kills(rehearse or (), specs, scenario.rate_hz)
-    with nullcontext(domain) if domain is not None else private_domain() as chosen, interrupts_deferred():
-        outcome = run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
+
+    def specs() -> Sequence[ProcessSpec]:
+        rehearsal = drives = None
+        if real is not None:
+            drives = run.path / "drives.yaml"
+            write_real_drives(scenario, real, drives)
+        elif rehearse is not None:
+            drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
+            rehearsal = Rehearsal(write_drive_files(scenario, run.path, board), drive_faults)
+        nodes = crossing_graph(
+            scenario,
+            mode,
+            run.bag,
+            rehearsal,
+            str(drives.absolute()) if drives else None,
+            scene,
+            activate=real is not None and real.activate,
+        )
+        return processes(nodes, mode, scenario.rate_hz, scheduling, composed)
+
+    def follow(specs: Sequence[ProcessSpec], chosen: int) -> GraphOutcome:
+        to_kill = kills(rehearse or (), specs, scenario.rate_hz)
+        return run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
+
+    with interrupts_deferred():
+        run = new_run_directory(out, scenario)
+        outcome = run_prepared(scenario, mode, domain, specs, follow)
         return run, report_on(run, scenario, mode, outcome, with_page)
+
+
+def run_prepared(
+    scenario: Scenario,
+    mode: Mode,
+    domain: int | None,
+    specs: Callable[[], Sequence[ProcessSpec]],
+    follow: Callable[[Sequence[ProcessSpec], int], GraphOutcome],
+) -> GraphOutcome:
+    """Prepare a run of the graph and follow it, in a block that defers interrupts; return how it ended.
+
+    Interrupted while machine code is compiled or the processes are described, it ends before it has begun.
+
+    Args:
+        scenario: what is run.
+        mode: in lockstep or by the clock.
+        domain: DDS domain, a private one by default.
+        specs: describes the processes, and writes what files they need.
+        follow: runs these processes in a domain.
+    """
+    began = time.monotonic()
+    try:
+        with interrupts_allowed():
+            compile_for(scenario, mode)
+            described = specs()
+    except KeyboardInterrupt:
+        return GraphOutcome(time.monotonic() - began, None, None, [INTERRUPTED])
+    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        return follow(described, chosen)
 
 
 def report_on(run: RunDirectory, scenario: Scenario, mode: Mode, outcome: GraphOutcome, with_page: bool) -> Summary:
