@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles
+from fivebar_control.calibration.otherwise import explanations
 from fivebar_control.calibration.parameters import PARAMETERS, deviations_before, values_before
-from fivebar_control.calibration.record import CalibrationRecord
+from fivebar_control.calibration.record import CONTRADICTS, CalibrationRecord, ContradictsRobot, NotCalibratable
 from fivebar_control.calibration.result import Calibration, LocusPassage, covariance_of
 from fivebar_control.calibration.turning_points import turning_points
 from fivebar_control.identification.cutoff import encoder_resolution
@@ -25,9 +26,16 @@ def calibrate_by_turning_points(robot: FiveBar, tolerances: Tolerances, record: 
         record: readings of a motion through the locus.
 
     Raises:
-        NotCalibratable: it does not cross the locus.
+        NotCalibratable: it does not cross the locus, or is that of another robot; where it would be that of the robot
+            with encoders that are mounted, signed or scaled otherwise, the text names them.
     """
-    points = turning_points(robot, record)
+    try:
+        points = turning_points(robot, record)
+    except NotCalibratable as error:
+        words = " or ".join(explanations(record, lambda other: turning_points(robot, other), of_motors=True))
+        if not words:
+            raise
+        raise ContradictsRobot(f"{CONTRADICTS}: {words}") from error
     count = len(GEOMETRY)
     start = values_before(robot)
     before = deviations_before(robot, tolerances)

@@ -15,15 +15,13 @@ elsewhere: what cannot be seen stays as it was.
 
 from __future__ import annotations
 
-import numpy as np
-
 from fivebar_control.calibration.least_squares import ClosureProblem
-from fivebar_control.calibration.otherwise import READINGS
+from fivebar_control.calibration.otherwise import explanations
 from fivebar_control.calibration.record import (
+    CONTRADICTS,
     NOT_SEEN,
     CalibrationRecord,
     ContradictsRobot,
-    NotCalibratable,
     SeenPositions,
     TouchedPoint,
     turning,
@@ -62,21 +60,8 @@ def calibrate(
     try:
         return _calibrated(robot, tolerances, record, imu, touched, seen, known)
     except ContradictsRobot as error:
-        words = _explanation(robot, tolerances, record, imu)
-        raise error if words is None else ContradictsRobot(f"the recording contradicts the robot: {words}") from error
-
-
-def _explanation(
-    robot: FiveBar, tolerances: Tolerances, record: CalibrationRecord, imu: ImuSettings | None
-) -> str | None:
-    """Return how a recording is to be read so that it is one of the robot, None where no known way makes it so."""
-    for otherwise in READINGS:
-        try:
-            _calibrated(robot, tolerances, otherwise.read(record), imu)
-        except (NotCalibratable, np.linalg.LinAlgError):
-            continue
-        return otherwise.words
-    return None
+        words = next(explanations(record, lambda other: _calibrated(robot, tolerances, other, imu)), None)
+        raise error if words is None else ContradictsRobot(f"{CONTRADICTS}: {words}") from error
 
 
 def _calibrated(

@@ -34,6 +34,9 @@ class NotCalibratable(ValueError):
     """The recording does not allow a calibration; the message says what is missing."""
 
 
+CONTRADICTS = "the recording contradicts the robot"
+
+
 class ContradictsRobot(NotCalibratable):
     """The recording is not that of the robot, or its sensors are others than is said of them."""
 
@@ -119,9 +122,7 @@ def turning(record: CalibrationRecord, expected: Vector3) -> Turning:
     Raises:
         NotCalibratable: the link hardly turns.
     """
-    varying = record.angular_velocity - record.angular_velocity.mean(axis=0)
-    _, spread, directions = np.linalg.svd(varying, full_matrices=False)
-    axis = directions[0] * np.sign(directions[0] @ np.array(expected) or 1.0)
+    axis, spread = turning_axis(record.angular_velocity, expected)
     rates = record.angular_velocity @ axis
     noise = max(_white_noise(rates), LEAST_NOISE)
     if spread[0] < 10.0 * noise * np.sqrt(len(rates)):
@@ -130,6 +131,16 @@ def turning(record: CalibrationRecord, expected: Vector3) -> Turning:
         )
     x, y, z = axis.tolist()
     return Turning((x, y, z), rates, noise, float(np.median(np.diff(record.imu_times))))
+
+
+def turning_axis(angular_velocity: FloatArray, expected: Vector3) -> tuple[FloatArray, FloatArray]:
+    """Return the direction in which readings vary most, with the sign of an expected one, and their spread.
+
+    The spread has the singular values of the readings, [3], the largest first.
+    """
+    varying = angular_velocity - angular_velocity.mean(axis=0)
+    _, spread, directions = np.linalg.svd(varying, full_matrices=False)
+    return directions[0] * np.sign(directions[0] @ np.array(expected) or 1.0), spread
 
 
 def _white_noise(values: FloatArray) -> float:

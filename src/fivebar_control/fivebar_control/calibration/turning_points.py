@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.calibration.closure import closure, distal_angles, geometry_of
-from fivebar_control.calibration.record import CalibrationRecord, NotCalibratable, angles
+from fivebar_control.calibration.record import CONTRADICTS, CalibrationRecord, ContradictsRobot, NotCalibratable, angles
 from fivebar_description.parameters import FiveBar
 
 FloatArray = NDArray[np.float64]
@@ -53,18 +53,25 @@ def turning_points(robot: FiveBar, record: CalibrationRecord) -> list[TurningPoi
     """Return the passages through the locus of a recorded motion.
 
     Raises:
-        NotCalibratable: there is none.
+        ContradictsRobot: the robot's loop does not close at the recorded angles.
+        NotCalibratable: there is no passage.
     """
     read = angles(record)
     geometry = geometry_of(robot)
     # with theta_2 towards the elbow of leg 1 the closure is what the elbows are apart beyond l_12 + l_22
     towards = distal_angles(geometry, read.values).mean(axis=1)
     closed = closure(geometry, read.values, towards)
+    furthest = float(np.max(closed.gap))
+    if furthest > LARGEST_GAP:
+        raise ContradictsRobot(
+            f"{CONTRADICTS}: the elbows come {1e3 * furthest:.1f} mm further apart than both distal links reach,"
+            f" expected at most {1e3 * LARGEST_GAP:g} mm: is it the robot of the recording?"
+        )
     rounding = read.resolution**2 / 12.0
     found = []
     for top in _tops(closed.gap):
         begin, end = _around(closed.gap, top, TOP)
-        if abs(closed.gap[top]) > LARGEST_GAP or end - begin < LEAST_SAMPLES:
+        if closed.gap[top] < -LARGEST_GAP or end - begin < LEAST_SAMPLES:
             continue
         time = np.linspace(-1.0, 1.0, end - begin)
         curve = np.polynomial.Polynomial.fit(time, closed.gap[begin:end], 4)

@@ -20,6 +20,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interrupts import STOP_SIGNALS, keyboard_interrupts
 
+
 def run_once(scenario: Scenario, out: Path) -> tuple[RunDirectory, Summary]:
     return run_with_ros(scenario, Mode.LOCKSTEP, out, None, lambda sample, last: None)
 

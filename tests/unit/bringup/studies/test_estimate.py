@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader
 from typer.testing import CliRunner
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.recorded.bag import serialize
 from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.recorded.bag.recording import FloatArray, Recording
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
@@ -27,6 +29,7 @@ from fivebar_bringup.studies.estimate.replay import with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
 from fivebar_description.interface import (
     IMU_DATA,
+    MOTOR_STATES,
     NANOSECONDS,
     PAYLOAD,
     VISION_PLATFORM,
@@ -35,6 +38,7 @@ from fivebar_description.interface import (
     topic_named,
 )
 from fivebar_description.parameters import laden
+from fivebar_description.strict_yaml import InputError
 
 
 def recorded(path: Path) -> RunDirectory:
@@ -204,3 +208,44 @@ def test_a_wrong_setting_is_named(run: RunDirectory, tmp_path: Path, arguments: 
     assert result.exit_code == 2
     assert what in result.stderr
     assert not (tmp_path / "out").exists()
+
+
+SENSORS_OTHERWISE: dict[str, Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]] = {
+    "the gyroscope's readings have the opposite sign: is it mounted upside down": lambda motors, rates: (
+        motors,
+        -rates,
+    ),
+    "the gyroscope's readings are in degrees per second": lambda motors, rates: (motors, np.degrees(rates)),
+    "the gyroscope is mounted otherwise: by its readings the link turns about (1.00, 0.00, 0.00) in the IMU's frame,"
+    " expected about (0.00, 0.00, 1.00) by imu.roll": lambda motors, rates: (motors, rates[:, [2, 1, 0]]),
+    "the gyroscope is mounted otherwise: by its readings the link turns about (0.00, 0.71": lambda motors, rates: (
+        motors,
+        rates[:, [0, 2, 2]] * [1.0, 0.5**0.5, 0.5**0.5],
+    ),
+    "the readings of q11 have the opposite sign": lambda motors, rates: (motors * [-1.0, 1.0], rates),
+    "the readings of q11 and q21 have the opposite sign": lambda motors, rates: (-motors, rates),
+    "q11 and q21 are exchanged": lambda motors, rates: (motors[:, ::-1], rates),
+    "the readings of the motors are in degrees": lambda motors, rates: (np.degrees(motors), rates),
+}
+
+
+@pytest.mark.parametrize(("words", "change"), SENSORS_OTHERWISE.items())
+def test_sensors_that_are_mounted_or_signed_otherwise_are_named(
+    words: str,
+    change: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
+    run: RunDirectory,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whether the estimator rejects them or, as with a gyroscope that is turned by 45 degrees, only yields to them."""
+    read = Recording.field
+
+    def changed(recording: Recording, topic: Topic, name: str) -> FloatArray:
+        values = read(recording, topic, name)
+        if (topic, name) == (MOTOR_STATES, "position"):
+            return change(values, np.zeros((1, 3)))[0]
+        return change(np.zeros((1, 2)), values)[1] if (topic, name) == (IMU_DATA, "angular_velocity") else values
+
+    monkeypatch.setattr(Recording, "field", changed)
+    with pytest.raises(InputError) as caught:
+        estimate_bag(run.path, None, ())
+    assert str(caught.value).startswith(f"{run.bag}: the recording contradicts the robot: {words}")

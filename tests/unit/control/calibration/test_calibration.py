@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from led_robot import BIAS, PATH, led, passive_angles, places, with_errors
@@ -273,6 +275,27 @@ def test_sensors_that_are_mounted_or_signed_otherwise_are_named(
     other = record._replace(motors=record.motors * motors + offset, angular_velocity=record.angular_velocity * rates)
     assert refused(dextar, other).startswith("the recording contradicts the robot: ")
     assert words in refused(dextar, other)
+
+
+BY_TURNING_POINTS = {
+    "the readings of q11 have the opposite sign: its encoder counts backwards or the readings of q21 have the opposite"
+    " sign": lambda motors: motors * [-1, 1],
+    "q11 and q21 are exchanged": lambda motors: motors[:, ::-1],
+    "the readings of the motors are in degrees: expected rad": lambda motors: np.degrees(motors),
+    "the readings of q11 are offset by half a turn": lambda motors: motors + np.array([np.pi, 0.0]),
+    "the angles of both motors count from the -y axis: expected from the x axis": lambda motors: motors + np.pi / 2,
+    "the elbows come ": lambda motors: motors * [-0.9, 1.1],
+}
+
+
+@pytest.mark.parametrize(("words", "change"), BY_TURNING_POINTS.items())
+def test_encoders_that_are_signed_otherwise_are_named_without_a_gyroscope(
+    dextar: FiveBar, words: str, change: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    record = led(dextar, ZEROS, path=PATH[:5])
+    with pytest.raises(NotCalibratable) as caught:
+        calibrate_by_turning_points(dextar, TOLERANCES, record._replace(motors=change(record.motors)))
+    assert str(caught.value).startswith(f"the recording contradicts the robot: {words}")
 
 
 def test_exchanged_motors_are_named_and_a_gyroscope_upside_down_may_be_declared(dextar: FiveBar) -> None:

@@ -11,10 +11,12 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.estimate.changes import SECTIONS, changed_scenario
+from fivebar_bringup.studies.estimate.otherwise import refuse_sensors_otherwise
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import Replay, estimated_again, with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
 from fivebar_bringup.units import error_of
+from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.strict_yaml import InputError
 
@@ -100,7 +102,8 @@ def estimate_bag(
         namespace: of the topics, None for the one that the bag has.
 
     Raises:
-        InputError: bag, scenario or settings are unsuitable.
+        InputError: bag, scenario or settings are unsuitable, or a sensor is mounted, signed or scaled otherwise than
+            the scenario says.
         BagError: the bag cannot be read or lacks a topic.
     """
     source = find_bag(path, namespace)
@@ -112,8 +115,14 @@ def estimate_bag(
     if not recorded.estimated:
         raise InputError(f"{source.bag}: was recorded with estimator none: expected a run with estimator ekf")
     changed = changed_scenario(recorded, file, settings)
-    record = with_payloads_as_taken(read_estimator_record(source, recorded), recorded, source.bag)
-    before = estimated_again(record, recorded, source.bag)
+    record = read_estimator_record(source, recorded)
+    try:
+        record = with_payloads_as_taken(record, recorded, source.bag)
+        before = estimated_again(record, recorded, source.bag)
+    except HomingContradicted as error:
+        refuse_sensors_otherwise(record, recorded, source.bag, None)
+        raise error
+    refuse_sensors_otherwise(record, recorded, source.bag, before)
     after = before if changed == recorded else estimated_again(record, changed, source.bag)
     return EstimationComparison(source.bag, recorded, changed, before, after)
 

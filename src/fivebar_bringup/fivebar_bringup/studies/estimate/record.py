@@ -18,6 +18,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.identify.reading import Source
 from fivebar_control.estimation.estimator import PositionFix
 from fivebar_control.vision.reading import PlatformReading, used
+from fivebar_description.imu import Vector3
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     GROUND_TRUTH,
@@ -48,7 +49,8 @@ class EstimatorRecord(NamedTuple):
         angles, torques: float64[n, 2], motors (rad) and the torques that acted before (Nm).
         commands: commanded torques (Nm) by sample.
         elbows: in the same way the readings (rad) of the encoder on a passive joint.
-        rates: for each reading of the motors, the gyroscope's that came with it: its sample, and the rate (rad/s).
+        gyroscope: for each reading of the motors, the gyroscope's that came with it: its sample, and the angular
+            velocity in the IMU's frame (rad/s).
         seen: in the same way the positions by the camera.
         estimated: recorded joint states by sample: four angles (rad) and four speeds (rad/s).
         truth: the exact ones by sample, where they were recorded.
@@ -59,12 +61,23 @@ class EstimatorRecord(NamedTuple):
     angles: FloatArray
     torques: FloatArray
     commands: dict[int, tuple[float, float]]
-    rates: list[list[tuple[float, float]]]
+    gyroscope: list[list[tuple[float, Vector3]]]
     elbows: list[list[tuple[float, float]]]
     seen: list[list[PositionFix]]
     estimated: dict[int, tuple[float, ...]]
     truth: dict[int, tuple[float, ...]]
     payloads: dict[int, float]
+
+    def until(self, count: int) -> EstimatorRecord:
+        """Return the record of the first so many readings of the motors."""
+        return self._replace(
+            samples=self.samples[:count],
+            angles=self.angles[:count],
+            torques=self.torques[:count],
+            gyroscope=self.gyroscope[:count],
+            elbows=self.elbows[:count],
+            seen=self.seen[:count],
+        )
 
 
 def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord:
@@ -87,7 +100,7 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
         commands={
             sample: (one, two) for sample, (one, two) in _by_sample(recording, TORQUE_COMMAND, rate_hz, "effort")
         },
-        rates=_rates(recording, scenario, samples, lockstep),
+        gyroscope=_gyroscope(recording, scenario, samples, lockstep),
         elbows=_elbows(recording, scenario, samples, lockstep),
         seen=_seen(recording, scenario, samples, lockstep),
         estimated=_states(recording, JOINT_STATES, rate_hz),
@@ -126,15 +139,15 @@ def _states(recording: Recording, topic: Topic, rate_hz: int) -> dict[int, tuple
     return dict(_by_sample(recording, topic, rate_hz, "position", "velocity"))
 
 
-def _rates(
+def _gyroscope(
     recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool
-) -> list[list[tuple[float, float]]]:
+) -> list[list[tuple[float, Vector3]]]:
     if not recording.count(IMU_DATA):
         return [[] for _ in samples]
     vectors = recording.field(IMU_DATA, "angular_velocity").tolist()
-    values = [scenario.imu.turn_rate((one[0], one[1], one[2])) for one in vectors]
+    values = [(x, y, z) if all(map(math.isfinite, (x, y, z))) else None for x, y, z in vectors]
     arrival = _later_by(scenario.imu.schedule(scenario.rate_hz).latency) if lockstep else None
-    return _came(recording, IMU_DATA, _finite(values), scenario, samples, arrival, scenario.imu.clock_offset)
+    return _came(recording, IMU_DATA, values, scenario, samples, arrival, scenario.imu.clock_offset)
 
 
 def _elbows(

@@ -18,7 +18,6 @@ from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.program_run import SETTLING
 from fivebar_description.parameters import FiveBar, laden
-from fivebar_description.strict_yaml import InputError
 
 SEARCHED = 2.0 * SETTLING
 """Time (s) before and after the moment at which a payload was logged, within which the recorded estimator took it."""
@@ -37,6 +36,7 @@ class Replay(NamedTuple):
         position, velocity: float64[n], normalised squared errors (NEES), 2 expected of each.
         same: whether every joint state equals the recorded one, bit for bit.
         fault: the first, empty for none.
+        faulted_at: row of the readings at which it was found, None for none.
     """
 
     time: FloatArray
@@ -48,6 +48,7 @@ class Replay(NamedTuple):
     velocity: FloatArray
     same: bool
     fault: str
+    faulted_at: int | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the figures as plain values; None where there is none."""
@@ -76,7 +77,7 @@ def with_payloads_as_taken(record: EstimatorRecord, scenario: Scenario, source: 
     cannot be had with the payload either, as of a real robot, the payload stays where it was logged.
 
     Raises:
-        InputError: the first reading is not that of the posture in which the robot was to start.
+        HomingContradicted: the first reading is not that of the posture in which the robot was to start.
     """
     estimator, searched = estimator_of(scenario), round(SEARCHED * scenario.rate_hz)
     placed, row = record._replace(payloads={}), 0
@@ -120,12 +121,12 @@ def _estimate(
         if before in record.commands:
             estimator.commanded(before, *record.commands[before])
     (q11, q21), (tau1, tau2) = record.angles[row].tolist(), record.torques[row].tolist()
-    rates = record.rates[row] if scenario.gyro else []
+    rates = [(made, scenario.imu.turn_rate(one)) for made, one in record.gyroscope[row]] if scenario.gyro else []
     seen = record.seen[row] if scenario.sees else []
     try:
         return estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row], seen)
     except HomingContradicted as contradiction:
-        raise InputError(f"{source}: {contradiction}") from contradiction
+        raise HomingContradicted(f"{source}: {contradiction}") from contradiction
 
 
 def _same(record: EstimatorRecord, row: int, estimate: JointEstimate) -> bool:
@@ -138,17 +139,19 @@ def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -
     """Give what a recorded estimator was given to one with the settings of a scenario.
 
     Raises:
-        InputError: the first reading is not that of the posture in which the robot was to start.
+        HomingContradicted: the first reading is not that of the posture in which the robot was to start.
     """
     robot, estimator = scenario.five_bar(), estimator_of(scenario)
     count = len(record.samples)
     joints, squared = np.full((count, 8), math.nan), np.full((count, 3), math.nan)
     difference, error, position, velocity = (np.full(count, math.nan) for _ in range(4))
-    same = True
+    same, faulted_at = True, None
     for row, sample in enumerate(record.samples.tolist()):
         estimate = _estimate(record, scenario, source, estimator, row)
         joints[row] = (*estimate.position, *estimate.velocity)
         squared[row] = estimator.squared
+        if estimator.fault is not None and faulted_at is None:
+            faulted_at = row
         same = same and _same(record, row, estimate)
         then = record.estimated.get(sample)
         if then is not None:
@@ -162,7 +165,7 @@ def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -
             velocity[row] = _normalised(off[2:], covariance[2:4, 2:4])
     time = record.samples / scenario.rate_hz
     fault = "" if estimator.fault is None else str(estimator.fault)
-    return Replay(time, joints, squared, difference, error, position, velocity, same, fault)
+    return Replay(time, joints, squared, difference, error, position, velocity, same, fault, faulted_at)
 
 
 def _place(robot: FiveBar, joints: tuple[float, ...]) -> tuple[float, float]:
