@@ -315,7 +315,11 @@ def test_names_are_absolute_in_the_namespace(tmp_path: Path) -> None:
     assert read_bag(tmp_path / "run", namespace="/left/arm").topics == ("/left/arm/joint_states",)
     assert read_bag(tmp_path / "run", namespace="/left/arm/").count(JOINT_STATES) == 1
     assert read_bag(tmp_path / "run").count(JOINT_STATES) == 1
-    assert read_bag(tmp_path / "run", namespace="").count(JOINT_STATES) == 0
+    for wrong, shown in (("", "/"), ("/left", "/left"), ("/arm", "/arm")):
+        with pytest.raises(
+            BagError, match=rf"has no robot in the namespace {shown}: expected /left/arm by --namespace"
+        ):
+            read_bag(tmp_path / "run", namespace=wrong)
 
 
 def test_a_bag_of_several_robots_is_refused(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_contents import copied_into
 from led_robot import BIAS, PATH, led, with_errors
 from typer.testing import CliRunner
 
@@ -185,3 +186,28 @@ def test_the_scenario_for_calibrating_is_a_robot_that_needs_it() -> None:
     assert len(scenario.plan().crossings) == 8
     assert any(scenario.plant.links)
     assert any(scenario.plant.encoders)
+
+
+def test_a_bag_in_a_namespace_is_calibrated_and_a_wrong_one_is_refused(bag: Path, tmp_path: Path) -> None:
+    copied_into("lab", bag, tmp_path / "bag")
+    arguments = [tmp_path / "bag", "--robot", "dextar", "--encoders-only", "--out", tmp_path / "out"]
+    plain = calibrate_bag(bag, "dextar", encoders_only=True)
+    code, text, _ = command([*arguments, "--namespace", "lab", "--json"])
+    assert code == 0
+    assert json.loads(text)["parameters"] == plain.as_json()["parameters"]
+    code, _, error = command([*arguments, "--namespace", "/left"])
+    assert code == 2
+    assert "has no robot in the namespace /left: expected /lab by --namespace" in error
+
+
+def test_angles_that_are_wrapped_to_one_turn_calibrate_alike(
+    bag: Path, record: CalibrationRecord, tmp_path: Path
+) -> None:
+    """As by a tool whose cut lies within the motion, and counted from another turn."""
+    middle = 0.5 * (record.motors.min(axis=0) + record.motors.max(axis=0))
+    write(tmp_path / "bag", record._replace(motors=(record.motors - middle) % (2.0 * np.pi) + middle))
+    for encoders_only in (False, True):
+        plain, wrapped = (
+            calibrate_bag(path, "dextar", encoders_only=encoders_only).found for path in (bag, tmp_path / "bag")
+        )
+        assert np.all(np.abs(wrapped.values - plain.values) < 1e-3 * plain.half_widths + 1e-12)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_contents import copied_into
 from rosbags.rosbag2 import Reader
 from typer.testing import CliRunner
 
@@ -249,3 +250,24 @@ def test_sensors_that_are_mounted_or_signed_otherwise_are_named(
     with pytest.raises(InputError) as caught:
         estimate_bag(run.path, None, ())
     assert str(caught.value).startswith(f"{run.bag}: the recording contradicts the robot: {words}")
+
+
+def test_a_run_recorded_in_a_namespace_is_estimated_and_a_wrong_one_is_refused(
+    run: RunDirectory, tmp_path: Path
+) -> None:
+    lab = RunDirectory(tmp_path / "lab")
+    lab.path.mkdir()
+    for file in (run.scenario, run.timing):
+        if file.exists():
+            shutil.copy(file, lab.path)
+    copied_into("lab", run.bag, lab.bag)
+    for namespace in ((), ("--namespace", "lab")):
+        arguments = ["estimate", str(lab.path), "--json", "--out", str(tmp_path / f"out{len(namespace)}"), *namespace]
+        result = CliRunner().invoke(app, arguments)
+        assert result.exit_code == 0
+        assert json.loads(result.stdout)["recorded"]["identical"]
+    result = CliRunner().invoke(app, ["estimate", str(lab.path), "--namespace", "left"])
+    assert (result.exit_code, result.stderr) == (
+        2,
+        f"fivebar: {lab.bag}: has no robot in the namespace /left: expected /lab by --namespace, or none given\n",
+    )

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_contents import copied_into
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.pages import style
+from fivebar_bringup.recorded.bag.recording import FloatArray, Recording
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -26,6 +28,7 @@ from fivebar_control.identification.equations import PARAMETERS, Record
 from fivebar_control.identification.identification import parameter_values
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_description.interface import Topic
 from fivebar_description.robot_file import RobotFile, load_robot
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.plant import Plant
@@ -292,3 +295,34 @@ def test_what_cannot_be_read_is_one_line(
     assert complaint.startswith("fivebar: ")
     assert expected in complaint
     assert complaint.count("\n") == 1
+
+
+def test_angles_that_are_wrapped_to_one_turn_identify_alike(
+    exact: RunDirectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As by a tool whose cut lies within the motion, so that some angles are of another turn."""
+    plain, read = identify_bag(exact.path).found.fit.values, Recording.field
+    jumps = []
+
+    def wrapped(recording: Recording, topic: Topic, name: str) -> FloatArray:
+        values = read(recording, topic, name)
+        if name != "position":
+            return values
+        middle = 0.5 * (values.min(axis=0) + values.max(axis=0))
+        jumps.append(np.abs(np.diff((values - middle) % (2.0 * np.pi), axis=0)).max())
+        return (values - middle) % (2.0 * np.pi) + middle
+
+    monkeypatch.setattr(Recording, "field", wrapped)
+    assert identify_bag(exact.path).found.fit.values == pytest.approx(plain, rel=1e-9, abs=1e-9)
+    assert len(jumps) == 2 and min(jumps) > 6.0
+
+
+def test_a_bag_in_a_namespace_is_identified_and_a_wrong_one_is_refused(exact: RunDirectory, tmp_path: Path) -> None:
+    copied_into("lab", exact.bag, tmp_path / "bag")
+    arguments = ["identify", str(tmp_path / "bag"), "--robot", exact.read_scenario().robot, "--json"]
+    done = CliRunner().invoke(app, [*arguments, "--namespace", "lab", "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0
+    assert json.loads(done.stdout)["parameters"] == identify_bag(exact.path).as_json()["parameters"]
+    done = CliRunner().invoke(app, [*arguments, "--namespace", "left"])
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert "has no robot in the namespace /left: expected /lab by --namespace" in done.stderr

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -29,8 +29,9 @@ SEARCHED = 1000
 def read_bag(directory: Path, namespace: str | None = None) -> Recording:
     """Read all messages of a bag into memory; `namespace` is that of the recorded topics, None for the one it has.
 
-    Raises :class:`BagError`, one line that begins with the path, if the directory or its metadata.yaml is missing, or
-    if a file of the bag is missing, truncated, damaged or none, such as a pipe.
+    Raises :class:`BagError`, one line that begins with the path, if the directory or its metadata.yaml is missing, if
+    a file of the bag is missing, truncated, damaged or none, such as a pipe, or if the namespace has no robot while
+    others have one; these are named.
     """
     if not directory.is_dir():
         raise BagError(directory, "no such directory")
@@ -50,7 +51,25 @@ def read_bag(directory: Path, namespace: str | None = None) -> Recording:
     found = sum(len(topic.messages) for topic in topics.values())
     if found < promised:
         raise BagError(directory, f"the bag holds {found} of the {promised} messages that its metadata.yaml names")
-    return Recording(directory, topics, custom_data, _found(directory, topics) if namespace is None else namespace)
+    if namespace is None:
+        return Recording(directory, topics, custom_data, _found(directory, topics))
+    known = _namespaces(topics)
+    if known and "/".join(["", *filter(None, namespace.split("/"))]) not in known:
+        raise BagError(
+            directory,
+            f"has no robot in the namespace {namespace or '/'}: expected {_shown(known)} by --namespace, or none given",
+        )
+    return Recording(directory, topics, custom_data, namespace)
+
+
+def _namespaces(topics: Iterable[str]) -> list[str]:
+    """Return all namespaces with topics by which that of a run is found, "" for none."""
+    ends = tuple(f"/{known.name}" for known in ALWAYS_RECORDED)
+    return sorted({name.removesuffix(end) for name in topics for end in ends if name.endswith(end)})
+
+
+def _shown(namespaces: Iterable[str]) -> str:
+    return ", ".join(namespace or "/" for namespace in namespaces)
 
 
 def _found(directory: Path, topics: Mapping[str, RawTopic]) -> str:
@@ -63,7 +82,7 @@ def _found(directory: Path, topics: Mapping[str, RawTopic]) -> str:
         named = sorted(name.removesuffix(end) for name in topics if name.endswith(end))
         own = [namespace for namespace in named if _is_own(topics[f"{namespace}{end}"], content_of(known))]
         if len(own) > 1:
-            shown = ", ".join(namespace or "/" for namespace in own)
+            shown = _shown(own)
             raise BagError(directory, f"holds the runs of several namespaces, {shown}: expected one, by --namespace")
         if own:
             return own[0]
