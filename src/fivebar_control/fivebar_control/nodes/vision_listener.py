@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import CameraInfo, Image
 
@@ -16,9 +15,9 @@ from fivebar_control.scenario.keys import LEAD
 from fivebar_control.vision.camera_file import CameraCalibration, read_calibration
 from fivebar_control.vision.comparison import Position, VisionCheck
 from fivebar_control.vision.localisation import PlatformTracker
+from fivebar_control.vision.messages import calibration_of, picture_of
 from fivebar_control.vision.reading import PlatformReading
 from fivebar_control.vision.sight import reading_of
-from fivebar_description.camera_model import LENS_MODEL, Optics
 from fivebar_description.errors import InputError
 from fivebar_description.interface import (
     CAMERA_IMAGE,
@@ -31,7 +30,7 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
 )
-from fivebar_description.joint_sample import LARGEST, MessageError, joint_sample
+from fivebar_description.joint_sample import MessageError, joint_sample
 from fivebar_description.ros.messages import JointMessage, checked_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
@@ -45,25 +44,6 @@ PICTURES = 16
 
 FRESH_PICTURES = 2
 """That wait at most in real time."""
-
-
-LARGEST_PICTURE = 1 << 26
-"""Largest number of pixels of a picture."""
-
-MORE_THAN_FITS = "encoding {}, {} x {} pixels, {} bytes a row, {} in all: expected a picture of mono8"
-
-
-def checked_picture(message: Image) -> int:
-    """Return the stamp (ns) of a picture.
-
-    Raises:
-        MessageError: it is none of mono8, its sizes contradict each other, or its stamp is impossible.
-    """
-    width, height, step, size = message.width, message.height, message.step, len(message.data)
-    whole = 0 < width <= step and height > 0 and size == step * height <= LARGEST_PICTURE
-    if message.encoding != "mono8" or not whole:
-        raise MessageError(MORE_THAN_FITS.format(repr(message.encoding[:20]), width, height, step, size))
-    return checked_stamp(message)
 
 
 class VisionListener(GraphNode):
@@ -118,16 +98,11 @@ class VisionListener(GraphNode):
     def _on_info(self, message: CameraInfo) -> None:
         if self._calibration is not None:
             return
-        sized = message.width > 0 and message.height > 0
-        if message.distortion_model != LENS_MODEL or len(message.d) != 5 or not sized:
-            self.drop(CAMERA_INFO, f"distortion model {message.distortion_model!r}, expected {LENS_MODEL}")
+        try:
+            self._calibration = calibration_of(message)
+        except MessageError as error:
+            self.drop(CAMERA_INFO, str(error))
             return
-        k = message.k
-        optics = Optics(*(float(one) for one in (k[0], k[4], k[2], k[5], *message.d)))
-        if not (all(-LARGEST <= one <= LARGEST for one in optics) and k[0] > 0.0 and k[4] > 0.0):
-            self.drop(CAMERA_INFO, f"optics {tuple(optics)}, expected finite numbers and focal lengths above 0")
-            return
-        self._calibration = CameraCalibration(message.width, message.height, optics, math.nan, 0)
         self._restart()
         early, self._early = self._early, []
         for image in early:
@@ -140,7 +115,7 @@ class VisionListener(GraphNode):
             self._early = [*self._early[1 - PICTURES :], message]
             return
         try:
-            stamp = checked_picture(message)
+            picture, stamp = picture_of(message), checked_stamp(message)
         except MessageError as error:
             self.drop(CAMERA_IMAGE, str(error))
             return
@@ -148,7 +123,6 @@ class VisionListener(GraphNode):
         if tracker is None:
             return
         if stamp != self._last_stamp or self._last is None:
-            picture = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)[:, : message.width]
             self._last = reading_of(tracker, self._camera, picture)
             self._last_stamp = stamp
             self._pictures += 1

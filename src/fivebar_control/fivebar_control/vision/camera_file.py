@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -17,7 +18,13 @@ from fivebar_description.text_file import write_file
 LEAST_FOCAL, LARGEST_FOCAL = 1.0, 1e6
 """Focal lengths (px) of any camera."""
 
-PictureSide = Annotated[int, Field(ge=1, le=100_000)]
+LARGEST_COEFFICIENT = 1e6
+"""Of a lens."""
+
+LARGEST_SIDE = 100_000
+"""Of a picture (px)."""
+
+PictureSide = Annotated[int, Field(ge=1, le=LARGEST_SIDE)]
 
 
 class CameraCalibration(NamedTuple):
@@ -114,20 +121,49 @@ def read_calibration(path: Path) -> CameraCalibration:
     """Read a calibration.
 
     Raises:
-        InputError: there is no such file, or its distortion model is not `LENS_MODEL`.
+        InputError: there is no such file, or it has the numbers of no camera or another distortion model.
     """
     read = read_yaml(path, _CameraFile)
-    k, distortion = read.camera_matrix.data, read.distortion_coefficients.data
-    if read.distortion_model != LENS_MODEL or len(k) != 9 or len(distortion) != 5:
-        raise InputError(f"{path}: expected distortion_model {LENS_MODEL}, 9 values of the matrix and 5 coefficients")
-    if not (LEAST_FOCAL <= k[0] <= LARGEST_FOCAL and LEAST_FOCAL <= k[4] <= LARGEST_FOCAL):
-        raise InputError(
-            f"{path}: camera_matrix: focal lengths {k[0]:g}, {k[4]:g} px: expected {LEAST_FOCAL:g} to"
-            f" {LARGEST_FOCAL:g} px"
+    try:
+        return checked_calibration(
+            read.image_width,
+            read.image_height,
+            read.distortion_model,
+            read.camera_matrix.data,
+            read.distortion_coefficients.data,
         )
-    return CameraCalibration(
-        read.image_width, read.image_height, Optics(k[0], k[4], k[2], k[5], *distortion), float("nan"), 0
-    )
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def checked_calibration(
+    width: int, height: int, model: str, matrix: Sequence[float], distortion: Sequence[float]
+) -> CameraCalibration:
+    """Return a calibration of given numbers, of a file or a CameraInfo.
+
+    Raises:
+        ValueError: they are those of no camera, or of another model of the lens.
+    """
+    if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE):
+        raise ValueError(f"pictures of {width} x {height} px: expected 1 to {LARGEST_SIDE} px")
+    if model != LENS_MODEL:
+        raise ValueError(f"distortion_model: {model[:20]!r}: expected {LENS_MODEL}")
+    if len(distortion) != 5:
+        raise ValueError(f"distortion_coefficients: {len(distortion)} values: expected the 5 of {LENS_MODEL}")
+    if len(matrix) != 9:
+        raise ValueError(f"camera_matrix: {len(matrix)} values: expected 9")
+    fx, _, cx, _, fy, cy, *_ = map(float, matrix)
+    if not (LEAST_FOCAL <= fx <= LARGEST_FOCAL and LEAST_FOCAL <= fy <= LARGEST_FOCAL):
+        raise ValueError(
+            f"camera_matrix: focal lengths {fx:g}, {fy:g} px: expected {LEAST_FOCAL:g} to {LARGEST_FOCAL:g} px"
+        )
+    if not all(abs(one) <= LARGEST_FOCAL for one in (cx, cy)):
+        raise ValueError(f"camera_matrix: principal point {cx:g}, {cy:g} px: expected at most {LARGEST_FOCAL:g} px")
+    bent = [float(one) for one in distortion]
+    if not all(abs(one) <= LARGEST_COEFFICIENT for one in bent):
+        shown = ", ".join(f"{one:g}" for one in bent)
+        raise ValueError(f"distortion_coefficients: {shown}: expected numbers of at most {LARGEST_COEFFICIENT:g}")
+    return CameraCalibration(width, height, Optics(fx, fy, cx, cy, *bent), math.nan, 0)
 
 
 def optics_of(settings: CameraSettings) -> Optics:
